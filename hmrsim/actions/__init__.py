@@ -32,8 +32,8 @@ FRAMES = ("", "map")
 class Report(Protocol[F_contra]):
     """Publishes the feedback of an executing goal."""
 
-    def send(self, feedback: F_contra) -> None:
-        """Publish this feedback now."""
+    def send(self, feedback: F_contra | Mapping[str, Any]) -> None:
+        """Publish this feedback, or its plain values, now."""
 
     def sample(self, source: Callable[[], F_contra | Mapping[str, Any]]) -> None:
         """Publish the feedback of *source*, or its plain values, at the feedback rate, and when the goal ends."""
@@ -99,6 +99,7 @@ class Action(Generic[G, R, F]):
             then.
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
+        exclusive: Whether a goal that does not hold the base preempts the one of this action that runs.
         frames: The frames that a goal refers to.
         flaw: Why no robot could execute a goal; None when the goal is valid.
         not_ready: Why a robot can't take a goal now; None when it can.
@@ -120,6 +121,7 @@ class Action(Generic[G, R, F]):
     of_world: bool = False
     component: str | None = None
     holds_base: bool = True
+    exclusive: bool = False
     frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
     flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
     not_ready: Callable[[Any], str | None] = field(default=lambda _robot: None)

@@ -150,9 +150,10 @@ class Dispatcher:
         self._answer(command.reply_to, answer)
 
     def _start(self, goal: ServedGoal, message: Message) -> None:
-        """Execute an accepted goal; it preempts the goal that holds the base, or finds the base busy."""
+        """Execute an accepted goal; it preempts the goal that holds what it needs, or finds the base busy."""
         action, name = goal.server.action, goal.server.robot.name
-        holder = self._holders.get(name) if action.holds_base else None
+        needed = _needed(goal)
+        holder = self._holders.get(needed)
         if holder is not None and action.codes.busy is None:
             # Before the new goal is published, so that no client sees two goals that execute on one base.
             code = holder.server.action.codes.preempted
@@ -168,8 +169,8 @@ class Dispatcher:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
             self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
             return
-        if action.holds_base:
-            self._holders[name] = goal
+        if needed:
+            self._holders[needed] = goal
         goal.process = self._env.process(self._pursue(goal, message))
 
     def _pursue(self, goal: ServedGoal, message: Message) -> Generator[Any, Any, None]:
@@ -238,8 +239,9 @@ class Dispatcher:
             source, goal.sample = goal.sample, None
             if self._interest.feedback:
                 self._send_last(goal, source)
-        if self._holders.get(name) is goal:
-            del self._holders[name]
+        needed = _needed(goal)
+        if self._holders.get(needed) is goal:
+            del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, begins=False)
         goal.result, goal.failure, goal.message = result, None, None
         goal.ended = self._stamp()
@@ -431,6 +433,12 @@ class Dispatcher:
     def _status(self, server: ActionServer) -> StatusChanged:
         entries = tuple(goal.entry() for goal in server.goals.values())
         return StatusChanged(server.robot.name, server.action.name, entries)
+
+
+def _needed(goal: ServedGoal) -> str:
+    """Return what one goal at a time can hold, the base of a robot or an action of its own; empty for nothing."""
+    action, name = goal.server.action, goal.server.robot.name
+    return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 
 
 def _rejected(command: SendGoal, answer: GoalResponse) -> SendGoalRejected:

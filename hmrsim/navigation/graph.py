@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Collection, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -18,9 +19,11 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.lanes import START, Lanes
 from hmrsim.navigation.planner import Planner
 from hmrsim.navigation.route import Leg, Route
+from hmrsim.world.route_graph import route_ids
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World
+    from hmrsim.world.route_graph import RouteIds
 
 _KEPT_PLANNERS = 16
 """Planners that are cached, one for each set of lanes to avoid; the least recently used one is dropped."""
@@ -37,11 +40,17 @@ class WaypointGraph:
     """
 
     def __init__(self, world: World) -> None:
+        self._world = world
         self.waypoints = world.points
         self.lanes = Lanes(world)
         self._closed: frozenset[Lane] = frozenset()
         self._planner = Planner(self.lanes)
         self._planners = OrderedDict({self._closed: self._planner})
+
+    @cached_property
+    def ids(self) -> RouteIds:
+        """The numbers of waypoints and lanes in Nav2's route graph."""
+        return route_ids(self._world)
 
     @property
     def closed(self) -> frozenset[Lane]:
@@ -52,6 +61,10 @@ class WaypointGraph:
     def closed(self, lanes: frozenset[Lane]) -> None:
         self._closed = lanes
         self._planner = self._planner_without(lanes)
+
+    def speed_limit(self, lane: Lane) -> float:
+        """Return the speed limit of a lane; infinite without one."""
+        return self.lanes.edges[self.lanes.numbers[lane]].speed_limit
 
     def _planner_without(self, lanes: frozenset[Lane]) -> Planner:
         planner = self._planners.get(lanes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Route
 
@@ -33,15 +35,47 @@ class MobileBase(DrivingVehicle):
         Raises:
             NoRoute: The goal or *start* is outside the map or inside an obstacle, or no route leads there.
         """
-        if start is None:
-            start = self.pose().point
-        else:
+        if not self.flies:
+            return self.plan_on_lanes(goal, start)
+        if start is not None:
             self._graph.check_start(start)
-        return self._graph.fly(start, goal) if self.flies else self._admission.plan(self, start, goal)
+        return self._graph.fly(self.pose().point if start is None else start, goal)
+
+    def plan_on_lanes(self, goal: Point, start: Point | None = None) -> Route:
+        """Return the quickest route along the lanes, for a robot that flies, too.
+
+        Raises:
+            NoRoute: As `plan_to` says.
+        """
+        if start is not None:
+            self._graph.check_start(start)
+        return self._admission.plan(self, self.pose().point if start is None else start, goal)
+
+    @property
+    def graph(self) -> WaypointGraph:
+        """The graph on which it drives."""
+        return self._graph
+
+    def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
+        """Wait until its motion or the open lanes change, or for some seconds."""
+        change = self._motion_changes() | self._admission.lanes_change()
+        if seconds == math.inf:
+            yield change
+            return
+        over = self._env.timeout(seconds)
+        try:
+            yield over | change
+        finally:
+            if not over.processed:
+                self._env.abandon(over)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the route from where it is straight from point to point, and what is in its way; or ""."""
-        return self._graph.straight_through([self.pose().point, *points], flies=self.flies)
+        return self.straight_along([self.pose().point, *points])
+
+    def straight_along(self, points: Sequence[Point]) -> tuple[Route, str]:
+        """Return the route straight from the first of some points to the last, and what is in its way; or ""."""
+        return self._graph.straight_through(points, flies=self.flies)
 
     def reach(self, point: Point) -> tuple[Point, str]:
         """Return how far it gets straight towards *point*, and what stops it before; or ""."""
@@ -90,6 +124,7 @@ class MobileBase(DrivingVehicle):
         self.halt()
         self._rest, self._entry = pose, NEVER_STOPPED
         self._admission.place(self)
+        self._announce_change()
 
     def disable(self, cause: str, why: str) -> None:
         """Stop, and be able to do nothing until this and all other causes are gone."""

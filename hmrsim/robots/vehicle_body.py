@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from simpy import Event
+
 from hmrsim.geometry import Pose, distance
 from hmrsim.navigation.motion import Piece, Progress
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
 
 if TYPE_CHECKING:
-    from simpy import Event, Timeout
+    from simpy import Timeout
 
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.subscriptions import EventPublisher
@@ -55,8 +57,10 @@ class VehicleBody:
         "_env",
         "_final_yaw",
         "_graph",
+        "_motion_change",
         "_number",
         "_on_piece_end",
+        "_own_changed",
         "_piece_ends",
         "_publisher",
         "_rest",
@@ -106,7 +110,9 @@ class VehicleBody:
         self._graph = graph
         self._admission = admission
         self._publisher = publisher
-        self._changed = changed
+        # Replaced as long as a process waits for the event, so that it costs nothing otherwise.
+        self._changed = self._own_changed = changed
+        self._motion_change: Event | None = None
         self._state = VehicleState.IDLE
         # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.
         self._rest = home
@@ -175,6 +181,22 @@ class VehicleBody:
 
     def _enter(self, event: VehicleEvent) -> None:
         self._state = next_state(self._state, event)
+
+    def _motion_changes(self) -> Event:
+        """Return the event that it next begins or ceases to move, begins a lane or a turn, or is placed elsewhere."""
+        if self._motion_change is None:
+            self._motion_change, self._changed = Event(self._env), self._call_and_announce
+        return self._motion_change
+
+    def _call_and_announce(self) -> None:
+        if self._own_changed is not None:
+            self._own_changed()
+        self._announce_change()
+
+    def _announce_change(self) -> None:
+        event, self._motion_change, self._changed = self._motion_change, None, self._own_changed
+        if event is not None:
+            event.succeed()
 
     def progress(self) -> Progress:
         """Return where it is now, and how far it still has to go; nothing is left when it stands."""

@@ -10,6 +10,8 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from simpy import Event
+
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
@@ -68,6 +70,7 @@ class Admission:
         self._wait_timeout = WaitTimeout(env, settings.patience, waits=self._still_waits, expired=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
+        self._lanes_change: Event | None = None
         self.needed = self._rules is not None
 
     @property
@@ -108,9 +111,18 @@ class Admission:
         self._barriers.add(barrier)
         self._update_needed()
 
+    def lanes_change(self) -> Event:
+        """Return the event that lanes are next closed or opened."""
+        if self._lanes_change is None:
+            self._lanes_change = Event(self._env)
+        return self._lanes_change
+
     def _follow_closures(self) -> None:
         self._update_needed()
         self.look_again([*self.waits])
+        event, self._lanes_change = self._lanes_change, None
+        if event is not None:
+            event.succeed()
 
     def _update_needed(self) -> None:
         self._obstructed = bool(self._barriers) or bool(self.closures.lanes)

@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from itertools import permutations
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Iterator, Mapping
+from itertools import count, permutations
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.geometry import distance
 from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Lane, World
+
+
+class RouteIds(NamedTuple):
+    """The numbers of waypoints and of lanes in each direction, which they keep while lanes are closed.
+
+    Attributes:
+        nodes: By the names of waypoints.
+        edges: By the names of the waypoints where they begin and end; rides in lifts come after all lanes.
+    """
+
+    nodes: Mapping[str, int]
+    edges: Mapping[tuple[str, str], int]
+
+
+def route_ids(world: World) -> RouteIds:
+    """Return the numbers of what a world's route graph has, as `to_geojson` writes them."""
+    numbers = count()
+    nodes = {name: next(numbers) for name in world.waypoints}
+    lanes = {(start, end): next(numbers) for _, start, end in _ways(world)}
+    return RouteIds(nodes, lanes | {(start, end): next(numbers) for start, end, _ in _rides(world)})
 
 
 def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts: bool = False) -> dict[str, Any]:
@@ -25,7 +45,7 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
         closed: Closed lanes, by the waypoints where they begin and end; they are left out.
         lifts: Whether to tell of rides in lifts, too, which are edges that cost their seconds.
     """
-    ids = {name: number for number, name in enumerate(world.waypoints)}
+    ids, numbers = route_ids(world)
     features = [_node(world, name, number) for name, number in ids.items()]
     for lane, start, end in _ways(world):
         if (start, end) in closed:
@@ -41,13 +61,13 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
         if lane.one_way:
             metadata["one_way"] = True
         ends = {"startid": ids[start], "endid": ids[end]}
-        properties = {"id": len(features), **ends, "cost": length, "metadata": metadata}
+        properties = {"id": numbers[start, end], **ends, "cost": length, "metadata": metadata}
         features.append(_feature("MultiLineString", [[[*a], [*b]]], properties))
     rides = [ride for ride in _rides(world) if ride[:2] not in closed] if lifts else []
     for start, end, metadata in rides:
         line = [[[*world.points[start]], [*world.points[end]]]]
         ends = {"startid": ids[start], "endid": ids[end]}
-        properties = {"id": len(features), **ends, "cost": metadata["ride"], "metadata": metadata}
+        properties = {"id": numbers[start, end], **ends, "cost": metadata["ride"], "metadata": metadata}
         features.append(_feature("MultiLineString", line, properties))
     return {"type": "FeatureCollection", "name": world.name, "features": features}
 

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 NODES: Final = MappingProxyType(
     {
         "bt_navigator": ("navigate_to_pose", "navigate_through_poses"),
-        "planner_server": ("compute_path_to_pose",),
+        "planner_server": ("compute_path_to_pose", "compute_path_through_poses"),
+        "route_server": ("compute_route", "compute_and_track_route"),
+        "smoother_server": ("smooth_path",),
         "controller_server": ("follow_path",),
         "behavior_server": ("wait", "spin", "back_up", "drive_on_heading"),
         "waypoint_follower": ("follow_waypoints",),

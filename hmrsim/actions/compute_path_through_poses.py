@@ -1,0 +1,65 @@
+"""Plan a path along the lanes through several poses without driving it."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions._inputs import Input
+from hmrsim.actions._navigation import facing, point_of
+from hmrsim.actions._planning import path_message, planner_flaw, poses_along
+from hmrsim.errors import GoalAborted, NoRoute
+from hmrsim.interfaces.nav2_msgs import ComputePathThroughPoses, ComputePathToPose
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Pose
+    from hmrsim.robots.robot import Robot
+
+_CODES = ComputePathThroughPoses.Result
+_OFFSET = _CODES.UNKNOWN - ComputePathToPose.Result.UNKNOWN
+"""Between the code of a planner for one pose and that for the same error on the way through several."""
+
+
+def _process(
+    robot: Robot, goal: ComputePathThroughPoses.Goal, _report: Report[ComputePathThroughPoses.Feedback]
+) -> Generator[Any, Any, ComputePathThroughPoses.Result]:
+    yield from ()
+    goals = goal.goals.goals
+    if not goals:
+        raise GoalAborted(_CODES.NO_VIAPOINTS_GIVEN, "there are no poses; give one at least")
+    here = point_of(goal.start) if goal.use_start else robot.pose().point
+    poses: list[Pose] = []
+    for number, at in enumerate(goals):
+        try:
+            route = robot.plan_to(point_of(at), here)
+        except NoRoute as error:
+            raise GoalAborted(error.code + _OFFSET, f"pose {number}: {error}") from None
+        more = [*poses_along(route, here, facing(at))]
+        # Where two parts meet there is one pose, as Nav2's planner server joins paths: that of the goal there.
+        poses = [*poses, *more[1:]] if poses and route.legs else [*poses[:-1], *more]
+        here = poses[-1].point
+    return ComputePathThroughPoses.Result(path=path_message(robot, poses))
+
+
+def _frames(goal: ComputePathThroughPoses.Goal) -> Iterator[str]:
+    yield goal.goals.header.frame_id
+    yield from (at.header.frame_id for at in goal.goals.goals)
+    if goal.use_start:
+        yield goal.start.header.frame_id
+
+
+ACTION = Action(
+    name="compute_path_through_poses",
+    goal=ComputePathThroughPoses.Goal,
+    result=ComputePathThroughPoses.Result,
+    feedback=ComputePathThroughPoses.Feedback,
+    process=_process,
+    failure=lambda code, message: ComputePathThroughPoses.Result(error_code=code, error_msg=message),
+    codes=Codes.of_nav2(ComputePathThroughPoses.Result),
+    flaw=lambda goal: planner_flaw(goal.planner_id),
+    holds_base=False,
+    frames=_frames,
+    inputs={"goals.goals": Input("Poses", required=True)},
+    example={"goals": {"goals": [{"pose": {"position": {"x": 4.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
+)

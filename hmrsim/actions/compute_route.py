@@ -1,0 +1,45 @@
+"""Find the quickest route on the graph without driving it."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions._inputs import Input
+from hmrsim.actions._planning import path_message
+from hmrsim.actions._routes import ends_of, find_route, frames_of, poses_on, route_values
+from hmrsim.interfaces.nav2_msgs import ComputeRoute
+from hmrsim.interfaces.nav2_msgs.messages import Route
+
+if TYPE_CHECKING:
+    from hmrsim.robots.robot import Robot
+
+
+def _process(
+    robot: Robot, goal: ComputeRoute.Goal, _report: Report[ComputeRoute.Feedback]
+) -> Generator[Any, Any, ComputeRoute.Result]:
+    yield from ()
+    route = find_route(robot, *ends_of(robot, goal))
+    path = path_message(robot, poses_on(robot, route))
+    return ComputeRoute.Result(path=path, route=Route.model_validate(route_values(robot, route)))
+
+
+ACTION = Action(
+    name="compute_route",
+    goal=ComputeRoute.Goal,
+    result=ComputeRoute.Result,
+    feedback=ComputeRoute.Feedback,
+    process=_process,
+    failure=lambda code, message: ComputeRoute.Result(error_code=code, error_msg=message),
+    codes=Codes.of_nav2(ComputeRoute.Result),
+    holds_base=False,
+    frames=frames_of,
+    inputs={
+        "use_poses": Input("By poses", default=True),
+        "goal": Input("Goal pose"),
+        "goal_id": Input("Goal waypoint's id", advanced=True),
+        "start_id": Input("Start waypoint's id", advanced=True),
+    },
+    example={"use_poses": True, "goal": {"pose": {"position": {"x": 10.0}}}},
+)
