@@ -11,7 +11,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import SAME_PLACE, Point, distance
+from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
@@ -150,7 +150,7 @@ class Planner:
                 for seen in self._lanes.seen(tree.goal, how.edge, how.leave):
                     offer(point, _Step(how.edge, seen))
             else:
-                return [Leg(start, point, distance(start, point)), *self._take(point, how, tree)]
+                return _cut([Leg(start, point, distance(start, point)), *self._take(point, how, tree)])
         return None
 
     def _seconds(self, start: Point, point: Point, how: _Step, tree: Tree, speed: float) -> float:
@@ -192,3 +192,11 @@ class Planner:
         end = edge.leg.end if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
         slots = edge.leg.slots if end == edge.leg.end else edge.leg.slots[:1]
         return Leg(start, end, distance(start, end), edge.leg.lane, edge.speed_limit, slots)
+
+
+def _cut(legs: list[Leg]) -> list[Leg]:
+    """Return legs without a detour: a robot on its way from the lanes to the destination does not turn back to them."""
+    start, last = legs[0].start, legs[-1]
+    if last.lane is None and distance(start, foot(start, last.start, last.end)) <= SAME_PLACE:
+        return [Leg(start, last.end, distance(start, last.end))]
+    return legs

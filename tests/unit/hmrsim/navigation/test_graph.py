@@ -124,6 +124,18 @@ class TestOffTheLanes:
         """Both are near a-b and see each other."""
         assert [(2, 3), (8, 3)] == points(graph(**ROOM).plan((2, 3), (8, 3), 1.0))
 
+    @pytest.mark.parametrize("share", [0.001, 0.25, 0.5, 0.75])
+    def test_a_robot_that_has_left_the_lanes_for_its_goal_goes_on_to_it(self, share):
+        """Planned anew on the way it does not turn back to the lane, though another lane is nearer to the goal."""
+        world = {
+            "waypoints": {"a": [0, 0], "b": [0, 5], "c": [0, 20], "d": [20, 20]},
+            "lanes": [["a", "b"], ["b", "c"], ["c", "d"]],
+        }
+        here = (12 * share, 5 + 9 * share)
+
+        assert [(0, 0), (0, 5), (12, 14)] == points(graph(**world).plan((0, 0), (12, 14), 1.0))
+        assert [here, (12, 14)] == points(graph(**world).plan(here, (12, 14), 1.0))
+
     def test_a_wall_between_them_sends_them_along_the_lane(self):
         """They would go straight but for the wall, which does not reach the lane."""
         world = ROOM | {"walls": [[[5, 2.5], [5, 4]]]}
