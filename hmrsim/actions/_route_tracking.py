@@ -55,6 +55,7 @@ class RouteTracker:
         self._near = False
         self._limit = math.inf
         self._take(find_route(robot, start, self._end))
+        self._feedback: dict[str, Any] = {}
 
     def _take(self, route: GraphRoute) -> None:
         """Follow a route from its first waypoint, and go on with the lane that the robot is on if that leads there."""
@@ -74,14 +75,17 @@ class RouteTracker:
         Raises:
             GoalAborted: A lane ahead has been closed, and there is no other route.
         """
-        self._tell(rerouted=True)
+        self._note(rerouted=True)
+        self._report.sample(lambda: self._feedback)
+        self._tell()
         while True:
             while self._achieved():
                 if self._pass_on():
                     return
             if self._closed_ahead():
                 self._take(find_route(self._robot, None, self._end))
-                self._tell(_REROUTE, rerouted=True)
+                self._note(rerouted=True)
+                self._tell(_REROUTE)
                 continue
             yield from self._robot.watch(self._soonest())
 
@@ -93,26 +97,30 @@ class RouteTracker:
         self._next += 1
         if self._next == len(nodes):
             self._lane = None
-            self._tell()
+            # The last feedback of a goal is sent at its end.
+            self._note()
             return True
         self._lane = self._last, nodes[self._next]
         limit = self._robot.graph.speed_limit(self._lane)
         changed, self._limit = limit != self._limit, limit
+        self._note()
         self._tell(*[_SPEED] * changed)
         return False
 
-    def _tell(self, *operations: str, rerouted: bool = False) -> None:
+    def _note(self, *, rerouted: bool = False) -> None:
+        """Take note of where the robot is on its route now, for feedback until that changes."""
         ids, nodes = self._robot.graph.ids, self._route.nodes
-        self._report.send(
-            {
-                "last_node_id": ids.nodes[self._last] if self._last else 0,
-                "next_node_id": ids.nodes[nodes[self._next]] if self._next < len(nodes) else 0,
-                "current_edge_id": ids.edges[self._lane] if self._lane else 0,
-                **self._values,
-                "operations_triggered": [*operations],
-                "rerouted": rerouted,
-            }
-        )
+        self._feedback = {
+            "last_node_id": ids.nodes[self._last] if self._last else 0,
+            "next_node_id": ids.nodes[nodes[self._next]] if self._next < len(nodes) else 0,
+            "current_edge_id": ids.edges[self._lane] if self._lane else 0,
+            **self._values,
+            "operations_triggered": [],
+            "rerouted": rerouted,
+        }
+
+    def _tell(self, *operations: str) -> None:
+        self._report.send({**self._feedback, "operations_triggered": [*operations]})
 
     @property
     def _radius(self) -> float:
