@@ -377,12 +377,12 @@ class ActionClient:
         found = (one for one in self.feedback.messages if bytes(one["goal_id"]["uuid"]) == goal_id)
         return [one["feedback"] for one in found]
 
-    def wait_for_last_feedback(self, goal_id: bytes) -> dict[str, Any]:
-        """Return the feedback of a drive that has arrived, once it has come."""
+    def wait_for_last_feedback(self, goal_id: bytes, field: str = "distance_remaining") -> dict[str, Any]:
+        """Return the feedback of a drive that has arrived, once it has come; a field of it is zero then."""
 
         def last(message: dict[str, Any]) -> bool:
             mine = bytes(message["goal_id"]["uuid"]) == goal_id
-            return mine and message["feedback"]["distance_remaining"] == 0.0
+            return mine and message["feedback"][field] == 0
 
         self.feedback.wait(lambda messages: any(map(last, messages)))
         return self.feedback_of(goal_id)[-1]

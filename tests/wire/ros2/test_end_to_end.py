@@ -86,6 +86,36 @@ def test_goals_that_distributions_have_differently(fast, ros, distro):
     assert 0 == drive.wait_for_last_feedback(goal.id)["number_of_recoveries"]
 
 
+@pytest.mark.parametrize("distro", FEEDBACK_HASHES)
+def test_a_route_is_found_and_the_path_smoothed(fast, ros, distro):
+    """In the layouts of each: along the lanes from wall_e to the shelf, by the ids of their waypoints."""
+    node = ros(fast, distro)
+    status, found = node.action("/wall_e/compute_route").wait().do({"start_id": 0, "goal_id": 2})
+    smoothed = node.action("/wall_e/smooth_path").wait().do({"path": found["path"]})
+
+    assert (SUCCEEDED, [0, 1, 2]) == (status, [one["nodeid"] for one in found["route"]["nodes"]])
+    assert [5, 7] == [one["edgeid"] for one in found["route"]["edges"]]
+    assert (SUCCEEDED, 3) == (smoothed[0], len(smoothed[1]["path"]["poses"]))
+
+
+@pytest.mark.parametrize("distro", FEEDBACK_HASHES)
+def test_a_route_is_tracked_while_another_goal_drives(fast, ros, distro):
+    """The last feedback has no waypoint that would come next."""
+    node = ros(fast, distro)
+    tracking = node.action("/wall_e/compute_and_track_route").wait()
+    goal = tracking.send({"start_id": 1, "goal_id": 2})
+    node.action("/wall_e/navigate_to_pose").wait().send(goal_to(9, 2))
+    assert SUCCEEDED == goal.result()[0]
+    last = tracking.wait_for_last_feedback(goal.id, "next_node_id")
+
+    assert (2, 0, 0, 2) == (
+        last["last_node_id"],
+        last["next_node_id"],
+        last["current_edge_id"],
+        len(last["route"]["nodes"]),
+    )
+
+
 def test_other_distribution_is_refused(serve, ros):
     """The server does not understand the goal and does not accept it, so that the client does not wait for ever."""
     options = serve(wires=(RmwZenoh(distros=("jazzy",)),))
