@@ -51,7 +51,7 @@ class _Checker:
         tag = attributes.pop("ID", "") if element.tag in _FORMS else element.tag
         origin = replace(element.origin, tag=tag or element.tag)
         call = Call(origin, None, "", {}, {}, None, {}, autoremap=False)
-        node = self._nodes.get(tag)
+        node = self._nodes.get(tag) or self._spelled(origin, tag)
         if node is None:
             self._unknown(origin, tag)
             return call
@@ -75,6 +75,14 @@ class _Checker:
             around=around,
             conditions=conditions,
         )
+
+    def _spelled(self, origin: Origin, tag: str) -> type[Any] | None:
+        """Return the node whose tag differs in case only, as in a tree that Nav2 ships; None if there is none."""
+        alike = [known for known in self._nodes if known.lower() == tag.lower()]
+        if len(alike) != 1 or tag in self._document.trees or tag in UNSUPPORTED:
+            return None
+        self._faults.warn(origin, f"taken for <{alike[0]}>; BehaviorTree.CPP refuses another case")
+        return self._nodes[alike[0]]
 
     def _unknown(self, origin: Origin, tag: str) -> None:
         if not tag:

@@ -283,6 +283,14 @@ def test_a_planner_that_is_not_served_is_doubted(files, body, doubt):
     assert doubt in line
 
 
+def test_a_tag_in_another_case_is_taken_for_the_node_and_doubted(files):
+    """Nav2 ships such a tree, which BehaviorTree.CPP refuses."""
+    body = _tree('<say text="a"/>')
+    files.load(f'<root BTCPP_format="4">\n{body}\n</root>')
+
+    assert ("tree.xml:2: <say>: taken for <Say>; BehaviorTree.CPP refuses another case",) == files.doubts
+
+
 def test_what_robots_serve_is_not_doubted(files):
     """As Nav2's own trees have it; other selectors may give anything."""
     files.nodes = registry()
