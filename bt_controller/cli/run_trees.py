@@ -73,7 +73,8 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         prepare(missions)
         # The trees live until the end: the garbage collector need not traverse those of a thousand robots.
         gc.freeze()
-        clock = clock_for(client, mailbox, feedback=args.period is not None, grace=_GRACE)
+        feedback = args.period is not None or any(mission.wants_feedback for mission in missions)
+        clock = clock_for(client, mailbox, feedback=feedback, grace=_GRACE)
 
         def give_up() -> None:
             if sys.stdout.isatty():

@@ -57,6 +57,9 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     INPUTS: ClassVar[Mapping[str, Port]] = ACTION_INPUTS
     OUTPUTS: ClassVar[Mapping[str, Port]] = ACTION_OUTPUTS
 
+    FEEDBACK_OUTPUTS: ClassVar[tuple[str, ...]] = ()
+    """The output ports that are written while the goal runs."""
+
     def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
         super().__init__(name, self.ACTION, self.goal, behaviour_class_name=behaviour_class_name)
 
@@ -81,6 +84,14 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     def write_result(self, result: Any) -> None:
         """Write the result of a succeeded goal to the output ports."""
+
+    def write_feedback(self, feedback: Any) -> None:
+        """Write the latest feedback to the output ports."""
+
+    @property
+    def wants_feedback(self) -> bool:
+        """Whether a node reads what this one writes of its feedback."""
+        return any(self.is_read(port) for port in self.FEEDBACK_OUTPUTS)
 
     def clear_result(self) -> None:
         """Write empty values to the output ports: the goal did not succeed, or the node was halted."""
@@ -115,7 +126,10 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
             self.clear_result()
             # A goal that was replaced.
             self.cancel()
-        return super().update()
+        status = super().update()
+        if status is Status.RUNNING and self._handle is not None and self._handle.feedback is not None:
+            self.write_feedback(self._handle.feedback)
+        return status
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
         """Write the code and the result to the output ports, and return the status."""

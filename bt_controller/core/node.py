@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from py_trees.behaviour import Behaviour
+from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
@@ -117,6 +118,12 @@ class Node(PortsMixin):
     def behind(self) -> float:
         """The seconds by which the children's time is behind this node's, as it stood still for them."""
         return 0.0
+
+    def is_read(self, port: str) -> bool:
+        """Return whether a node reads what an output port of this one writes."""
+        client = self.blackboard_client
+        known = Blackboard.metadata.get(client.remappings[client.absolute_name(port)])
+        return known is not None and bool(known.read)
 
     def _whose(self, port: str) -> str:
         where = f" ({self.origin})" if self.origin else ""

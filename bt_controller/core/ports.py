@@ -9,15 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, Generic, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, Self, TypeVar
 
 from py_trees.common import Status
 from py_trees.ports import PortInformation
 
 from hmrsim.diagnostics import shortened, shown
+from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from hmrsim.interfaces.nav2_msgs import Route, TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
 
 T = TypeVar("T")
 
@@ -216,6 +221,23 @@ def _poses(text: str, places: Places | None) -> list[PoseStamped]:
     return [_pose(part, places) for part in text.split("|")]
 
 
+def _waypoint_id(text: str, places: Places | None) -> int:
+    value = _whole(text, places)
+    if not 0 <= value <= MAX_WAYPOINT_ID:
+        raise ValueError(f"{shown(text)} is not the id of a waypoint, from 0 to {MAX_WAYPOINT_ID}")
+    return value
+
+
+def message_kind(message: type[Message]) -> Kind[Any]:
+    """Return the kind of a message that has no text format, so that only another node can write it."""
+    name = message.ros_type.replace("/msg/", "/")
+
+    def refuse(text: str, _places: Places | None) -> Message:
+        raise ValueError(f"{shown(text)} is not a {name}; expected a key of the blackboard")
+
+    return Kind(name, message, refuse)
+
+
 def _path(text: str, places: Places | None) -> Path:
     return Path(poses=_poses(text, places))
 
@@ -235,6 +257,8 @@ _STATUSES: Final = {
     "SKIPPED": Status.INVALID,
 }
 """Statuses, named as in BehaviorTree.CPP."""
+MAX_WAYPOINT_ID: Final = (1 << 16) - 1
+"""The largest id in Nav2's messages."""
 _UNSIGNED: Final = 1 << 32
 """The smallest number that exceeds an unsigned number of BehaviorTree.CPP."""
 
@@ -246,6 +270,7 @@ POSITIVE: Final = Kind("double", float, _positive)
 SHARE: Final = Kind("double", float, _share)
 INT: Final = Kind("int", int, _whole)
 UNSIGNED: Final = Kind("unsigned int", int, _unsigned)
+WAYPOINT_ID: Final = Kind("unsigned int", int, _waypoint_id)
 CHILDREN: Final = Kind("int", int, _children)
 INTS: Final = Kind("int[]", list, _whole_numbers)
 BOOL: Final = Kind("bool", bool, _truth)
@@ -253,6 +278,10 @@ STATUS: Final = Kind("NodeStatus", Status, _status)
 POSE: Final = Kind("geometry_msgs/PoseStamped", PoseStamped, _pose)
 POSES: Final = Kind("geometry_msgs/PoseStamped[]", list, _poses)
 PATH: Final = Kind("nav_msgs/Path", Path, _path)
+DURATION: Final = message_kind(Duration)
+ROUTE: Final = message_kind(Route)
+TRACKING: Final = message_kind(TrackingFeedback)
 PLANNER: Final = Kind("string", str, _text, served=("", "GridBased", "graph"))
 CONTROLLER: Final = Kind("string", str, _text, served=("", "FollowPath"))
+SMOOTHER: Final = Kind("string", str, _text, served=("", "simple_smoother", "route_smoother"))
 ANY: Final[Kind[Any]] = Kind("any", object, _text)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.action_node import ActionNode
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.imports import described
@@ -87,6 +88,12 @@ class Mission:
     def open_goals(self) -> bool:
         """Whether a goal of the tree is still under way."""
         return any(leaf.open_goals for leaf in self._leaves())
+
+    @property
+    def wants_feedback(self) -> bool:
+        """Whether a node of the tree reads feedback that another one writes."""
+        with self._board.in_use():
+            return any(leaf.wants_feedback for leaf in self._leaves() if isinstance(leaf, ActionNode))
 
     @property
     def actions(self) -> dict[str, AnyAction]:

@@ -53,6 +53,12 @@ class CancelBackUp(_Cancel):
     ACTION = "back_up"
 
 
+class CancelComputeAndTrackRoute(_Cancel):
+    """Cancels `ComputeAndTrackRoute`."""
+
+    ACTION = "compute_and_track_route"
+
+
 class CancelControl(_Cancel):
     """Cancels `FollowPath`."""
 
@@ -77,4 +83,12 @@ class CancelWait(_Cancel):
     ACTION = "wait"
 
 
-FAMILY = Family.of("cancels", CancelBackUp, CancelControl, CancelDriveOnHeading, CancelSpin, CancelWait)
+FAMILY = Family.of(
+    "cancels",
+    CancelBackUp,
+    CancelComputeAndTrackRoute,
+    CancelControl,
+    CancelDriveOnHeading,
+    CancelSpin,
+    CancelWait,
+)

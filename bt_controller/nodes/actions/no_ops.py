@@ -28,6 +28,9 @@ _SERVICE: Mapping[str, Port] = {
 }
 
 
+_CLEARING: Mapping[str, Port] = {**_SERVICE, "plugins": input_port(STRING, _NOT_NEEDED, required=False)}
+
+
 class _NoOp(Leaf):
     """Succeeds."""
 
@@ -42,11 +45,13 @@ class _NoOp(Leaf):
 class ClearEntireCostmap(_NoOp):
     """There is no costmap to clear."""
 
+    INPUTS: ClassVar = _CLEARING
+
 
 class ClearCostmapExceptRegion(_NoOp):
     """There is no costmap to clear."""
 
-    INPUTS: ClassVar = {**_SERVICE, "reset_distance": input_port(DOUBLE, _NOT_NEEDED, default=1.0)}
+    INPUTS: ClassVar = {**_CLEARING, "reset_distance": input_port(DOUBLE, _NOT_NEEDED, default=1.0)}
 
 
 class ClearCostmapAroundRobot(ClearCostmapExceptRegion):

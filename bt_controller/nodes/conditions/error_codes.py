@@ -10,7 +10,7 @@ from py_trees.common import Status
 from bt_controller.core.node import Condition
 from bt_controller.core.ports import INT, INTS, input_port
 from bt_controller.nodes import Family
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose, ComputeRoute, FollowPath, SmoothPath
 
 _ERROR_CODE = input_port(INT, "The error code; none before one is written", required=False)
 
@@ -31,14 +31,18 @@ class AreErrorCodesPresent(Condition):
 
 
 class _WouldARecoveryHelp(AreErrorCodesPresent):
-    """Succeeds if a recovery may remove the cause of the error."""
+    """Succeeds if a recovery may remove the cause of the error; ``error_codes_to_check`` replaces the codes of that."""
 
-    INPUTS: ClassVar = {"error_code": _ERROR_CODE}
+    INPUTS: ClassVar = {
+        "error_code": _ERROR_CODE,
+        "error_codes_to_check": input_port(INTS, "Other codes to look for", required=False),
+    }
     CODES: ClassVar[tuple[int, ...]]
 
     def codes(self) -> Collection[int]:
         """Return the codes to look for."""
-        return self.CODES
+        given: list[int] | None = self.read("error_codes_to_check")
+        return self.CODES if given is None else given
 
 
 class WouldAPlannerRecoveryHelp(_WouldARecoveryHelp):
@@ -63,9 +67,20 @@ class WouldAControllerRecoveryHelp(_WouldARecoveryHelp):
 
 
 class WouldASmootherRecoveryHelp(_WouldARecoveryHelp):
-    """Succeeds if the smoother timed out, failed, or found a collision; path smoothing is not simulated."""
+    """Succeeds if the smoother timed out, failed, or found a collision."""
 
-    CODES = (500, 502, 503, 504)
+    CODES = (
+        SmoothPath.Result.UNKNOWN,
+        SmoothPath.Result.TIMEOUT,
+        SmoothPath.Result.SMOOTHED_PATH_IN_COLLISION,
+        SmoothPath.Result.FAILED_TO_SMOOTH_PATH,
+    )
+
+
+class WouldARouteRecoveryHelp(_WouldARecoveryHelp):
+    """Succeeds if there was no route, or its search timed out or failed for an unknown reason."""
+
+    CODES = (ComputeRoute.Result.UNKNOWN, ComputeRoute.Result.TIMEOUT, ComputeRoute.Result.NO_VALID_ROUTE)
 
 
 FAMILY = Family.of(
@@ -73,5 +88,6 @@ FAMILY = Family.of(
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
     WouldAPlannerRecoveryHelp,
+    WouldARouteRecoveryHelp,
     WouldASmootherRecoveryHelp,
 )

@@ -13,10 +13,15 @@ from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
 from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
 from bt_controller.nodes.actions.manipulation import Pickup, Place
 from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
-from bt_controller.nodes.actions.paths import ComputePathToPose, FollowPath
+from bt_controller.nodes.actions.paths import ComputePathThroughPoses, ComputePathToPose, FollowPath, SmoothPath
+from bt_controller.nodes.actions.routes import ComputeAndTrackRoute, ComputeRoute
+from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
 from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
+from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import SimulatorNotFound
@@ -79,6 +84,44 @@ class TestGoals:
 
         assert 2 == len(goal["path"]["poses"])
         assert ("FollowPath", "exact") == (goal["controller_id"], goal["goal_checker_id"])
+
+    def test_compute_path_through_poses(self, sent):
+        """All goals, in order, from the robot; from a start that is given."""
+        goal = sent(ComputePathThroughPoses, goals="1;2|3;4", planner_id="GridBased")
+        started = sent(ComputePathThroughPoses, goals="1;2", start="5;6")
+
+        assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["goals"]["goals"]]
+        assert "use_start" not in goal
+        assert (True, {"x": 5.0, "y": 6.0}) == (started["use_start"], started["start"]["pose"]["position"])
+
+    def test_smooth_path(self, sent, path):
+        """The path, and for how long."""
+        goal = sent(SmoothPath, unsmoothed_path=path((0, 0), (1, 0)), smoother_id="route_smoother")
+
+        assert 2 == len(goal["path"]["poses"])
+        assert ("route_smoother", {"sec": 3}) == (goal["smoother_id"], goal["max_smoothing_duration"])
+
+    @pytest.mark.parametrize("kind", [ComputeRoute, ComputeAndTrackRoute])
+    def test_routes(self, sent, kind):
+        """By the ids of waypoints; with use_poses to a pose; with use_start from one."""
+        assert {"start_id": 2, "goal_id": 3} == sent(kind, start_id="2", goal_id="3", goal="1;2")
+        goal = sent(kind, use_poses="true", goal="1;2", start="3;4", goal_id="3")
+        assert ({"goal", "use_poses"}, 1.0) == (goal.keys(), goal["goal"]["pose"]["position"]["x"])
+        goal = sent(kind, use_poses="true", use_start="true", goal="1;2", start="3;4")
+        assert (True, 3.0) == (goal["use_start"], goal["start"]["pose"]["position"]["x"])
+
+    @pytest.mark.parametrize(
+        ("ports", "text"),
+        [
+            ({"use_poses": "true"}, "port 'goal' has no value yet"),
+            ({"use_poses": "true", "use_start": "true", "goal": "1;2"}, "port 'start' has no value yet"),
+            ({"goal_id": 65536}, "port 'goal_id': 65536 is not the id of a waypoint, from 0 to 65535"),
+        ],
+    )
+    def test_a_route_without_ends_is_an_error_that_names_the_port(self, node, tree, known, ports, text):
+        """A pose that is to be used, and an id that a message can have."""
+        with pytest.raises(PortError, match=text):
+            tree(node(ComputeRoute, **ports), **known).tick()
 
     def test_spin(self, sent):
         """The default is 1.57 radians in 10 s."""
@@ -314,6 +357,64 @@ class TestEnds:
         ticked.tick()
         ticked.halt()
         assert board["/done"] is False
+
+
+class TestFeedback:
+    """What is written while a goal runs."""
+
+    @pytest.fixture
+    def following(self, node, tree, known, client, path):
+        """Return the function that makes a tree that follows a path, ticked once, and its goal."""
+
+        def make(*readers):
+            followed = node(FollowPath, path=path((0, 0), (1, 0)), tracking_feedback="{tracking}")
+            ticked = tree(node(ReactiveSequence, *readers, followed), **known)
+            ticked.tick()
+            client.goals[0].accept()
+            return ticked, client.goals[0]
+
+        return make
+
+    def test_it_tells_how_the_robot_keeps_to_its_path(self, node, following, board):
+        """To a node that reads it; in the end it follows none."""
+        ticked, goal = following(node(IsWithinPathTrackingBounds, tracking_feedback="{tracking}"))
+        goal.feed(tracking_feedback=TrackingFeedback(position_tracking_error=0.25))
+        ticked.tick()
+        assert 0.25 == board["/tracking"].position_tracking_error
+        goal.succeed()
+        ticked.tick()
+        assert TrackingFeedback() == board["/tracking"]
+
+    def test_it_tells_nothing_that_no_node_reads(self, following, board):
+        """Each write would tick the tree again."""
+        ticked, goal = following()
+        goal.feed(tracking_feedback=TrackingFeedback(position_tracking_error=0.25))
+        ticked.tick()
+
+        assert "/tracking" not in board
+        assert not ticked.root.children[-1].wants_feedback
+
+    def test_a_route_is_tracked(self, node, tree, known, client, board):
+        """Where the robot is, and in the end nowhere."""
+        ports = {"last_node_id": "{last}", "path": "{path}", "execution_duration": "{seconds}"}
+        ticked = tree(node(ComputeAndTrackRoute, goal_id="3", **ports), **known)
+        ticked.tick()
+        goal = client.goals[0]
+        goal.accept()
+        goal.feed(last_node_id=7)
+        assert ("R", 7, Path()) == (ticked.tick(), board["/last"], board["/path"])
+        goal._end(GoalStatus.SUCCEEDED, goal.action.result(execution_duration=Duration(sec=4)))
+        assert ("S", 0, 4) == (ticked.tick(), board["/last"], board["/seconds"].sec)
+
+    def test_another_route_replaces_it(self, node, tree, known, client, board):
+        """When the ports have changed."""
+        board["/to"] = 3
+        ticked = tree(node(ComputeAndTrackRoute, goal_id="{to}"), **known)
+        ticked.tick()
+        board["/to"] = 4
+        ticked.tick()
+
+        assert [3, 4] == [goal.goal.goal_id for goal in client.goals]
 
 
 class TestMoveIt:

@@ -13,6 +13,7 @@ from bt_controller.nodes.conditions.error_codes import (
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
     WouldAPlannerRecoveryHelp,
+    WouldARouteRecoveryHelp,
     WouldASmootherRecoveryHelp,
 )
 from bt_controller.nodes.conditions.goals import (
@@ -25,6 +26,8 @@ from bt_controller.nodes.conditions.goals import (
 from bt_controller.nodes.conditions.localisation import InitialPoseReceived, TransformAvailable
 from bt_controller.nodes.conditions.motion import DistanceTraveled, IsStopped, IsStuck
 from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
+from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
+from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
 
@@ -356,21 +359,48 @@ class TestErrorCodes:
             (WouldAPlannerRecoveryHelp, [200, 207, 208]),
             (WouldAControllerRecoveryHelp, [100, 104, 105, 106]),
             (WouldASmootherRecoveryHelp, [500, 502, 503, 504]),
+            (WouldARouteRecoveryHelp, [400, 404, 405]),
         ],
     )
     def test_a_recovery_helps_against_some_causes(self, node, tree, kind, codes):
         """As Nav2 has it: not if the goal is outside the map, or occupied."""
         helped = [
             code
-            for code in (0, 1, 2, *range(100, 110), *range(200, 210), *range(500, 506))
+            for code in (0, 1, 2, *range(100, 110), *range(200, 210), *range(400, 408), *range(500, 506))
             if tree(node(kind, error_code=code)).tick() == "S"
         ]
 
         assert codes == helped
 
+    def test_other_codes_can_be_named(self, node, tree):
+        """They count in place of the usual ones."""
+        codes = {"error_codes_to_check": "204;206"}
+
+        assert "S" == tree(node(WouldAPlannerRecoveryHelp, error_code=204, **codes)).tick()
+        assert "F" == tree(node(WouldAPlannerRecoveryHelp, error_code=208, **codes)).tick()
+
     def test_a_code_that_was_never_written_is_none(self, node, tree):
         """The controller has not been asked yet."""
         assert "F" == tree(node(WouldAControllerRecoveryHelp, error_code="{never}")).tick()
+
+
+class TestIsWithinPathTrackingBounds:
+    """How a robot keeps to its path."""
+
+    @pytest.mark.parametrize(
+        ("aside", "turned", "status"),
+        [(0.2, 0.0, "S"), (0.21, 0.0, "F"), (-0.4, 0.0, "S"), (-0.41, 0.0, "F"), (0.0, -1.0, "S"), (0.0, 1.1, "F")],
+    )
+    def test_each_side_has_a_bound(self, node, tree, aside, turned, status):
+        """0.2 to the left, 0.4 to the right, a radian either way; the signs of bounds do not matter."""
+        tracking = TrackingFeedback(position_tracking_error=aside, heading_tracking_error=turned)
+        bounds = {"max_error_left": "0.2", "max_error_right": "-0.4", "max_error_heading": "1.0"}
+
+        assert status == tree(node(IsWithinPathTrackingBounds, tracking_feedback=tracking, **bounds)).tick()
+
+    def test_a_robot_that_follows_no_path_is_within(self, node, tree):
+        """Nothing has been told yet."""
+        assert "S" == tree(node(IsWithinPathTrackingBounds, tracking_feedback="{never}")).tick()
 
 
 class TestLocalisation:

@@ -17,11 +17,13 @@ from bt_controller.nodes.actions.poses import (
     GetNextFewGoals,
     RemovePassedGoals,
 )
+from bt_controller.nodes.actions.routes import ExtractRouteNodesAsGoals
 from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
 from bt_controller.world.directory import Directory
-from hmrsim.interfaces.nav2_msgs import WaypointStatus
+from hmrsim.interfaces.geometry_msgs import Point
+from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.errors import RequestTimeout
@@ -232,6 +234,18 @@ def test_a_goal_is_added_at_the_end(node, tree, board):
     tree(node(AppendGoalPoseToGoals, input_goals="1;0|2;0", goal_pose="3;0", output_goals="{out}")).tick()
 
     assert [1.0, 2.0, 3.0] == [goal.pose.position.x for goal in board["/out"]]
+
+
+def test_the_waypoints_of_a_route_are_goals(node, tree, board):
+    """Where they are, in the frame of the route; a route without any is a failure."""
+    header = Header(frame_id="map")
+    nodes = [RouteNode(nodeid=7, position=Point(x=1.0)), RouteNode(nodeid=2, position=Point(y=2.0))]
+    route = Route(header=header, nodes=nodes)
+
+    assert "S" == tree(node(ExtractRouteNodesAsGoals, route=route, goals="{out}")).tick()
+    assert [(1.0, 0.0), (0.0, 2.0)] == [(at.pose.position.x, at.pose.position.y) for at in board["/out"]]
+    assert "map" == board["/out"][0].header.frame_id
+    assert "F" == tree(node(ExtractRouteNodesAsGoals, route=Route(), goals="{out}")).tick()
 
 
 class TestGetNextFewGoals:
