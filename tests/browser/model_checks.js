@@ -124,6 +124,14 @@ async ([base, VIEW, prefix = '']) => {
       equal([1, 9, 208, 'no route', { distance_remaining: 3 }], [accepted, ended, errorCode, errorMsg, feedback]);
       equal(['to ward', null], [goalWords('navigate_to_pose', known, model.world), model.robots.get('wall_e').goal]);
     },
+    'a goal that only follows a robot does not hold it'() {
+      const goal = { use_poses: true, goal: { pose: { position: { x: 10, y: 10 } } } };
+      const action = 'compute_and_track_route';
+      const asked = event(1, 'goal', { robot: 'wall_e', action, goal_id: 'one', goal });
+      const model = modelOf(asked, status(1, 1, { action }), status(1, 2, { action }));
+      equal(['idle', null], [model.robots.get('wall_e').stateAt(1), model.robots.get('wall_e').goal]);
+      equal(['to ward', 'to waypoint 7'], [goalWords(action, goal, model.world), goalWords(action, { goal_id: 7 })]);
+    },
     'errors are those of Nav2, MoveIt or the simulation'() {
       equal([208, 'x'], errorOf({ error_code: 208, error_msg: 'x' }));
       equal([-19, 'y'], errorOf({ error_code: { val: -19, message: 'y' } }));

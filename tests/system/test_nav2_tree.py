@@ -16,11 +16,11 @@ from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client
-from tests.paths import REFERENCES
+from tests.paths import nav2_files
 from tests.served_world import served_world
 
 NAV2 = "navigate_to_pose_w_replanning_and_recovery.xml"
-THEIRS = REFERENCES / "bt" / NAV2
+THEIRS = next((file for file in nav2_files(".xml") if file.name == NAV2), Path(NAV2))
 OURS = Path(__file__).with_name("navigate.xml")
 
 GOAL = "14;0"

@@ -7,6 +7,10 @@ import { NO_WAY, samePlace, Way } from './way.js';
 /** What a robot may be doing, in the order in which they count. */
 export const STATES = Object.freeze(['offline', 'stopped', 'waiting', 'driving', 'charging', 'busy', 'idle']);
 
+/** Actions that do not hold a robot: others may drive it meanwhile. */
+const BESIDE = new Set([
+  'compute_and_track_route', 'compute_path_through_poses', 'compute_path_to_pose', 'compute_route', 'smooth_path',
+]);
 const DRIVEN = 400;
 const NONE = Object.freeze([]);
 const WELL = Object.freeze({});
@@ -102,9 +106,9 @@ export class Robot {
     if (this.ailments !== WELL) return 'stopped';
     if (this.waits) return 'waiting';
     if (this.movesAt(time)) return 'driving';
-    if (this.aside !== null && this.goals.length) return 'waiting';
+    if (this.aside !== null && this.goal !== null) return 'waiting';
     if (this.battery !== null && this.battery.charging) return 'charging';
-    return this.goals.length ? 'busy' : 'idle';
+    return this.goal !== null ? 'busy' : 'idle';
   }
 
   /**
@@ -138,7 +142,7 @@ export class Robot {
   /** @returns {import('./goals.js').Goal|null} The goal that holds it, or null. */
   get goal() {
     for (let i = this.goals.length - 1; i >= 0; i -= 1) {
-      if (this.goals[i].action !== 'compute_path_to_pose') return this.goals[i];
+      if (!BESIDE.has(this.goals[i].action)) return this.goals[i];
     }
     return null;
   }

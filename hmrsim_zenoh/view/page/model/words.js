@@ -77,6 +77,10 @@ const DOCKING = ['waiting for a berth', 'to the staging pose', 'docking', 'docki
 const ASKED = new Map(Object.entries({
   navigate_to_pose: ({ pose }, world) => pointWords(pose, world),
   compute_path_to_pose: ({ goal }, world) => pointWords(goal, world),
+  compute_path_through_poses: ({ goals }, world) => throughWords(goals?.goals ?? goals, world),
+  compute_route: routeWords,
+  compute_and_track_route: routeWords,
+  smooth_path: ({ path }, world) => pointWords(path?.poses?.[path.poses.length - 1], world),
   navigate_through_poses: ({ poses }, world) => throughWords(poses?.goals ?? poses, world),
   follow_waypoints: ({ poses }, world) => throughWords(poses, world),
   follow_path: ({ path }, world) => pointWords(path?.poses?.[path.poses.length - 1], world),
@@ -94,6 +98,10 @@ function throughWords(poses, world) {
   if (!Array.isArray(poses) || poses.length === 0) return '';
   const last = pointWords(poses[poses.length - 1], world);
   return poses.length === 1 ? last : `${last}, by ${poses.length} poses`;
+}
+
+function routeWords({ use_poses: byPose, goal, goal_id: id }, world) {
+  return byPose ? pointWords(goal, world) : `to waypoint ${id ?? 0}`;
 }
 
 /** Return where a geometry_msgs/msg/PoseStamped is. */
