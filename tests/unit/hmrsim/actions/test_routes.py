@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.nav2_msgs import ComputeAndTrackRoute, ComputeRoute, FollowPath, NavigateToPose
 from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal
 from hmrsim.services import registry as services
+from tests.profiles import examples
+from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")
 
@@ -246,3 +252,27 @@ class TestComputeAndTrackRoute:
 
         assert [0, 1, 4] == [last for _, last, _, _, new in told(log) if not new]
         assert (10.5, 1) == told(log)[2][:2]
+
+
+cells = st.tuples(st.integers(-4, 4), st.integers(-4, 4))
+speeds = st.floats(0.2, 5.0)
+
+
+@given(st.lists(cells, min_size=2, max_size=6, unique=True), speeds, st.none() | speeds, st.none() | speeds)
+@examples(20)
+def test_every_waypoint_is_passed_in_order(points, speed, acceleration, turning_rate):
+    """However a robot drives a chain of lanes, also back over itself: it is tracked to the end before it arrives."""
+    names = "abcdef"[: len(points)]
+    base = {"speed": speed, "acceleration": acceleration, "turning_rate": turning_rate}
+    world = {
+        "waypoints": dict(zip(names, ([2.0 * x, 2.0 * y] for x, y in points), strict=True)),
+        "lanes": [[*pair] for pair in pairwise(names)],
+        "robots": {"r": {"at": names[0], "base": {key: value for key, value in base.items() if value is not None}}},
+    }
+    last = len(points) - 1
+    x, y = points[last]
+    log = simulate(world, feedback_rate=0.01)((0.0, track(goal_id=last)), (0.0, go(2.0 * x, 2.0 * y)))
+
+    assert [*range(last + 1)] == [passed for _, passed, _, _, new in told(log) if not new]
+    assert "SUCCEEDED" == log.changes(A)[-1][1] == log.changes(B)[-1][1]
+    assert log.changes(A)[-1][0] <= log.changes(B)[-1][0]
