@@ -32,6 +32,7 @@ class _End:
         written: Whether it is an output.
         needed: Whether it is a required input.
         scripted: Whether it is an entry of a script.
+        renewed: Whether it is an output whose first value has to come from elsewhere, as its node needs it, too.
     """
 
     origin: Origin
@@ -41,6 +42,7 @@ class _End:
     written: bool
     needed: bool
     scripted: bool
+    renewed: bool
 
 
 def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[str, ...]:
@@ -56,7 +58,7 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
     ends = [end for node, origin in nodes if isinstance(node, PortsMixin) for end in _ends(node, origin)]
     _compare(ends, faults)
     _read(ends, faults)
-    written = {end.key for end in ends if end.written} | set(Blackboard.storage)
+    written = {end.key for end in ends if end.written and not end.renewed} | set(Blackboard.storage)
     unset = [end.origin.says(_unset(end)) for end in ends if end.needed and end.key not in written]
     for end in ends:
         if end.scripted and end.key not in written:
@@ -78,11 +80,14 @@ def unread(keys: Iterable[str]) -> tuple[str, ...]:
 def _ends(node: PortsMixin, origin: Origin) -> Iterator[_End]:
     client = node.blackboard_client
     names = {name for script in getattr(node, "scripts", {}).values() for name in script.names}
+    needed: set[str] = set()
     for ports, written in ((node.input_ports(), False), (node.output_ports(), True)):
         for name, port in ports.items():
             key = client.remappings[client.absolute_name(name)]
-            needed = not written and port.required and port.default_value is None
-            yield _End(origin, name, key, getattr(port, "kind", None), written, needed, name in names)
+            if needs := not written and port.required and port.default_value is None:
+                needed.add(key)
+            renewed = written and key in needed
+            yield _End(origin, name, key, getattr(port, "kind", None), written, needs, name in names, renewed)
 
 
 def _compare(ends: Iterable[_End], faults: Faults) -> None:

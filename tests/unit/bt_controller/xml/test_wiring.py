@@ -52,6 +52,7 @@ def test_two_kinds_on_one_key_are_reported(files, body, error):
         ('<SubTree ID="S" g="1;2"/>', []),
         ('<All><Go goal="{g}"/><Go goal="1;2" where="{g}"/></All>', []),
         ('<All><Script code="g := 1"/><Go goal="{g}"/></All>', []),
+        ('<Go goal="{g}" where="{g}"/>', ["tree.xml:2: <Go>: nothing writes 'g'; give it with --set g=…"]),
         (
             '<All><Go goal="{g}"/><Say text="{x}"/></All>',
             ["tree.xml:2: <Go>: nothing writes 'g'; give it with --set g=…"],
