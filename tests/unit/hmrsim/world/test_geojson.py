@@ -186,12 +186,13 @@ def test_nav2_gets_limits_as_floats():
     assert '"cost": 5.0, "metadata": {"length": 5.0, "abs_speed_limit": 2.0}' in json.dumps(to_geojson(world))
 
 
-def test_closed_lanes_are_not_written():
-    """One direction may be closed alone."""
+@pytest.mark.parametrize(("closed", "ends", "number"), [(("b", "a"), (0, 1), 2), (("a", "b"), (1, 0), 3)])
+def test_closed_lanes_are_not_written(closed, ends, number):
+    """One direction may be closed alone; the other one keeps its id."""
     world = World.model_validate({"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [["a", "b"]]})
-    (way,) = to_geojson(world, closed={("b", "a")})["features"][2:]
+    (way,) = to_geojson(world, closed={closed})["features"][2:]
 
-    assert (0, 1) == (way["properties"]["startid"], way["properties"]["endid"])
+    assert (*ends, number) == tuple(way["properties"][key] for key in ("startid", "endid", "id"))
 
 
 # --- there and back -----------------------------------------------------------------------------------------------
