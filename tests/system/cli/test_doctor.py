@@ -66,7 +66,7 @@ def test_a_healthy_simulator(doctor):
     assert (0, "") == (code, err)
     assert f"network     {options.connect[0]}: the simulator is the router" == lines[0]
     assert lines[1].endswith(", contract 1, prefix hmrsim, world 'small'")
-    assert "robots      wall_e, eve (13 actions each), cart (11 actions); 3 of 3 with a liveliness token" == lines[3]
+    assert "robots      wall_e, eve (17 actions each), cart (15 actions); 3 of 3 with a liveliness token" == lines[3]
     assert ["ROS         domain 0: no nodes", "", "nothing is wrong"] == lines[4:]
 
 
@@ -155,10 +155,10 @@ def test_actions_of_a_lost_robot_are_not_whole(doctor):
     with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, Client(options) as client:
         client.get("hmrsim/_world/inject_fault", payload=fault)
         end, out = time.monotonic() + PATIENCE, ""
-        while "27 of 43 action names whole" not in out and time.monotonic() < end:
+        while "35 of 55 action names whole" not in out and time.monotonic() < end:
             _, out, _ = doctor(options, "--ros-domain-id", "7")
 
-    assert "; 27 of 43 action names whole; " in out
+    assert "; 35 of 55 action names whole; " in out
     assert "error: wall_e is unreachable: there is no liveliness token" in out
 
 
@@ -195,14 +195,14 @@ def test_simulator_that_speaks_ros(doctor):
     with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
         tokens = declare(session, 7)
         end, out = time.monotonic() + PATIENCE, ""
-        while "43 of 43 action names whole; types of kilted\n" not in out and time.monotonic() < end:
+        while "55 of 55 action names whole; types of kilted\n" not in out and time.monotonic() < end:
             code, out, _ = doctor(options, "--ros-domain-id", "7")
         elsewhere = doctor(options)
         del tokens
 
     ros = [line for line in out.splitlines() if line.startswith("ROS")]
     assert ros[0].startswith("ROS         domain 7: the simulator, with ")
-    assert ros[0].endswith("; 43 of 43 action names whole; types of kilted")
+    assert ros[0].endswith("; 55 of 55 action names whole; types of kilted")
     assert ["ROS         domain 7: 1 node of others: /nav (1 client)"] == ros[1:]
     assert (1, 1) == (code, out.count("error: "))
     assert f"error: /nav is incompatible with {CLIENT.name}: its hash is RIHS01_00 (of an unknown distribution" in out
