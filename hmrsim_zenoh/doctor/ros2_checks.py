@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, whole
 from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.ros2.publishing.parts import FIRST
 from hmrsim_zenoh.ros2.type_compat import known
 
 if TYPE_CHECKING:
@@ -32,11 +33,12 @@ def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
         return {}
     there = {(endpoint.name, endpoint.kind) for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)}
     found = {}
-    for action, (robot, _) in snapshot.simulator.names.actions.items():
+    for action, (robot, served) in snapshot.simulator.names.actions.items():
         if robot in snapshot.simulator.lost:
             continue
         missing = [part for part, kind in _PARTS.items() if (f"{action}/_action/{part}", kind) not in there]
-        if missing:
+        # In a large fleet, other actions are declared as a whole when a client looks for them.
+        if missing and (served == FIRST or len(missing) < len(_PARTS)):
             found[action] = missing
     return found
 

@@ -155,6 +155,11 @@ def all_tokens(domain: int) -> str:
     return f"{_TOKENS}/{domain}/**"
 
 
+def tokens_of(domain: int, kind: Kind, session: str = "*") -> str:
+    """Return the wildcard of the tokens of one kind in a domain, of one session or of all."""
+    return f"{_TOKENS}/{domain}/{session}/*/*/{kind.value}/**"
+
+
 def read_token(text: str) -> Token | None:
     """Return a parsed token; None when it is not one of rmw_zenoh's."""
     chunks = text.split("/")

@@ -124,6 +124,11 @@ class Names:
                 found.update(_lifecycle(robot, tuple(actions)))
         return found
 
+    @cached_property
+    def nodes(self) -> dict[str, list[Node]]:
+        """The nodes of each robot."""
+        return {robot: _nodes(robot, tuple(actions)) for robot, actions in self.serves.items() if robot != WORLD}
+
 
 def _spelled(robot: str, action: str) -> list[str]:
     """Return the names of a robot's action without aliases."""
@@ -139,6 +144,11 @@ def _actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, st
 
 @lru_cache(_KEPT)
 def _lifecycle(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
-    names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION])
-    nodes = [Node(f"/{robot}", name) for name in names if name not in _WITHOUT_LIFECYCLE]
+    nodes = [node for node in _nodes(robot, actions) if node.name not in _WITHOUT_LIFECYCLE]
     return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}
+
+
+@lru_cache(_KEPT)
+def _nodes(robot: str, actions: tuple[str, ...]) -> list[Node]:
+    names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION, OTHER_NODE])
+    return [Node(f"/{robot}", name) for name in names]

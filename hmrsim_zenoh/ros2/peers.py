@@ -2,15 +2,19 @@
 
 ROS ignores type hashes in service discovery: a client whose types differ from the simulator's finds the server, sends
 a request and waits forever. The simulator logs the difference and the remedy, once for each client.
+
+The simulator's own tokens are not watched, as far as patterns can leave them out: Zenoh compares each new token with
+all that match the same pattern.
 """
 
 from __future__ import annotations
 
 import logging
+import re
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
@@ -24,6 +28,8 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+_MAX_SESSIONS: Final = 256
+"""The largest number of remote sessions whose services are watched."""
 _MAX_ENDPOINTS: Final = 10_000
 """The largest number of remote endpoints that are remembered."""
 _SHOWN: Final = 200
@@ -31,6 +37,7 @@ _SHOWN: Final = 200
 _SHOWN_OF_ID: Final = 8
 """Digits that are shown of a client's id."""
 
+_SESSION: Final = re.compile("[0-9a-f]{1,32}")
 _WHAT: Final = {Kind.CLIENT: "client", Kind.SUBSCRIBER: "subscriber"}
 
 
@@ -39,8 +46,9 @@ class Peers:
 
     Args:
         session: The session to watch on; its own tokens are ignored.
-        served: Returns types and hashes of the simulator's endpoints by name.
+        served: Returns types and hashes of the simulator's endpoints with a name.
         rejections: Logs each warning once.
+        came: Called with the name of a remote client's or subscriber's endpoint; in a thread of Zenoh's.
         gone: Called with the gid of a service client that has gone; in a thread of Zenoh's.
     """
 
@@ -49,21 +57,25 @@ class Peers:
         session: zenoh.Session,
         domain: int,
         *,
-        served: Callable[[], Mapping[str, set[TypeHash]]],
+        served: Callable[[str], Collection[TypeHash]],
         rejections: RejectionLog,
+        came: Callable[[str], None],
         gone: Callable[[bytes], None],
     ) -> None:
         self._domain = domain
         self._own = str(session.info.zid())
         self._served = served
         self._due = rejections.due
+        self._asked = came
         self._gone = gone
         self._lock = threading.Lock()
         # The tokens of remote clients and subscribers by their gids.
         self._others: dict[bytes, Token] = {}
-        self._subscriber = session.liveliness().declare_subscriber(
-            keys.all_tokens(domain), zenoh.handlers.Callback(self._on_sample), history=True
-        )
+        self._sessions: set[str] = set()
+        self._liveliness = session.liveliness()
+        self._subscribers = [
+            self._watch(keys.tokens_of(domain, kind)) for kind in (Kind.CLIENT, Kind.SUBSCRIBER, Kind.NODE)
+        ]
 
     def look(self) -> None:
         """Check the known endpoints again, after the served names have changed."""
@@ -71,6 +83,7 @@ class Peers:
             others = list(self._others.values())
         for token in others:
             if token.endpoint is not None:
+                self._asked(token.endpoint.name)
                 self._compare(token, token.endpoint)
 
     def wrong_hash(self, address: Address, who: str) -> None:
@@ -90,8 +103,13 @@ class Peers:
 
     def close(self) -> None:
         """Stop watching."""
-        with suppress(zenoh.ZError):
-            self._subscriber.undeclare()
+        for subscriber in list(self._subscribers):
+            with suppress(zenoh.ZError):
+                subscriber.undeclare()
+
+    def _watch(self, pattern: str, *, own_thread: bool = True) -> Any:
+        handler = zenoh.handlers.Callback(self._on_sample, indirect=own_thread)
+        return self._liveliness.declare_subscriber(pattern, handler, history=True)
 
     def _token_of(self, who: str) -> Token | None:
         with self._lock, suppress(ValueError):
@@ -112,14 +130,27 @@ class Peers:
         token = keys.read_token(text)
         if token is None:
             self._say_unreadable(text)
-        elif token.session != self._own and token.endpoint is not None:
+        elif token.session != self._own:
+            self._watch_services(token.session)
+            if token.endpoint is None:
+                return
             if token.endpoint.kind in _WHAT:
                 with self._lock:
                     if len(self._others) < _MAX_ENDPOINTS:
                         self._others[keys.gid(text)] = token
+                self._asked(token.endpoint.name)
                 self._compare(token, token.endpoint)
             elif token.endpoint.kind is Kind.SERVICE:
                 self._contest(token, token.endpoint)
+
+    def _watch_services(self, session: str) -> None:
+        with self._lock:
+            if session in self._sessions or len(self._sessions) >= _MAX_SESSIONS:
+                return
+            self._sessions.add(session)
+        if _SESSION.fullmatch(session):
+            pattern = keys.tokens_of(self._domain, Kind.SERVICE, session)
+            self._subscribers.append(self._watch(pattern, own_thread=False))
 
     def _went(self, text: str) -> None:
         token = keys.read_token(text)
@@ -132,13 +163,13 @@ class Peers:
             self._gone(gid)
 
     def _compare(self, token: Token, endpoint: Endpoint) -> None:
-        served = self._served().get(endpoint.name)
+        served = self._served(endpoint.name)
         if served and (endpoint.type, endpoint.hash) not in served:
             address = Address(endpoint.name, endpoint.type, endpoint.hash)
             self._warn(token.session, f"{_WHAT[endpoint.kind]} {token.node.full_name}", address)
 
     def _warn(self, whose: str, who: str, address: Address) -> None:
-        served = self._served().get(address.name)
+        served = self._served(address.name)
         # One warning for each type: a program that talks to many robots has the same problem with each.
         if not served or not self._due((whose, address.type, address.hash)):
             return
@@ -146,7 +177,7 @@ class Peers:
         _log.warning("ROS domain %d: %s is incompatible with %s: %s; %s", self._domain, who, address.name, what, remedy)
 
     def _contest(self, token: Token, endpoint: Endpoint) -> None:
-        if endpoint.name in self._served() and self._due(("contest", token.session)):
+        if self._served(endpoint.name) and self._due(("contest", token.session)):
             robot, _, name = endpoint.name[1:].partition("/")
             _log.warning(
                 "ROS domain %d: node %s serves %s, too: both execute each goal%s, and a client gets the reply "

@@ -126,7 +126,12 @@ class Ros2Server:
         self._peers: Peers | None = None
         if isinstance(wire, RmwZenoh):
             self._peers = Peers(
-                session, wire.domain, served=self._publications.served, rejections=rejections, gone=self._gone
+                session,
+                wire.domain,
+                served=self._publications.served,
+                rejections=rejections,
+                came=self._publications.ask,
+                gone=self._gone,
             )
         self._requests = Requests(
             wire,

@@ -1,11 +1,16 @@
-"""Declaration of nodes and endpoints in a background thread, as it takes seconds for many robots."""
+"""Declaration of nodes and endpoints in a background thread, as it takes seconds for many robots.
+
+Zenoh compares each token with all others that match ``@ros2_lv/<domain>/**``, which every ROS session watches: tokens
+cost quadratic time, in the simulator and in its clients. So a large fleet has only some standing tokens; the others
+are declared when a client has a token of its own for them, which it must have before it waits for a server.
+"""
 
 from __future__ import annotations
 
 import itertools
 import logging
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +30,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+_STAYS: Final = "%s could not be undeclared, and ROS may still see it: %s"
 _JOIN_SECONDS: Final = 1.0
 """Wall seconds to wait at the end for the declaration in progress."""
 
@@ -39,7 +45,7 @@ class _Declared:
 
 
 class Declarations:
-    """Declares exactly the wanted parts, in its own thread.
+    """Declares the wanted parts, and others when they are asked for, in its own thread.
 
     Args:
         wire: How tokens are spelled, and whether there are any.
@@ -56,12 +62,15 @@ class Declarations:
     ) -> None:
         self._liveliness = session.liveliness()
         self._session_id = str(session.info.zid())
-        self._domain = wire.domain if isinstance(wire, RmwZenoh) else None
+        self._has_tokens = wire.has_types
+        self._domain = wire.domain if isinstance(wire, RmwZenoh) else 0
         self._endpoints_of = endpoints_of
         self._publishers = publishers
         self._ids = itertools.count()
         self._changed = threading.Condition()
-        self._wanted: Sequence[Part] | None = None
+        self._wanted: tuple[Sequence[Part], int] | None = None
+        self._asked: dict[Part, None] = {}
+        self._existing: Set[Part] = frozenset()
         self._closed = False
         self._thread: threading.Thread | None = None
         # All nodes of a robot share one number: Zenoh compares a token with all tokens that branch off at the same
@@ -69,15 +78,26 @@ class Declarations:
         self._numbers: dict[str, int] = {}
         self._nodes: dict[Node, _Declared] = {}
         self._parts: dict[Part, list[tuple[Owned, _Declared | None]]] = {}
+        # The nodes that a part declares by itself, beside those of its endpoints.
+        self._held: dict[Part, list[Node]] = {}
 
-    def want(self, parts: Sequence[Part]) -> None:
-        """Request these parts, in this order, and no others; returns at once."""
+    def want(self, parts: Sequence[Part], standing: int | None = None) -> None:
+        """Request the first *standing* parts, in this order, by default all; returns at once.
+
+        The others may be asked for; any that is in neither group is undeclared.
+        """
         with self._changed:
-            self._wanted = parts
+            self._wanted = parts, len(parts) if standing is None else standing
             self._changed.notify()
             if self._thread is None and not self._closed:
                 self._thread = threading.Thread(target=self._run, name="hmrsim-ros2-tokens", daemon=True)
                 self._thread.start()
+
+    def ask(self, part: Part) -> None:
+        """Request one part more, before those that are still to be declared; from any thread, and returns at once."""
+        with self._changed:
+            self._asked[part] = None
+            self._changed.notify()
 
     def close(self) -> None:
         """Stop declaring, before the session is closed; what is declared is undeclared with the session.
@@ -94,39 +114,58 @@ class Declarations:
     def _run(self) -> None:
         try:
             while not self._closed:
-                self._follow(self._next())
+                wanted = self._next()
+                if wanted is not None:
+                    self._follow(*wanted)
+                self._declare_asked()
         except zenoh.ZError as error:
             _log.debug("the session was closed: %s", error)
 
-    def _next(self) -> Sequence[Part]:
+    def _next(self) -> tuple[Sequence[Part], int] | None:
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._wanted is not None)
-            wanted, self._wanted = self._wanted or (), None
+            self._changed.wait_for(lambda: self._closed or self._wanted is not None or self._asked)
+            wanted, self._wanted = self._wanted, None
         return wanted
 
-    def _follow(self, wanted: Sequence[Part]) -> None:
-        """Declare the wanted parts, until other parts are requested."""
-        still = set(wanted)
-        for part in [part for part in self._parts if part not in still]:
+    def _follow(self, parts: Sequence[Part], standing: int | None = None) -> None:
+        """Declare the standing parts, until other parts are requested."""
+        self._existing = frozenset(parts)
+        for part in [part for part in self._parts if part not in self._existing]:
             if self._closed:
                 return
             self._undeclare(part)
-        for part in wanted:
+        for part in parts[:standing]:
+            self._declare_asked()
             if self._wanted is not None:
                 return
             if part not in self._parts:
                 self._declare(part)
 
+    def _declare_asked(self) -> None:
+        """Declare the parts that were asked for."""
+        while self._asked and not self._closed:
+            with self._changed:
+                part = next(iter(self._asked))
+                del self._asked[part]
+            if part in self._existing and part not in self._parts:
+                self._declare(part)
+
     def _declare(self, part: Part) -> None:
         declared = self._parts[part] = []
+        for node in part.nodes if self._has_tokens else ():
+            if self._closed:
+                return
+            with self._going_on("%s could not be declared to ROS: %s", node.full_name):
+                self._node(node)
+                self._held.setdefault(part, []).append(node)
         for owned in self._endpoints_of(part):
             if self._closed:
                 return
-            with self._going_on("%s could not be declared to ROS: %s", owned):
+            with self._going_on("%s could not be declared to ROS: %s", owned.endpoint.name):
                 declared.append((owned, self._declared(owned)))
 
     @contextmanager
-    def _going_on(self, what: str, owned: Owned) -> Iterator[None]:
+    def _going_on(self, what: str, name: str) -> Iterator[None]:
         """Log a failure and continue with the rest, unless the session is being closed."""
         try:
             yield
@@ -134,14 +173,14 @@ class Declarations:
             # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
             if self._closed:
                 raise
-            _log.warning(what, owned.endpoint.name, error)
+            _log.warning(what, name, error)
 
     def _declared(self, owned: Owned) -> _Declared | None:
         endpoint = owned.endpoint
-        if self._domain is None:
+        if not self._has_tokens:
             self._open_publisher(endpoint, None)
             return None
-        ids = self._node(self._domain, owned.node), next(self._ids)
+        ids = self._node(owned.node), next(self._ids)
         token = keys.endpoint_token(self._domain, self._session_id, ids, owned.node, endpoint)
         with ExitStack() as undoing:
             undoing.callback(self._release, owned.node)
@@ -159,14 +198,14 @@ class Declarations:
         if endpoint.kind is Kind.PUBLISHER:
             self._publishers.close(endpoint)
 
-    def _node(self, domain: int, node: Node) -> int:
+    def _node(self, node: Node) -> int:
         """Return the id of a node and count one more use of it."""
         known = self._nodes.get(node)
         if known is None:
             if node.namespace not in self._numbers:
                 self._numbers[node.namespace] = next(self._ids)
             number = self._numbers[node.namespace]
-            token = keys.node_token(domain, self._session_id, number, node)
+            token = keys.node_token(self._domain, self._session_id, number, node)
             known = self._nodes[node] = _Declared(number, self._liveliness.declare_token(token), used=0)
         known.used += 1
         return known.id
@@ -177,8 +216,11 @@ class Declarations:
             if declared is not None:
                 undoing = [declared.token.undeclare, *undoing, partial(self._release, owned.node)]
             for undo in undoing:
-                with self._going_on("%s could not be undeclared, and ROS may still see it: %s", owned):
+                with self._going_on(_STAYS, owned.endpoint.name):
                     undo()
+        for node in self._held.pop(part, ()):
+            with self._going_on(_STAYS, node.full_name):
+                self._release(node)
 
     def _release(self, node: Node) -> None:
         known = self._nodes[node]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
@@ -26,11 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ActionType
     from hmrsim_zenoh.ros2.keys import TypeHash
-    from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
-
-FIRST: Final = "navigate_to_pose"
-"""The action that is declared for all robots before the rest of any robot."""
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
 CLOCK, TF = "clock", "tf"
@@ -62,46 +58,17 @@ class Part(NamedTuple):
 
     Attributes:
         robot: The robot; `WORLD` for the world.
-        actions: The ROS names of actions, each with the action.
+        actions: The ROS names of an action, each with the action.
+        topics: Its topics.
         states: The ``get_state`` services, each with its node.
+        nodes: Nodes that are declared, whatever else is.
     """
 
     robot: str
-    actions: tuple[tuple[str, str], ...]
+    actions: tuple[tuple[str, str], ...] = ()
     topics: tuple[str, ...] = ()
     states: tuple[tuple[str, Node], ...] = ()
-
-
-def parts(names: Names, lost: Collection[str] = ()) -> list[Part]:
-    """Return all parts in the order to declare them; none of robots to which the connection is lost."""
-    actions: dict[str, list[tuple[str, str]]] = {robot: [] for robot in names.serves}
-    for name, (robot, action) in names.actions.items():
-        actions[robot].append((name, action))
-    states: dict[str, list[tuple[str, Node]]] = {f"/{robot}": [] for robot in names.serves}
-    for name, node in names.lifecycle.items():
-        states[node.namespace].append((name, node))
-    robots = [robot for robot in names.serves if robot not in lost and robot != WORLD]
-    return [
-        Part(WORLD, tuple(actions.get(WORLD, ())), (CLOCK, TF)),
-        *(Part(robot, tuple(one for one in actions[robot] if one[1] == FIRST)) for robot in robots),
-        *(
-            Part(
-                robot,
-                tuple(one for one in actions[robot] if one[1] != FIRST),
-                tuple(_topics(names, robot)),
-                tuple(states[f"/{robot}"]),
-            )
-            for robot in robots
-        ),
-    ]
-
-
-def _topics(names: Names, robot: str) -> Iterator[str]:
-    yield from (ODOM, TF, AMCL_POSE)
-    if robot in names.powered:
-        yield BATTERY_STATE
-    if robot in names.seeing:
-        yield DETECTIONS
+    nodes: tuple[Node, ...] = ()
 
 
 def topic_name(robot: str, topic: str) -> str:
@@ -120,7 +87,6 @@ class Endpoints:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
-        self._types: dict[Part, dict[str, set[TypeHash]]] = {}
         self._roles = cache(self._made_roles)
         self.feedback_types = cache(self._made_feedback_types)
         self.message_type = cache(self._made_message_type)
@@ -143,24 +109,17 @@ class Endpoints:
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
-    def types_of(self, wanted: Iterable[Part]) -> dict[str, set[TypeHash]]:
-        """Return types and hashes of the endpoints of some parts by their names; from any thread.
-
-        The types of a part are cached as long as the part is wanted.
-        """
-        known = self._types
-        self._types = known = {part: known.get(part) or self._types_of_part(part) for part in wanted}
-        found: dict[str, set[TypeHash]] = {}
-        # No two parts have an endpoint of the same name.
-        for of_part in known.values():
-            found.update(of_part)
-        return found
-
-    def _types_of_part(self, part: Part) -> dict[str, set[TypeHash]]:
+    def types_of(self, part: Part) -> dict[str, set[TypeHash]]:
+        """Return types and hashes of the endpoints of a part by their names; from any thread."""
         found: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):
             found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
         return found
+
+    def tokens(self, part: Part) -> int:
+        """Return the number of tokens of a part, except for those of nodes that other parts have, too."""
+        endpoints = sum(len(self._roles(action)) for _, action in part.actions) + len(part.topics) + len(part.states)
+        return endpoints + len(part.nodes)
 
     def topic(self, robot: str, topic: str) -> Endpoint:
         """Return the publisher of a topic."""

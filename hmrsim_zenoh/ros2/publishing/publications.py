@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -14,8 +14,9 @@ from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics, topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
-from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints, parts
+from hmrsim_zenoh.ros2.publishing.endpoints import AMCL_POSE, Endpoints
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
+from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers
 from hmrsim_zenoh.ros2.publishing.topics import Topics
 from hmrsim_zenoh.server.interest import SubscriberWatch
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
-    from hmrsim_zenoh.ros2.publishing.endpoints import Part
     from hmrsim_zenoh.ros2.publishing.publishers import Publisher
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -34,7 +34,7 @@ _log = logging.getLogger(__name__)
 
 
 class Publications:
-    """Publishes on one wire; everything except `served` and `close` is for the simulation thread.
+    """Publishes on one wire; everything except `served`, `ask` and `close` is for the simulation thread.
 
     Args:
         session: The session to publish on, which the caller closes.
@@ -57,6 +57,7 @@ class Publications:
         self._lost: frozenset[str] = frozenset()
         self._actions = actions
         self._odom = odom
+        self._has_tokens = wire.has_types
         self._endpoints = Endpoints(wire, actions, services)
         self._publishers = Publishers(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
@@ -67,9 +68,7 @@ class Publications:
         # Referenced here, as latched publishers have to keep their message until they are declared.
         self._poses: dict[str, Publisher] = {}
         self._poses_wanted = False
-        self._parts = parts(names)
-        # The parts along with their types: a thread of Zenoh's may still be computing those of earlier parts.
-        self._served: tuple[Sequence[Part], Mapping[str, set[TypeHash]]] = ((), {})
+        self._parts = Parts(names)
         self._emitters: dict[type, Callable[[Any], None]] = {
             GoalChanged: self._emit_change,
             StatusChanged: self._goals.emit_status,
@@ -86,7 +85,8 @@ class Publications:
                 if robot != WORLD:
                     self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
                     self._publish_pose(robot)
-        self._declarations.want(self._parts)
+        parts = self._parts
+        self._declarations.want(parts.all, parts.standing(self._endpoints.tokens) if self._has_tokens else None)
 
     def follow(self, names: Names, lost: Collection[str] = ()) -> bool:
         """Publish for these robots from now on, except for the *lost* ones.
@@ -102,7 +102,7 @@ class Publications:
             if robot in gone or names.serves.get(robot) != actions or names.aliases != before.aliases:
                 self._goals.end(robot)
                 self._poses.pop(robot, None)
-        self._parts = parts(names, gone)
+        self._parts = Parts(names, gone)
         self.start()
         return True
 
@@ -114,13 +114,16 @@ class Publications:
         """Wait for the thread to end, after the session was closed."""
         self._interest.join()
 
-    def served(self) -> Mapping[str, set[TypeHash]]:
-        """Return types and hashes of all endpoints by their names; from any thread."""
-        wanted, (known, served) = self._parts, self._served
-        if known is not wanted:
-            served = self._endpoints.types_of(wanted)
-            self._served = wanted, served
-        return served
+    def served(self, name: str) -> Collection[TypeHash]:
+        """Return types and hashes of the endpoints with a name; from any thread."""
+        part = self._parts.of(name)
+        return self._endpoints.types_of(part).get(name, ()) if part else ()
+
+    def ask(self, name: str) -> None:
+        """Declare what has a name, if it is not declared yet; from any thread."""
+        part = self._parts.of(name)
+        if part is not None:
+            self._declarations.ask(part)
 
     def look(self) -> int:
         """Check for new subscribers; return how often anything has changed."""

@@ -13,7 +13,8 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS, Kind, Node, endpoint_token
 from hmrsim_zenoh.ros2.names import Names, names_of
-from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Owned, Part, parts
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Owned, Part
+from hmrsim_zenoh.ros2.publishing.parts import MAX_STANDING, Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 
 from tests.simulation import SMALL_WORLD  # isort: skip
@@ -25,7 +26,7 @@ JAZZY = RmwZenoh(distros=("jazzy",))
 def owned(names: Names, wire: Wire = JAZZY) -> list[Owned]:
     """Return all that there is on a wire."""
     endpoints = Endpoints(wire, actions(), services())
-    return [one for part in parts(names) for one in endpoints.of(part)]
+    return [one for part in Parts(names).all for one in endpoints.of(part)]
 
 
 def nodes_of(names: Names, robot: str) -> set[str]:
@@ -142,16 +143,46 @@ def test_world_has_the_services_that_ros_has(small: Names) -> None:
 
 
 def test_what_is_needed_first_comes_first(small: Names) -> None:
-    """After the world come the goals to drive of all robots, and then the rest of each."""
-    found = [(part.robot, bool(part.topics)) for part in parts(small)]
+    """After the world come the goals to drive of all robots, their nodes, their topics, and then other actions."""
+    found = [(part.robot, bool(part.actions), bool(part.nodes), bool(part.topics)) for part in Parts(small).all]
 
     robots = ["wall_e", "eve", "cart"]
-    assert [("_world", True), *((name, False) for name in robots), *((name, True) for name in robots)] == found
+    expected = [
+        ("_world", True, False, True),
+        *((name, True, False, False) for name in robots),
+        *((name, False, True, False) for name in robots),
+        *((name, False, False, True) for name in robots),
+    ]
+    assert expected == found[: len(expected)]
+    assert {(True, False, False)} == {part[1:] for part in found[len(expected) :]}
+
+
+@pytest.mark.parametrize("robots", [10, 300, 1000])
+def test_large_fleets_have_few_standing_tokens(robots: int) -> None:
+    """All robots can be driven unasked, and the tokens beyond that are limited; a small fleet has all."""
+    fleet = Names({f"r{number}": ["navigate_to_pose", "spin", "wait", "follow_path"] for number in range(robots)})
+    parts, endpoints = Parts(fleet), Endpoints(RmwZenoh(), actions(), services())
+    standing = parts.all[: parts.standing(endpoints.tokens)]
+
+    assert (robots == 10) == (standing == parts.all)
+    drives = {part.robot for part in standing if any(action == "navigate_to_pose" for _, action in part.actions)}
+    assert set(fleet.serves) == drives
+    assert sum(map(endpoints.tokens, standing)) <= max(MAX_STANDING, 7 * robots + 50)
+
+
+def test_part_of_a_name(small: Names) -> None:
+    """Each endpoint is found in the part that declares it."""
+    endpoints, parts = Endpoints(RmwZenoh(), actions(), services()), Parts(small)
+
+    for part in parts.all:
+        assert {part} == {parts.of(one.name) for _, one in endpoints.of(part)} | {part}
+    assert parts.of("/wall_e/nothing") is None
+    assert parts.of("/wall_e/nothing/_action/status") is None
 
 
 def test_no_endpoints_of_a_lost_robot(small: Names) -> None:
     """A robot to which the connection is lost has no endpoints."""
-    assert "eve" not in {part.robot for part in parts(small, {"eve"})}
+    assert "eve" not in {part.robot for part in Parts(small, {"eve"}).all}
 
 
 @given(

@@ -179,7 +179,7 @@ def test_subscriber_that_comes_later(stage):
 
 def test_status_before_the_publisher_is_there(stage):
     """A goal that begins before its action is declared in ROS is in the first list that ROS gets."""
-    stage.publications._declarations.want = lambda _parts: None
+    stage.publications._declarations.want = lambda *_parts: None
     stage.publications.start()
     stage.publications.emit(ACCEPTED)
     del stage.publications._declarations.want
@@ -307,50 +307,35 @@ def test_lost_robot(stage):
 
 def test_served(stage):
     """All types and hashes of a name are known, also before the network knows of it."""
-    served = stage.publications.served()["/wall_e/navigate_to_pose/_action/feedback"]
+    served = stage.publications.served("/wall_e/navigate_to_pose/_action/feedback")
 
     assert {"9d1f6fa2", "2c1b4ec1"} == {hash_.removeprefix("RIHS01_")[:8] for _, hash_ in served}
 
 
-def test_served_of_one_more(stage, monkeypatch):
-    """When a robot comes, only what it has is looked up: there may be hundreds of others."""
+def test_served_of_a_lost_robot(stage):
+    """What a robot had is not served any more once it is lost, and is again when it is back."""
     names = names_of(stage.simulator)
+    before = stage.publications.served("/eve/odom")
     stage.publications.follow(names, {"eve"})
-    stage.publications.served()
-    endpoints, asked = stage.publications._endpoints, []
-    of = endpoints.of
-    monkeypatch.setattr(stage.publications._declarations, "want", lambda _parts: None)
-    monkeypatch.setattr(endpoints, "of", lambda part: asked.append(part.robot) or of(part))
+    lost = stage.publications.served("/eve/odom")
     stage.publications.follow(names)
 
-    assert "/eve/wait/_action/status" in stage.publications.served()
-    assert {"eve"} == set(asked)
+    assert before
+    assert not lost
+    assert before == stage.publications.served("/eve/odom")
 
 
-def test_served_of_a_lost_robot(stage):
-    """What a robot had is not served any more once it is lost."""
-    stage.publications.served()
-    stage.publications.follow(names_of(stage.simulator), {"eve"})
+def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
+    """What is not standing has no token until its name is asked for, and is published from then on."""
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
+    stage.publications.start()
+    stage.token("/cart/navigate_to_pose/_action/status")
+    stage.publications.ask("/cart/nothing")
+    stage.publications.ask("/cart/wait/_action/get_result")
 
-    assert "/eve/odom" not in stage.publications.served()
-
-
-def test_robot_that_comes_while_another_thread_asks(stage, monkeypatch):
-    """A thread that looks a robot up while it is added does not keep the outdated answer."""
-    names, types_of = names_of(stage.simulator), stage.publications._endpoints.types_of
-    stage.publications.follow(names, {"eve"})
-
-    def slow(parts: Any) -> Any:
-        found = types_of(parts)
-        monkeypatch.undo()
-        stage.publications.follow(names)
-        return found
-
-    monkeypatch.setattr(stage.publications._endpoints, "types_of", slow)
-    before = stage.publications.served()
-
-    assert "/eve/odom" not in before
-    assert "/eve/odom" in stage.publications.served()
+    next_token = next(iter(lambda: read_token(str(stage._tokens.get(timeout=PATIENCE).key_expr)), None))
+    assert next_token.node.full_name == "/cart/behavior_server"
+    assert stage.token("/cart/wait/_action/status")
 
 
 def test_nothing_changes(stage):
@@ -365,7 +350,7 @@ def test_feedback_before_anything_is_declared_where_there_are_no_tokens():
     """Where clients don't wait for tokens, the feedback of the first instants is not lost."""
     stage = Stage(Ros2Dds())
     try:
-        stage.publications._declarations.want = lambda _parts: None
+        stage.publications._declarations.want = lambda *_parts: None
         stage.publications.start()
         (type_,) = stage.endpoints.feedback_types("navigate_to_pose")
         heard = stage.hear("/wall_e/navigate_to_pose/_action/feedback", type_)

@@ -13,7 +13,8 @@ from hmrsim.services import registry as services
 from hmrsim_zenoh.ros2.keys import Endpoint, gid, read_token
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
-from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, parts
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
+from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def declared(network: Network, *followed: Names, wire: Wire | None = None) -> De
     session: Any = network
     declarations = Declarations(session, wire, Endpoints(wire, actions(), services()).of, session)
     for names in followed:
-        declarations._follow(parts(names))
+        declarations._follow(Parts(names).all)
     return declarations
 
 
@@ -172,7 +173,7 @@ def test_robot_that_comes() -> None:
     network = Network()
     declarations = declared(network, ONE)
     before = len(network.said)
-    declarations._follow(parts(BOTH))
+    declarations._follow(Parts(BOTH).all)
 
     told = [token for what, token in network.said[before:] if what != "open"]
     assert {"%eve"} == {token.split("/")[7] for token in told}
@@ -223,7 +224,7 @@ def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture) -> Non
     network = Network()
     declarations = declared(network, BOTH)
     network.stuck = "%eve%odom/"
-    declarations._follow(parts(Names({"cart": ["navigate_to_pose"]})))
+    declarations._follow(Parts(Names({"cart": ["navigate_to_pose"]})).all)
 
     assert ["/eve/odom"] == [name for name in network.names() if name.startswith(("/eve", "/wall_e"))]
     assert ("close", "/eve/odom") in network.said
@@ -235,7 +236,7 @@ def test_end() -> None:
     """At the end, the thread ends before the session is closed, whose tokens go with it."""
     network = Network()
     declarations = declared(network)
-    declarations.want(parts(BOTH))
+    declarations.want(Parts(BOTH).all)
     declarations.close()
 
     assert declarations._thread is not None
@@ -257,7 +258,7 @@ def test_session_that_is_closed_during_a_declaration(
 
     monkeypatch.setattr(network, "declare_token", declare_token)
     declarations = declared(network)
-    declarations.want(parts(ONE))
+    declarations.want(Parts(ONE).all)
     assert begun.wait(20)
     declarations.close()
     closed.set()
@@ -272,8 +273,8 @@ def test_what_is_wanted_by_now() -> None:
     """Something else that is wanted meanwhile takes effect at once, and not after all of the old is declared."""
     network = Network()
     declarations = declared(network)
-    declarations._wanted = parts(ONE)
+    declarations._wanted = Parts(ONE).all
 
-    declarations._follow(parts(BOTH))
+    declarations._follow(Parts(BOTH).all)
 
     assert [] == network.there

@@ -1,0 +1,113 @@
+"""ROS 2 at fleet size: how soon a ROS node sees all robots and gets its first result, and what idling costs."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from benchmarks._fleet import SIDE, grid_world
+from benchmarks._processes import HMRSIM, command, free_port, line_of, processor_seconds
+from benchmarks._report import Row
+from benchmarks._ros2_wire import RosGoalSender, open_session
+from hmrsim_zenoh.ros2 import keys
+from hmrsim_zenoh.ros2.keys import Kind
+
+QUICK: dict[str, Any] = {"fleets": (1, 10), "idle": 0.5}
+
+_PATIENCE = 120.0
+_QUIET = 1.0
+"""Seconds without a new token after which there are no more."""
+_DRIVE = "/navigate_to_pose/_action/"
+_PARTS_OF_ACTION = 5
+_LIMITS = {"seen": 3.0, "first": 1.0, "idle": 5.0}
+
+
+def run(*, fleets: tuple[int, ...] = (1, 100, 300, 1000), idle: float = 5.0, side: int = SIDE) -> list[Row]:
+    """Return the figures of fleets of several sizes."""
+    return [row for robots in fleets for row in _fleet(robots, idle, side)]
+
+
+def _fleet(robots: int, idle: float, side: int) -> list[Row]:
+    limit = _LIMITS if robots <= 300 else {}  # noqa: PLR2004 - what is promised
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "fleet.yaml"
+        file.write_text(grid_world(robots, side=side).model_dump_json(exclude_defaults=True))
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
+        with command(*HMRSIM, "run", str(file), "--ros2", "--listen", endpoint, "--log-level", "error") as simulator:
+            line_of(simulator)
+            ready = time.perf_counter()
+            with open_session(endpoint) as session:
+                graph = _Observer(session)
+                first = graph.result_of(session, "wait") - ready
+                seen = graph.when_driving(robots) - ready
+                tokens = graph.settled()
+            began = time.perf_counter()
+            with open_session(endpoint) as late:
+                got = len(list(late.liveliness().get(keys.all_tokens(0), timeout=_PATIENCE)))
+                later = _Observer(late).result_of(late, "spin") - began
+            used = processor_seconds(simulator.pid)
+            time.sleep(idle)
+            used = (processor_seconds(simulator.pid) - used) / idle * 100
+    fleet = f"{robots:,} robot{'s' * (robots > 1)}"
+    return [
+        Row(f"{fleet}: tokens that nothing asked for", tokens, "tokens"),
+        Row(f"{fleet}: navigate_to_pose of all is seen after the start in", seen, "s", at_most=limit.get("seen")),
+        Row(f"{fleet}: first result after the start in", first, "s", at_most=limit.get("first")),
+        Row(f"{fleet}: a node that comes later knows {got:,} tokens and has a result after", later, "s",
+            at_most=limit.get("first")),
+        Row(f"{fleet}: processor time while idle", used, "%", at_most=limit.get("idle")),
+    ]  # fmt: skip
+
+
+class _Observer:
+    """The tokens that a ROS node sees."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._changed = threading.Condition()
+        self._seen: set[tuple[Kind, str]] = set()
+        self._drives = 0
+        self._count, self._last = 0, time.perf_counter()
+        handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(self._take, indirect=False)
+        self._subscriber = session.liveliness().declare_subscriber(keys.all_tokens(0), handler, history=True)
+
+    def _take(self, sample: zenoh.Sample) -> None:
+        token = keys.read_token(str(sample.key_expr))
+        if token is None or (token.endpoint and token.endpoint.kind in {Kind.CLIENT, Kind.SUBSCRIBER}):
+            return
+        with self._changed:
+            self._count, self._last = self._count + 1, time.perf_counter()
+            if token.endpoint is not None and (what := (token.endpoint.kind, token.endpoint.name)) not in self._seen:
+                self._seen.add(what)
+                self._drives += _DRIVE in token.endpoint.name
+                self._changed.notify_all()
+
+    def result_of(self, session: zenoh.Session, action: str) -> float:
+        """Send a goal of no length to a robot, once its server is seen, and return when its result was there."""
+        goals = RosGoalSender(session, "robot_0", action)
+        roles = {"send_goal": Kind.SERVICE, "get_result": Kind.SERVICE, "status": Kind.PUBLISHER}
+        wanted = {(kind, f"/robot_0/{action}/_action/{role}") for role, kind in roles.items()}
+        self._wait(lambda: wanted <= self._seen)
+        goals.one_by_one()
+        return time.perf_counter()
+
+    def when_driving(self, robots: int) -> float:
+        """Wait until navigate_to_pose of all robots can be used, and return the time."""
+        self._wait(lambda: self._drives >= _PARTS_OF_ACTION * robots)
+        return self._last
+
+    def _wait(self, until: Callable[[], bool]) -> None:
+        with self._changed:
+            if not self._changed.wait_for(until, _PATIENCE):
+                raise RuntimeError(f"only {self._count} tokens are there")
+
+    def settled(self) -> int:
+        """Wait until no more tokens come, and return their number."""
+        while time.perf_counter() - self._last < _QUIET:
+            time.sleep(_QUIET / 10)
+        return self._count
