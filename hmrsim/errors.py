@@ -94,10 +94,14 @@ class GoalRejected(HmrsimError):
 
     Attributes:
         reason: An identifier, such as ``unknown_robot`` or ``busy``.
+        code: The code of the action's result with which Nav2 aborts such a goal; None if it rejects it, too.
+        early: Whether Nav2 rejects it from lyrical on.
     """
 
-    def __init__(self, reason: str, message: str) -> None:
+    def __init__(self, reason: str, message: str, code: int | None = None, *, early: bool = False) -> None:
         self.reason = reason
+        self.code = code
+        self.early = early
         super().__init__(message)
 
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from hmrsim.actions._inputs import Input, goal_schema, title_of
 from hmrsim.interfaces.message import Message
@@ -27,6 +27,11 @@ F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
 
 FRAMES = ("", "map")
 """The frames of poses: the map, by its name or as the default."""
+
+
+def unknown_frame(frame: str) -> str:
+    """Return what is wrong with the frame of a goal's pose."""
+    return f"unknown frame_id {frame!r}; use 'map' or leave it empty"
 
 
 class Report(Protocol[F_contra]):
@@ -52,6 +57,7 @@ class Codes:
         rejected: In the answer to a rejected goal.
         unknown: For errors without a code of their own.
         busy: For a goal that finds the base held; None when it preempts the goal that holds the base.
+        tf_error: For a pose in an unknown frame; None for *unknown*.
     """
 
     canceled: int
@@ -59,11 +65,20 @@ class Codes:
     rejected: int
     unknown: int
     busy: int | None = None
+    tf_error: int | None = None
 
     @classmethod
     def of_nav2(cls, result: Any) -> Codes:
         """Return the codes of an action of Nav2, whose result type has ``UNKNOWN``; it preempts."""
-        return cls(canceled=0, preempted=result.UNKNOWN, rejected=1, unknown=result.UNKNOWN)
+        unknown, tf_error = result.UNKNOWN, getattr(result, "TF_ERROR", None)
+        return cls(canceled=0, preempted=unknown, rejected=1, unknown=unknown, tf_error=tf_error)
+
+
+class Flaw(NamedTuple):
+    """Why no robot could execute a goal, and the code of the action's result for that."""
+
+    text: str
+    code: int
 
 
 @dataclass(frozen=True)
@@ -101,8 +116,11 @@ class Action(Generic[G, R, F]):
         holds_base: Whether one such goal at a time has the robot's base for itself.
         exclusive: Whether a goal that does not hold the base preempts the one of this action that runs.
         frames: The frames that a goal refers to.
-        flaw: Why no robot could execute a goal; None when the goal is valid.
+        flaw: Why no robot could execute a goal, with the code for it or the `Codes.unknown`; None when it is valid.
         not_ready: Why a robot can't take a goal now; None when it can.
+        rejects_early: The checks, ``frames`` and ``flaw``, by which Nav2's server rejects a goal from lyrical on; those
+            of earlier distributions accept it and abort it.
+        skips_frames: Whether *process* skips poses in unknown frames where Nav2's server accepts them.
         order: How scripts ask for it; None when they can't.
         title: Its name for users; empty for its name in words.
         inputs: The fields of a goal that users fill in, by dotted path in the message; None for all a form can show.
@@ -123,8 +141,10 @@ class Action(Generic[G, R, F]):
     holds_base: bool = True
     exclusive: bool = False
     frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
-    flaw: Callable[[G], str | None] = field(default=lambda _goal: None)
+    flaw: Callable[[G], str | Flaw | None] = field(default=lambda _goal: None)
     not_ready: Callable[[Any], str | None] = field(default=lambda _robot: None)
+    rejects_early: Set[str] = frozenset()
+    skips_frames: bool = False
     order: Order[G] | None = None
     title: str = ""
     inputs: Mapping[str, Input] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.actions import Flaw
 from hmrsim.geometry import Pose
 from hmrsim.interfaces.nav_msgs import Path
 
@@ -18,11 +19,11 @@ _PLANNERS = ("", "graph", "GridBased")
 """Names of the one planner that there is: none, that of world files, and the one that Nav2's own trees ask for."""
 
 
-def planner_flaw(planner_id: str) -> str | None:
-    """Return why no robot has a planner; None when it has."""
+def planner_flaw(planner_id: str, code: int) -> Flaw | None:
+    """Return why no robot has a planner, with the *code* for that; None when it has."""
     if planner_id in _PLANNERS:
         return None
-    return f"no planner {planner_id!r}; there is one, called {', '.join(filter(None, _PLANNERS))}"
+    return Flaw(f"no planner {planner_id!r}; there is one, called {', '.join(filter(None, _PLANNERS))}", code)
 
 
 def poses_along(route: Route, start: Point, yaw: float) -> Iterator[Pose]:

@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions import Action, Codes, Flaw, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, point_of
 from hmrsim.actions._path_tracking import PathTracker
@@ -50,10 +50,11 @@ def _process(
     return FollowPath.Result()
 
 
-def _flaw(goal: FollowPath.Goal) -> str | None:
+def _flaw(goal: FollowPath.Goal) -> Flaw | None:
     if goal.controller_id not in _CONTROLLERS:
-        return f"no controller {goal.controller_id!r}; there is one, called FollowPath"
-    return None if goal.path.poses else "the path has no poses"
+        text = f"no controller {goal.controller_id!r}; there is one, called FollowPath"
+        return Flaw(text, FollowPath.Result.INVALID_CONTROLLER)
+    return None if goal.path.poses else Flaw("the path has no poses", FollowPath.Result.INVALID_PATH)
 
 
 def _frames(goal: FollowPath.Goal) -> Iterator[str]:
@@ -84,6 +85,7 @@ ACTION = Action(
     codes=Codes.of_nav2(FollowPath.Result),
     frames=_frames,
     flaw=_flaw,
+    rejects_early={"flaw"},
     order=Order("Follow", "X Y X Y …", _ordered),
     inputs={"path.poses": Input("Path", required=True)},
     example={"path": {"poses": [{"pose": {"position": {"x": 2.0}}}, {"pose": {"position": {"x": 10.0}}}]}},

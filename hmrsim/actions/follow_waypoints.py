@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Order, Report
+from hmrsim.actions import FRAMES, Action, Codes, Order, Report, unknown_frame
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, facing, no_planner, plan
 from hmrsim.actions._places import places
 from hmrsim.errors import GoalAborted
-from hmrsim.interfaces.nav2_msgs import FollowWaypoints, WaypointStatus
+from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, WaypointStatus
 
 if TYPE_CHECKING:
     from hmrsim.robots.robot import Robot
@@ -33,6 +33,8 @@ class _Round:
         for index, pose in enumerate(self._poses[first:], start=first):
             self._at = index
             try:
+                if pose.header.frame_id not in FRAMES:
+                    raise GoalAborted(NavigateToPose.Result.TF_ERROR, unknown_frame(pose.header.frame_id))  # noqa: TRY301
                 way = yield from plan(self._robot, pose)
                 yield from drive(self._robot, way, facing(pose))
             except GoalAborted as missed:
@@ -83,6 +85,7 @@ ACTION = Action(
     codes=Codes.of_nav2(FollowWaypoints.Result),
     frames=lambda goal: (at.header.frame_id for at in goal.poses),
     not_ready=no_planner,
+    skips_frames=True,
     order=Order("Visit", "PLACE; PLACE; …", _ordered),
     inputs={
         "poses": Input("Waypoints", required=True),

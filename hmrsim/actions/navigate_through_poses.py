@@ -111,6 +111,7 @@ ACTION = Action(
     codes=Codes.of_nav2(NavigateThroughPoses.Result),
     frames=_frames,
     not_ready=no_planner,
+    rejects_early={"frames"},
     order=Order("Through", "PLACE; PLACE; …", _ordered),
     inputs={"poses.goals": Input("Poses", required=True)},
     example={"poses": {"goals": [{"pose": {"position": {"x": 4.0}}}, {"pose": {"position": {"x": 10.0}}}]}},

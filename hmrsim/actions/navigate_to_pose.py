@@ -46,6 +46,7 @@ ACTION = Action(
     codes=Codes.of_nav2(NavigateToPose.Result),
     frames=lambda goal: (goal.pose.header.frame_id,),
     not_ready=no_planner,
+    rejects_early={"frames"},
     order=Order("Go", "PLACE, or X Y", _ordered),
     inputs={"pose": Input("Goal pose", required=True)},
     example={"pose": {"pose": {"position": {"x": 10.0, "y": 0.0}}}},

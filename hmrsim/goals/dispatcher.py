@@ -20,7 +20,7 @@ from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import GoalEvent, GoalStatus, next_status
+from hmrsim.protocol.goal import GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.goal_ids import ZERO_ID
 from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, RosterChanged, StatusChanged
 from hmrsim.protocol.topics import Topic
@@ -101,8 +101,18 @@ class Dispatcher:
         goal = self._holders.get(robot)
         return (goal.server.action.name, goal.goal_id) if goal else None
 
+    def settled(self, command: SendGoal) -> SendGoal:
+        """Return the command with the default verdict if its own makes no difference, so that traces are equal."""
+        plain = command._replace(verdict=Verdict.REJECT)
+        try:
+            self.servers.acceptable(self.servers.find(command.robot, command.action), plain)
+        except Exception:  # noqa: BLE001 - `send_goal` handles it
+            return command
+        return plain
+
     def send_goal(self, command: SendGoal) -> None:
         """Accept or reject a goal, and answer; an accepted one begins at this instant."""
+        flaw: tuple[int, str] | None = None
         try:
             server = self.servers.find(command.robot, command.action)
             self.cut_off.check(command)
@@ -113,7 +123,12 @@ class Dispatcher:
                 stamp = known.stamp if known else self._stamp()
                 self._answer_duplicate(command, goal_id, status, stamp, server.action.codes.rejected)
                 return
-            message = self.servers.acceptable(server, command)
+            try:
+                message = self.servers.acceptable(server, command)
+            except GoalRejected as rejection:
+                if rejection.code is None or command.goal is None or not _aborts(command.verdict, rejection):
+                    raise
+                message, flaw = command.goal, (rejection.code, str(rejection))
         except GoalRejected as rejection:
             self._reject(command, rejection.reason, str(rejection))
             return
@@ -123,6 +138,10 @@ class Dispatcher:
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
+        if flaw is not None:
+            self._begin(goal, message)
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, *flaw))
+            return
         self._start(goal, message)
 
     def _reject(self, command: SendGoal, reason: str, why: str) -> None:
@@ -158,13 +177,7 @@ class Dispatcher:
             # Before the new goal is published, so that no client sees two goals that execute on one base.
             code = holder.server.action.codes.preempted
             self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
-        goal.server.goals[goal.goal_id] = goal
-        goal.message = message
-        if self._interest.motion:
-            self._publisher.publish_untraced(goal.accepted)
-        self._publish(goal, message)
-        self._change(goal, GoalEvent.EXECUTE)
-        goal.server.robot.act(action.name, begins=True)
+        self._begin(goal, message)
         if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
             self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
@@ -172,6 +185,17 @@ class Dispatcher:
         if needed:
             self._holders[needed] = goal
         goal.process = self._env.process(self._pursue(goal, message))
+
+    def _begin(self, goal: ServedGoal, message: Message) -> None:
+        """Publish that a goal executes."""
+        server = goal.server
+        server.goals[goal.goal_id] = goal
+        goal.message = message
+        if self._interest.motion:
+            self._publisher.publish_untraced(goal.accepted)
+        self._publish(goal, message)
+        self._change(goal, GoalEvent.EXECUTE)
+        server.robot.act(server.action.name, begins=True)
 
     def _pursue(self, goal: ServedGoal, message: Message) -> Generator[Any, Any, None]:
         """Run the action's process and set the goal's terminal status, unless it was halted."""
@@ -439,6 +463,11 @@ def _needed(goal: ServedGoal) -> str:
     """Return what one goal at a time can hold, the base of a robot or an action of its own; empty for nothing."""
     action, name = goal.server.action, goal.server.robot.name
     return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
+
+
+def _aborts(verdict: Verdict, rejection: GoalRejected) -> bool:
+    """Return whether a goal that can't be executed is accepted all the same, and aborted."""
+    return verdict is Verdict.ABORT or (verdict is Verdict.ABORT_OR_REJECT and not rejection.early)
 
 
 def _rejected(command: SendGoal, answer: GoalResponse) -> SendGoalRejected:

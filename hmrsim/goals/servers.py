@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from hmrsim.actions import FRAMES
+from hmrsim.actions import FRAMES, Flaw, unknown_frame
 from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.goal import WORLD, GoalStatus, Verdict
 from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
 from hmrsim.quantities import flaw
 
@@ -209,16 +209,20 @@ class ActionServers:
         action = server.action
         if not isinstance(command.goal, action.goal):
             raise GoalRejected("invalid_goal", f"{command.goal!r} is no {action.goal.ros_type}")
+        codes, early = action.codes, action.rejects_early
         if wrong := flaw(command.goal):
-            raise GoalRejected("invalid_goal", wrong)
-        for frame in action.frames(command.goal):
-            if frame not in FRAMES:
-                raise GoalRejected("invalid_goal", f"unknown frame_id {frame!r}; use 'map' or leave it empty")
-        if wrong := action.flaw(command.goal) or "":
-            raise GoalRejected("invalid_goal", wrong)
+            raise GoalRejected("invalid_goal", wrong, codes.unknown)
+        if command.verdict is Verdict.REJECT or not action.skips_frames:
+            for frame in action.frames(command.goal):
+                if frame not in FRAMES:
+                    code = codes.unknown if codes.tf_error is None else codes.tf_error
+                    raise GoalRejected("invalid_goal", unknown_frame(frame), code, early="frames" in early)
+        if invalid := action.flaw(command.goal):
+            text, code = invalid if isinstance(invalid, Flaw) else (invalid, codes.unknown)
+            raise GoalRejected("invalid_goal", text, code, early="flaw" in early)
         reason = (server.robot.disabled if action.holds_base else "") or action.not_ready(server.robot)
         if reason:
-            raise GoalRejected("not_ready", reason)
+            raise GoalRejected("not_ready", reason, codes.unknown)
         goal: Message = command.goal
         return goal
 

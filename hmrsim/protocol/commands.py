@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.goal_ids import ZERO_ID
 from hmrsim.protocol.time import CheckWatchdog, Join, Leave, ReadTime, SetClock, TokenSeen
 
@@ -27,6 +28,7 @@ class SendGoal(NamedTuple):
         goal: The goal message; None when the action is not known, so that the message could not be decoded.
         goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
         reply_to: Handed back with the answer.
+        verdict: What becomes of it if it can't be executed.
     """
 
     robot: str
@@ -34,6 +36,7 @@ class SendGoal(NamedTuple):
     goal: Message | None
     goal_id: str | None = None
     reply_to: Any = None
+    verdict: Verdict = Verdict.REJECT
 
 
 class CancelGoal(NamedTuple):

@@ -17,7 +17,7 @@ A rejected goal never enters the machine.
 
 from __future__ import annotations
 
-from enum import Enum, IntEnum
+from enum import Enum, IntEnum, StrEnum
 from types import MappingProxyType
 from typing import Final
 
@@ -26,6 +26,17 @@ WORLD: Final = "_world"
 
 _FIRST_TERMINAL: Final = 4
 """Looked up much faster than the member that it stands for."""
+
+
+class Verdict(StrEnum):
+    """What becomes of a goal that can't be executed."""
+
+    REJECT = "reject"
+    """It is rejected with the reason."""
+    ABORT = "abort"
+    """It is accepted, and aborted with the reason, as by Nav2's servers of jazzy and kilted."""
+    ABORT_OR_REJECT = "abort_or_reject"
+    """Likewise, but rejected where Nav2's servers do so from lyrical on."""
 
 
 class GoalStatus(IntEnum):

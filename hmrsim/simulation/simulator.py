@@ -39,6 +39,7 @@ from hmrsim.protocol.commands import (
     Stop,
     StopWaiting,
 )
+from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.sinks import CommandSink, Moment
 from hmrsim.protocol.topics import Topic
@@ -227,6 +228,8 @@ class Simulator:
                 self.answer(command.reply_to, request)
                 return
             command = command._replace(request=request)
+        if isinstance(command, SendGoal) and command.verdict is not Verdict.REJECT:
+            command = self.dispatcher.settled(command)
         if isinstance(command, PlanAnswered) and command.request not in self.plans.awaited:
             return
         for sink in self._command_sinks:

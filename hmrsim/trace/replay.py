@@ -23,6 +23,7 @@ from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol import commands
+from hmrsim.protocol.goal import Verdict
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -247,11 +248,12 @@ class _SendGoal(_Recorded):
     action: str
     goal: Any
     goal_id: str | None
+    verdict: Annotated[Verdict, Field(strict=False)] = Verdict.REJECT
 
     def command(self) -> commands.SendGoal:
         action = actions().get(self.action)
         goal = None if action is None or self.goal is None else action.goal.model_validate_json(json.dumps(self.goal))
-        return commands.SendGoal(self.robot, self.action, goal, self.goal_id)
+        return commands.SendGoal(self.robot, self.action, goal, self.goal_id, verdict=self.verdict)
 
 
 class _GoalInfo(BaseModel):

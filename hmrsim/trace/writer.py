@@ -26,6 +26,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.protocol import commands
+from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
@@ -187,6 +188,8 @@ def _moment(moment: Moment) -> dict[str, Any]:
 def _send_goal(command: commands.SendGoal) -> dict[str, Any]:
     goal = None if command.goal is None else _as_it_came(command.goal)
     asked = {"robot": command.robot, "action": command.action, "goal_id": command.goal_id, "goal": goal}
+    if command.verdict is not Verdict.REJECT:
+        asked["verdict"] = command.verdict
     return {"command": "send_goal", **asked}
 
 

@@ -103,7 +103,8 @@ class Catalog:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))
 
     def _made_layouts(self, action: str, verb: str) -> Layouts:
-        return Layouts(tuple(getattr(one, verb) for one in action_types(self._actions[action], self._distros)))
+        types = action_types(self._actions[action], self._distros)
+        return Layouts(tuple(getattr(one, verb) for one in types), self._distros)
 
 
 def _keep(lost: dict[str, _Of], before: Mapping[str, _Of], now: Mapping[str, _Of]) -> None:

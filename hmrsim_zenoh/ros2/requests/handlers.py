@@ -16,6 +16,7 @@ from hmrsim.interfaces.lifecycle_msgs import GetState, State
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
+from hmrsim.protocol.goal import WORLD, Verdict
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
 _UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
+_REJECT_EARLY: Final = frozenset({"lyrical"})
+"""The distributions whose Nav2 rejects some goals that earlier ones accept and abort."""
 _STAMP: Final = 1
 """The stamp of rejected goals in nanoseconds: ROS reads 0 as "unset"."""
 
@@ -40,13 +43,21 @@ class Layouts:
         types: One for each distribution, oldest first.
     """
 
-    def __init__(self, types: tuple[ServiceType, ...]) -> None:
+    def __init__(self, types: tuple[ServiceType, ...], distros: tuple[str, ...] = ()) -> None:
         self.types = types
         self._by_key = {(one.dds_name, one.hash): one for one in types}
+        self._aborting = {one.hash for one, distro in zip(types, distros, strict=False) if distro not in _REJECT_EARLY}
 
     def of(self, address: Address) -> ServiceType | None:
         """Return the layout that a key names, or the first if it names none; None if it names an unknown one."""
         return self._by_key.get((address.type, address.hash)) if address.hash else self.types[0]
+
+    def verdict(self, type_: ServiceType) -> Verdict:
+        """Return what becomes of a client's goals that can't be executed: as by Nav2 of the client's distribution.
+
+        Where several distributions have its layout, a goal is aborted if one of them does so.
+        """
+        return Verdict.ABORT if type_.hash in self._aborting else Verdict.ABORT_OR_REJECT
 
     def nearest(self, address: Address) -> ServiceType:
         """Return the layout of the reply to an unknown layout: the oldest for humble, else the newest."""
@@ -55,6 +66,10 @@ class Layouts:
 
 class ReplyTo(Protocol):
     """A request that awaits its reply."""
+
+    @property
+    def type(self) -> ServiceType:
+        """The client's layout of the service."""
 
     def answer(self, answer: Any) -> None:
         """Send the answer to the command."""
@@ -104,7 +119,9 @@ class SendGoalHandler(ActionHandler):
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Return the command that sends the goal."""
         goal = self.action.goal.model_validate(request["goal"])
-        return [SendGoal(self.robot, self.action.name, goal, _goal_id(request), reply_to)]
+        # The simulator's own actions, those of the world, have no other server that clients may know.
+        verdict = Verdict.REJECT if self.robot == WORLD else self.layouts.verdict(reply_to.type)
+        return [SendGoal(self.robot, self.action.name, goal, _goal_id(request), reply_to, verdict)]
 
     def answer(self, answer: GoalResponse) -> Mapping[str, Any]:
         """Return whether the goal was accepted, and when; ROS has no field for the reason of a rejection."""

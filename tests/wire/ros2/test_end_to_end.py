@@ -126,6 +126,37 @@ def test_other_distribution_is_refused(serve, ros):
     assert (False, True) == (drive.send(goal).accepted, understood.send(goal).accepted)
 
 
+def test_goals_that_can_not_be_executed_are_aborted(fast, ros):
+    """As by Nav2's servers, which accept what they can't transform or have no plug-in for, with their codes."""
+    node = ros(fast)
+    elsewhere = goal_to(5, 2) | {"pose": {"header": {"frame_id": "odom"}}}
+    status, result = node.action("/wall_e/navigate_to_pose").wait().do(elsewhere)
+    plan_status, plan = node.action("/wall_e/compute_path_to_pose").wait().do({"planner_id": "Smac"})
+
+    assert [(ABORTED, 9002), (ABORTED, 201)] == [(status, result["error_code"]), (plan_status, plan["error_code"])]
+    assert "unknown frame_id 'odom'" in result["error_msg"]
+
+
+@pytest.mark.parametrize("distro", FEEDBACK_HASHES)
+def test_lyrical_alone_rejects(fast, ros, distro):
+    """Its controller server rejects an empty path, and those before it abort: their goals have different types."""
+    follow = ros(fast, distro).action("/wall_e/follow_path").wait()
+    goal = follow.send({"path": {"poses": []}})
+
+    assert (distro != "lyrical") == goal.accepted
+    if goal.accepted:
+        status, result = goal.result()
+        assert (ABORTED, 103) == (status, result["error_code"])
+
+
+def test_lyrical_s_verdict_where_it_is_served_alone(serve, ros):
+    """A goal type that distributions share tells nothing of its sender, unless only one distribution is served."""
+    node = ros(serve(wires=(RmwZenoh(distros=("lyrical",)),)), "lyrical")
+    elsewhere = goal_to(5, 2) | {"pose": {"header": {"frame_id": "odom"}}}
+
+    assert not node.action("/wall_e/navigate_to_pose").wait().send(elsewhere).accepted
+
+
 def test_other_domain(serve, ros):
     """Is served on its own keys; nothing of it is in another."""
     options = serve(wires=(RmwZenoh(domain=42),), real_time_factor=0)
