@@ -17,6 +17,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
+from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal, StopWaiting
+    from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult, SendGoal, StopWaiting
 
 _CANCEL = CancelGoalService.Response
 
@@ -68,6 +69,7 @@ class Dispatcher:
 
     Attributes:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
+        nodes: The states of the ROS nodes that serve the actions.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class Dispatcher:
         self._env = env
         self.servers = ActionServers(actions, seed)
         self.cut_off = CutOff()
+        self.nodes = NodeStates()
         self._telemetry = telemetry
         self._emit = publisher.emit
         self._publisher = publisher
@@ -123,6 +126,7 @@ class Dispatcher:
                 stamp = known.stamp if known else self._stamp()
                 self._answer_duplicate(command, goal_id, status, stamp, server.action.codes.rejected)
                 return
+            self.nodes.check(command)
             try:
                 message = self.servers.acceptable(server, command)
             except GoalRejected as rejection:
@@ -429,10 +433,21 @@ class Dispatcher:
         if holder is not None:
             self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason)
 
+    def change_state(self, command: ChangeState) -> None:
+        """Change the state of a node, and answer; goals end when it is active no longer."""
+        changed = self.nodes.change(command)
+        if changed and self.nodes.of(command.robot, command.node) != ACTIVE:
+            for goal in list(self.servers.active(command.robot)):
+                if goal.server.action.name in command.actions:
+                    code = goal.server.action.codes.unknown
+                    self._halt(goal, GoalEvent.ABORT, code, f"{command.node} was deactivated")
+        self._answer(command.reply_to, changed)
+
     def serve(self, robots: Mapping[str, Owner]) -> None:
         """Serve exactly these robots; no goal of another robot may be executing."""
         for name in self.servers.serve(robots):
             self._ended.pop(name, None)
+            self.nodes.forget(name)
 
     def _stamp(self) -> int:
         """Return the stamp of this instant."""

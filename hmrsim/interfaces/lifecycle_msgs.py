@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from hmrsim.interfaces.message import Message, String, UInt8
+from hmrsim.interfaces.message import Bool, Message, String, UInt8
 
 
 class State(Message):
@@ -39,3 +39,66 @@ class GetState:
         """The state it is in."""
 
         current_state: State = Field(default_factory=State)
+
+
+class Transition(Message):
+    """A change of state, by number and name; a number for each beginning and for each end."""
+
+    TRANSITION_CREATE: ClassVar[int] = 0
+    TRANSITION_CONFIGURE: ClassVar[int] = 1
+    TRANSITION_CLEANUP: ClassVar[int] = 2
+    TRANSITION_ACTIVATE: ClassVar[int] = 3
+    TRANSITION_DEACTIVATE: ClassVar[int] = 4
+    TRANSITION_UNCONFIGURED_SHUTDOWN: ClassVar[int] = 5
+    TRANSITION_INACTIVE_SHUTDOWN: ClassVar[int] = 6
+    TRANSITION_ACTIVE_SHUTDOWN: ClassVar[int] = 7
+    TRANSITION_DESTROY: ClassVar[int] = 8
+
+    id: UInt8 = 0
+    label: String = ""
+
+
+class TransitionDescription(Message):
+    """A transition and the states that it connects."""
+
+    transition: Transition = Field(default_factory=Transition)
+    start_state: State = Field(default_factory=State)
+    goal_state: State = Field(default_factory=State)
+
+
+class ChangeState:
+    """Ask a node for a transition."""
+
+    class Request(Message):
+        """The transition; its label, if there is one, matters more than its number."""
+
+        transition: Transition = Field(default_factory=Transition)
+
+    class Response(Message):
+        """Whether the node is in the new state."""
+
+        success: Bool = False
+
+
+class GetAvailableStates:
+    """Ask a node for the states that it may have."""
+
+    class Request(Message):
+        """Empty."""
+
+    class Response(Message):
+        """The states."""
+
+        available_states: list[State] = Field(default_factory=list)
+
+
+class GetAvailableTransitions:
+    """Ask a node for its transitions: those from its state, or all."""
+
+    class Request(Message):
+        """Empty."""
+
+    class Response(Message):
+        """The transitions."""
+
+        available_transitions: list[TransitionDescription] = Field(default_factory=list)

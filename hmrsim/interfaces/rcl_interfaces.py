@@ -1,13 +1,16 @@
-"""What nodes log."""
+"""Lines of a log; the parameters of nodes: their values, descriptions and services."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.interfaces.message import Message, String, UInt8, UInt32
+from hmrsim.interfaces.message import Array, Bool, Byte, Float64, Int64, Message, String, UInt8, UInt32, UInt64
+
+MAX_RANGES = 1
+"""The largest number of ranges in a description."""
 
 
 class Log(Message):
@@ -26,3 +29,170 @@ class Log(Message):
     file: String = ""
     function: String = ""
     line: UInt32 = 0
+
+
+class ParameterValue(Message):
+    """The value of a parameter, in the field that belongs to its type."""
+
+    type: UInt8 = 0
+    bool_value: Bool = False
+    integer_value: Int64 = 0
+    double_value: Float64 = 0.0
+    string_value: String = ""
+    byte_array_value: list[Byte] = Field(default_factory=list)
+    bool_array_value: list[Bool] = Field(default_factory=list)
+    integer_array_value: list[Int64] = Field(default_factory=list)
+    double_array_value: list[Float64] = Field(default_factory=list)
+    string_array_value: list[String] = Field(default_factory=list)
+
+    NOT_SET: ClassVar[int] = 0
+    BOOL: ClassVar[int] = 1
+    INTEGER: ClassVar[int] = 2
+    DOUBLE: ClassVar[int] = 3
+    STRING: ClassVar[int] = 4
+    BYTE_ARRAY: ClassVar[int] = 5
+    BOOL_ARRAY: ClassVar[int] = 6
+    INTEGER_ARRAY: ClassVar[int] = 7
+    DOUBLE_ARRAY: ClassVar[int] = 8
+    STRING_ARRAY: ClassVar[int] = 9
+
+
+class Parameter(Message):
+    """A parameter by name."""
+
+    name: String = ""
+    value: ParameterValue = Field(default_factory=ParameterValue)
+
+
+class FloatingPointRange(Message):
+    """The values that a number may have."""
+
+    from_value: Float64 = 0.0
+    to_value: Float64 = 0.0
+    step: Float64 = 0.0
+
+
+class IntegerRange(Message):
+    """The values that a whole number may have."""
+
+    from_value: Int64 = 0
+    to_value: Int64 = 0
+    step: UInt64 = 0
+
+
+class ParameterDescriptor(Message):
+    """What there is to know of a parameter beside its value."""
+
+    name: String = ""
+    type: UInt8 = 0
+    description: String = ""
+    additional_constraints: String = ""
+    read_only: Bool = False
+    dynamic_typing: Bool = False
+    floating_point_range: Annotated[
+        list[FloatingPointRange], Array(MAX_RANGES, bounded=True), Field(max_length=MAX_RANGES)
+    ] = Field(default_factory=list)
+    integer_range: Annotated[list[IntegerRange], Array(MAX_RANGES, bounded=True), Field(max_length=MAX_RANGES)] = Field(
+        default_factory=list
+    )
+
+
+class SetParametersResult(Message):
+    """Whether a parameter was set, and why not."""
+
+    successful: Bool = False
+    reason: String = ""
+
+
+class ListParametersResult(Message):
+    """The names of parameters, and what comes before the last dot in any of them."""
+
+    names: list[String] = Field(default_factory=list)
+    prefixes: list[String] = Field(default_factory=list)
+
+
+class GetParameters:
+    """Ask for the values of parameters."""
+
+    class Request(Message):
+        """The names."""
+
+        names: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """The values, in the same order."""
+
+        values: list[ParameterValue] = Field(default_factory=list)
+
+
+class GetParameterTypes:
+    """Ask for the types of parameters."""
+
+    class Request(Message):
+        """The names."""
+
+        names: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """The types, in the same order."""
+
+        types: list[UInt8] = Field(default_factory=list)
+
+
+class DescribeParameters:
+    """Ask for the descriptions of parameters."""
+
+    class Request(Message):
+        """The names."""
+
+        names: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """The descriptions, in the same order."""
+
+        descriptors: list[ParameterDescriptor] = Field(default_factory=list)
+
+
+class ListParameters:
+    """Ask for the names of parameters."""
+
+    class Request(Message):
+        """What the names begin with, and how many dots they may have beyond that."""
+
+        DEPTH_RECURSIVE: ClassVar[int] = 0
+
+        prefixes: list[String] = Field(default_factory=list)
+        depth: UInt64 = 0
+
+    class Response(Message):
+        """The names."""
+
+        result: ListParametersResult = Field(default_factory=ListParametersResult)
+
+
+class SetParameters:
+    """Set parameters, each by itself."""
+
+    class Request(Message):
+        """The parameters."""
+
+        parameters: list[Parameter] = Field(default_factory=list)
+
+    class Response(Message):
+        """The outcomes, in the same order."""
+
+        results: list[SetParametersResult] = Field(default_factory=list)
+
+
+class SetParametersAtomically:
+    """Set all parameters, or none."""
+
+    class Request(Message):
+        """The parameters."""
+
+        parameters: list[Parameter] = Field(default_factory=list)
+
+    class Response(Message):
+        """The outcome."""
+
+        result: SetParametersResult = Field(default_factory=SetParametersResult)

@@ -63,6 +63,21 @@ class GetResult(NamedTuple):
     reply_to: Any = None
 
 
+class ChangeState(NamedTuple):
+    """Change the state of a ROS node that serves actions of a robot; answered by whether it has changed.
+
+    Attributes:
+        actions: The actions that it serves.
+        transition: The number of the transition, as in lifecycle_msgs.
+    """
+
+    robot: str
+    node: str
+    actions: tuple[str, ...]
+    transition: int
+    reply_to: Any = None
+
+
 class StopWaiting(NamedTuple):
     """Stop waiting for a result that was asked for with `GetResult`; ignored for requests that were answered already.
 
@@ -158,6 +173,7 @@ Command = (
     SendGoal
     | CancelGoal
     | GetResult
+    | ChangeState
     | StopWaiting
     | ForgetResult
     | Read

@@ -28,6 +28,7 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import (
     CallService,
     CancelGoal,
+    ChangeState,
     ForgetResult,
     GetResult,
     InterestChanged,
@@ -70,7 +71,7 @@ _BATCH = 1_000
 _ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
 """Outputs that a robot publishes itself, and that a client does not get while the robot is cut off."""
 
-_BEGINNING = (SendGoal, CancelGoal, CallService, PlanAnswered)
+_BEGINNING = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
 
 
@@ -256,7 +257,7 @@ class Simulator:
 
     def _apply(self, command: Command) -> None:
         match command:
-            case SendGoal() | GetResult() | CancelGoal() | StopWaiting() | ForgetResult():
+            case SendGoal() | GetResult() | CancelGoal() | ChangeState() | StopWaiting() | ForgetResult():
                 self._apply_to_goals(command)
             case Read():
                 self.emit(Answered(command.reply_to, self.readings.read(command)))
@@ -277,7 +278,9 @@ class Simulator:
             case Stop(reason):
                 self._stop(reason)
 
-    def _apply_to_goals(self, command: SendGoal | GetResult | CancelGoal | StopWaiting | ForgetResult) -> None:
+    def _apply_to_goals(
+        self, command: SendGoal | GetResult | CancelGoal | ChangeState | StopWaiting | ForgetResult
+    ) -> None:
         match command:
             case SendGoal():
                 self.dispatcher.send_goal(command)
@@ -285,6 +288,9 @@ class Simulator:
                 self.dispatcher.get_result(command)
             case CancelGoal():
                 self.dispatcher.cancel_goal(command)
+                self.env.take_urgent()
+            case ChangeState():
+                self.dispatcher.change_state(command)
                 self.env.take_urgent()
             case StopWaiting():
                 self.dispatcher.withdraw(command)

@@ -271,6 +271,16 @@ class _CancelGoal(_Recorded):
         return commands.CancelGoal(self.robot, self.action, self.goal_info.goal_id, before)
 
 
+class _ChangeState(_Recorded):
+    robot: str
+    node: str
+    actions: list[str]
+    transition: int
+
+    def command(self) -> commands.ChangeState:
+        return commands.ChangeState(self.robot, self.node, tuple(self.actions), self.transition)
+
+
 class _CallService(_Recorded):
     service: Annotated[str, AfterValidator(_known_service)]
     request: Any
@@ -316,6 +326,7 @@ class _Stop(_Recorded):
 _COMMANDS: Final[dict[str, type[_Recorded]]] = {
     "send_goal": _SendGoal,
     "cancel_goal": _CancelGoal,
+    "change_state": _ChangeState,
     "call_service": _CallService,
     "participation": _Participation,
     "planner_present": _PlannerPresent,

@@ -105,6 +105,7 @@ class Trace:
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
             commands.SendGoal: _send_goal,
             commands.CancelGoal: _cancel_goal,
+            commands.ChangeState: _change_state,
             commands.CallService: self._call_service,
             commands.Participation: _participation,
             commands.PlannerPresent: lambda command: {"command": "planner_present", "present": command.present},
@@ -196,6 +197,12 @@ def _send_goal(command: commands.SendGoal) -> dict[str, Any]:
 def _cancel_goal(command: commands.CancelGoal) -> dict[str, Any]:
     goal_info = {"goal_id": command.goal_id, "stamp": values_of(command.stamp)}
     return {"command": "cancel_goal", "robot": command.robot, "action": command.action, "goal_info": goal_info}
+
+
+def _change_state(command: commands.ChangeState) -> dict[str, Any]:
+    fields = command._asdict()
+    del fields["reply_to"]
+    return {"command": "change_state", **fields, "actions": list(command.actions)}
 
 
 def _participation(command: commands.Participation) -> dict[str, Any]:

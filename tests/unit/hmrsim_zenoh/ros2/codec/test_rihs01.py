@@ -36,6 +36,28 @@ SEEN = [
     ("kilted", "sensor_msgs/msg/BatteryState", "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741"),
     ("kilted", "tf2_msgs/msg/TFMessage", "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"),
     ("kilted", "vision_msgs/msg/Detection3DArray", "793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018"),
+    ("lyrical", "rcl_interfaces/srv/GetParameters", "bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc"),
+    (
+        "lyrical",
+        "rcl_interfaces/srv/GetParameterTypes",
+        "da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
+    ),
+    ("lyrical", "rcl_interfaces/srv/SetParameters", "56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0"),
+    (
+        "lyrical",
+        "rcl_interfaces/srv/SetParametersAtomically",
+        "0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
+    ),
+    (
+        "lyrical",
+        "rcl_interfaces/srv/ListParameters",
+        "3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
+    ),
+    (
+        "lyrical",
+        "rcl_interfaces/srv/DescribeParameters",
+        "845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
+    ),
     (
         "kilted",
         "simulation_interfaces/srv/GetEntities",

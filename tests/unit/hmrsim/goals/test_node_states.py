@@ -1,0 +1,80 @@
+"""Nodes that are deactivated reject goals, and serve them again once they are active."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.goals.node_states import ACTIVE, TRANSITIONS
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.lifecycle_msgs import Transition
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.commands import ChangeState, SendGoal
+from hmrsim.trace.replay import replay
+from tests.profiles import examples
+from tests.simulation import simulate
+
+A, B = "a" * 32, "b" * 32
+
+
+def wait(goal_id, robot="wall_e"):
+    """Return the command to wait for 5 s."""
+    return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=5)), goal_id, goal_id)
+
+
+def change(transition, reply_to="changed"):
+    """Return the command to change the state of wall_e's node that serves wait."""
+    return ChangeState("wall_e", "behavior_server", ("wait", "spin"), transition, reply_to)
+
+
+DEACTIVATE, ACTIVATE = (change(each) for each in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE))
+
+
+def test_an_inactive_node_rejects_goals(run):
+    """The reason names the node; those of other robots and other actions of this one are accepted."""
+    log = run((0.0, DEACTIVATE), (1.0, wait(A)), (1.0, wait(B, "eve")))
+
+    assert log.answer("changed")
+    assert (False, "not_ready") == (log.answer(A).accepted, log.answer(A).reason)
+    assert "behavior_server of wall_e is inactive; activate it" == log.answer(A).error_msg
+    assert log.answer(B).accepted
+
+
+def test_goals_end_with_their_node(run):
+    """A goal that executes is aborted when its node is deactivated, as by Nav2."""
+    log = run((0.0, wait(A)), (1.0, DEACTIVATE))
+
+    assert (1.0, "ABORTED") == log.changes(A)[-1]
+    assert "behavior_server was deactivated" == log.result(A).error_msg
+
+
+def test_an_activated_node_serves_again(run):
+    """As before."""
+    log = run((0.0, DEACTIVATE), (1.0, ACTIVATE), (2.0, wait(A)))
+
+    assert (7.0, "SUCCEEDED") == log.changes(A)[-1]
+
+
+def test_a_transition_from_another_state_does_nothing(run):
+    """An active node can't be activated, nor any node be sent through a transition that there is not."""
+    log = run((0.0, ACTIVATE), (0.0, change(99, "unknown")), (1.0, wait(A)))
+
+    assert [False, False] == [log.answer("changed"), log.answer("unknown")]
+    assert log.answer(A).accepted
+
+
+@examples(30)
+@given(st.lists(st.sampled_from([*TRANSITIONS, 0, 99]), max_size=12))
+def test_runs_with_transitions_replay(transitions):
+    """Whatever clients ask for: goals are accepted in the active state alone, and a replay does the same."""
+    run = simulate(traced=True)
+    ids = [f"{number:032x}" for number in range(1, len(transitions) + 1)]
+    states, accepted = [], []
+    for number, (transition, goal_id) in enumerate(zip(transitions, ids, strict=True)):
+        log = run((float(number), change(transition, number)), (number + 0.5, wait(goal_id)), until=number + 0.75)
+        states.append(run.simulator.dispatcher.nodes.of("wall_e", "behavior_server"))
+        accepted.append(log.answer(goal_id).accepted)
+    run.simulator.stop()
+
+    assert accepted == [state == ACTIVE for state in states]
+    assert replay(run.lines()).difference is None
