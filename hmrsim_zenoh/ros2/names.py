@@ -54,6 +54,11 @@ _KEPT: Final = 4096
 _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.items() for action in actions})
 
 
+def has_lifecycle(node: Node) -> bool:
+    """Return whether a node has the services of lifecycle nodes, as Nav2's have."""
+    return node != WORLD_NODE and node.name not in _WITHOUT_LIFECYCLE
+
+
 def node_of(robot: str, action: str) -> Node:
     """Return the node that serves an action."""
     return WORLD_NODE if robot == WORLD else Node(f"/{robot}", _NODE_OF.get(action, OTHER_NODE))
@@ -116,8 +121,14 @@ class Names:
         return found
 
     @cached_property
+    def all_nodes(self) -> dict[str, Node]:
+        """All nodes by their full names, such as ``/wall_e/amcl``."""
+        of_robots = (node for nodes in self.nodes.values() for node in nodes)
+        return {node.full_name: node for node in (WORLD_NODE, *of_robots)}
+
+    @cached_property
     def lifecycle(self) -> dict[str, Node]:
-        """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``; all nodes are active."""
+        """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``."""
         found: dict[str, Node] = {}
         for robot, actions in self.serves.items():
             if robot != WORLD:
@@ -144,7 +155,7 @@ def _actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, st
 
 @lru_cache(_KEPT)
 def _lifecycle(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
-    nodes = [node for node in _nodes(robot, actions) if node.name not in _WITHOUT_LIFECYCLE]
+    nodes = [node for node in _nodes(robot, actions) if has_lifecycle(node)]
     return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}
 
 

@@ -111,7 +111,7 @@ class Ros2Server:
         self._looked = -1
         self._looked_for_feedback = [-1, -1]
         names = names_of(simulator)
-        self._catalog = Catalog(names, wire.distros, actions=actions, services=services)
+        self._catalog = Catalog(names, wire.distros, actions=actions, services=services, simulator=simulator)
         self._waiting = PendingResults()
         rejections = RejectionLog()
         self._publications = Publications(

@@ -11,8 +11,8 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.keys import NO_HASH
-from hmrsim_zenoh.ros2.names import WORLD_NODE
+from hmrsim_zenoh.ros2.keys import NO_HASH, Node
+from hmrsim_zenoh.ros2.names import LOCALIZATION, WORLD_NODE
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
     BATTERY_STATE,
@@ -105,6 +105,8 @@ def _or(words: Iterable[str]) -> str:
 def _all_of(distro: str) -> set[TypeHash]:
     """Return all types that a simulator may serve in a distribution."""
     actions, services = all_actions(), all_services()
-    everything = Part(WORLD, tuple((f"/{name}", name) for name in actions), _TOPICS, (("/get_state", WORLD_NODE),))
+    named = tuple((f"/{name}", name) for name in actions)
+    nodes = WORLD_NODE, Node("/", LOCALIZATION)
+    everything = Part(WORLD, named, _TOPICS, (("/get_state", WORLD_NODE),), served=nodes)
     owned = Endpoints(RmwZenoh(distros=(distro,)), actions, services).of(everything)
     return {(endpoint.type, endpoint.hash) for _, endpoint in owned}

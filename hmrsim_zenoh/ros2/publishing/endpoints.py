@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
-from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
@@ -18,7 +17,8 @@ from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, Kind, Node
-from hmrsim_zenoh.ros2.names import LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services
+from hmrsim_zenoh.ros2.names import LIFECYCLE_SERVICE, LOCALIZATION, OTHER_NODE, WORLD_NODE, node_of, ros_services
+from hmrsim_zenoh.ros2.node_services import LIFECYCLE_SERVICES, services_of
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -62,6 +62,7 @@ class Part(NamedTuple):
         topics: Its topics.
         states: The ``get_state`` services, each with its node.
         nodes: Nodes that are declared, whatever else is.
+        served: Nodes whose services are declared, except for ``get_state``.
     """
 
     robot: str
@@ -69,6 +70,7 @@ class Part(NamedTuple):
     topics: tuple[str, ...] = ()
     states: tuple[tuple[str, Node], ...] = ()
     nodes: tuple[Node, ...] = ()
+    served: tuple[Node, ...] = ()
 
 
 def topic_name(robot: str, topic: str) -> str:
@@ -105,7 +107,10 @@ class Endpoints:
         for topic in part.topics:
             yield self._topic(part.robot, topic)
         for name, node in part.states:
-            yield from self._service(node, name, "lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
+            yield from self._service(node, name, *LIFECYCLE_SERVICES[LIFECYCLE_SERVICE])
+        for node in part.served:
+            for name, of_node in services_of(node).items():
+                yield from self._service(node, f"{node.full_name}/{name}", *of_node)
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
@@ -119,7 +124,7 @@ class Endpoints:
     def tokens(self, part: Part) -> int:
         """Return the number of tokens of a part, except for those of nodes that other parts have, too."""
         endpoints = sum(len(self._roles(action)) for _, action in part.actions) + len(part.topics) + len(part.states)
-        return endpoints + len(part.nodes)
+        return endpoints + len(part.nodes) + sum(len(services_of(node)) for node in part.served)
 
     def topic(self, robot: str, topic: str) -> Endpoint:
         """Return the publisher of a topic."""

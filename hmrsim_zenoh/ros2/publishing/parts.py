@@ -7,6 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.protocol.goal import WORLD
+from hmrsim_zenoh.ros2.names import LIFECYCLE_SERVICE, WORLD_NODE
+from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
     BATTERY_STATE,
@@ -68,7 +70,9 @@ class Parts:
         action, is_action, _ = name.rpartition(_ACTION)
         if is_action:
             return self._of_actions.get(self._names.actions.get(action, ("", "")))
-        return self._others.get(name, self.all[0] if name.count("/") == 1 else None)
+        node, _, verb = name.rpartition("/")
+        part = self._others.get(node if verb in NODE_SERVICES and verb != LIFECYCLE_SERVICE else name)
+        return part or (self.all[0] if name.count("/") == 1 else None)
 
     @cached_property
     def _of_actions(self) -> dict[tuple[str, str], Part]:
@@ -77,6 +81,7 @@ class Parts:
     @cached_property
     def _others(self) -> dict[str, Part]:
         found = {name: part for part in self.all for name, _ in part.states}
+        found |= {node.full_name: part for part in self.all for node in part.served}
         found |= {topic_name(part.robot, topic): part for part in self.all for topic in part.topics}
         return found
 
@@ -85,7 +90,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     """Return all parts in the order to declare them; none of robots to which the connection is lost.
 
     First the world and the goals to drive of all robots, then their nodes, then topics and states, then one other
-    action after the other.
+    action after the other, and the services of nodes at last.
     """
     actions: dict[str, dict[str, list[tuple[str, str]]]] = {robot: {} for robot in names.serves}
     for name, (robot, action) in names.actions.items():
@@ -97,7 +102,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     of_world = tuple(named for of_action in actions.get(WORLD, {}).values() for named in of_action)
     others = dict.fromkeys(action for robot in robots for action in actions[robot] if action != FIRST)
     return [
-        [Part(WORLD, of_world, (CLOCK, TF))],
+        [Part(WORLD, of_world, (CLOCK, TF), served=(WORLD_NODE,))],
         [Part(robot, tuple(actions[robot].get(FIRST, ()))) for robot in robots],
         [Part(robot, nodes=tuple(names.nodes[robot])) for robot in robots],
         [Part(robot, (), tuple(_topics(names, robot)), tuple(states[f"/{robot}"])) for robot in robots],
@@ -105,6 +110,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
             [Part(robot, tuple(actions[robot][action])) for robot in robots if action in actions[robot]]
             for action in others
         ),
+        [Part(robot, served=(node,)) for robot in robots for node in names.nodes[robot]],
     ]
 
 

@@ -7,21 +7,22 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
-from hmrsim_zenoh.ros2.names import ros_services
+from hmrsim_zenoh.ros2.names import has_lifecycle, node_of, ros_services
+from hmrsim_zenoh.ros2.node_services import NODE_SERVICES, PARAMETER_SERVICES
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
-    GetStateHandler,
     Layouts,
     SendGoalHandler,
     WorldServiceHandler,
 )
+from hmrsim_zenoh.ros2.requests.node_handlers import HANDLERS, ChangeStateHandler
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.requests.handlers import Handler
@@ -44,6 +45,7 @@ class Catalog:
     Args:
         distros: The distributions whose types are served.
         services: The world's services by name, of which those that ROS has are served.
+        simulator: What the services of nodes tell of.
     """
 
     def __init__(
@@ -53,7 +55,9 @@ class Catalog:
         *,
         actions: Mapping[str, AnyAction],
         services: Mapping[str, AnyService],
+        simulator: Simulator,
     ) -> None:
+        self._simulator = simulator
         self._distros = distros
         self._actions = actions
         self._services = ros_services(services)
@@ -66,7 +70,7 @@ class Catalog:
     def follow(self, names: Names) -> None:
         """Serve these names; earlier ones are kept as lost, so that their clients get a reply."""
         _keep(self._lost_actions, self._names.actions, names.actions)
-        _keep(self._lost_nodes, self._names.lifecycle, names.lifecycle)
+        _keep(self._lost_nodes, self._names.all_nodes, names.all_nodes)
         self._names = names
         self._found.clear()
 
@@ -85,10 +89,9 @@ class Catalog:
             return WorldServiceHandler(
                 name, self._of_service(service.ros_type, service.request, service.response), service
             )
-        nodes = self._names.lifecycle
-        if name in nodes or name in self._lost_nodes:
-            layouts = self._of_service("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
-            return GetStateHandler(name, layouts, lost=name not in nodes)
+        of, _, verb = name.rpartition("/")
+        if verb in NODE_SERVICES:
+            return self._of_node(name, of, verb)
         of, _, verb = name.rpartition(_ACTION)
         actions = self._names.actions
         target = actions.get(of) or self._lost_actions.get(of)
@@ -98,6 +101,19 @@ class Catalog:
         return _ACTION_HANDLERS[verb](
             name, self._layouts(action, verb), robot, self._actions[action], lost=of not in actions
         )
+
+    def _of_node(self, name: str, node_name: str, verb: str) -> Handler | None:
+        nodes = self._names.all_nodes
+        node = nodes.get(node_name) or self._lost_nodes.get(node_name)
+        if node is None or not (verb in PARAMETER_SERVICES or has_lifecycle(node)):
+            return None
+        layouts = Layouts(tuple(NODE_SERVICES[verb].in_distro(distro) for distro in self._distros))
+        lost = node_name not in nodes
+        if verb in HANDLERS:
+            return HANDLERS[verb](name, layouts, node, self._simulator, lost=lost)
+        robot = node.namespace[1:]
+        actions = (action for action in self._names.serves.get(robot, ()) if node_of(robot, action) == node)
+        return ChangeStateHandler(name, layouts, node, self._simulator, tuple(actions), lost=lost)
 
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))

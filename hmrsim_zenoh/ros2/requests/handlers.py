@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.interfaces.lifecycle_msgs import GetState, State
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
@@ -195,23 +194,6 @@ class WorldServiceHandler(Handler):
             return response
         failed = Result(result=Result.RESULT_OPERATION_FAILED, error_message=text)
         return response.model_copy(update={"result": failed})
-
-
-class GetStateHandler(Handler):
-    """The handler of ``get_state``: a node is active as long as it exists."""
-
-    def commands(self, _request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
-        """Answer at once; there are no commands."""
-        reply_to.answer(None)
-        return []
-
-    def answer(self, _answer: object) -> Message:
-        """Return that the node is active."""
-        return GetState.Response(current_state=State(id=State.PRIMARY_STATE_ACTIVE, label="active"))
-
-    def refusal(self, _text: str) -> Message:
-        """Return that the node is unknown."""
-        return GetState.Response()
 
 
 def _goal_id(request: Mapping[str, Any]) -> str:

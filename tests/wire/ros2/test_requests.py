@@ -19,6 +19,8 @@ from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Ref
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal, StopWaiting
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.services import registry as all_services
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.codec.types import action_type, service_type
 from hmrsim_zenoh.ros2.names import Names
@@ -29,6 +31,8 @@ from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.requests import Requests
 from hmrsim_zenoh.ros2.requests.waiting import PendingResults
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+
+from tests.simulation import SMALL_WORLD  # isort: skip
 
 ID = bytes(range(16))
 GID = bytes(range(100, 116))
@@ -86,7 +90,8 @@ class Desk:
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
         self.waiting = PendingResults()
         self.wrong = []
-        catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services())
+        simulator = Simulator(World.model_validate(SMALL_WORLD))
+        catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services(), simulator=simulator)
         self.catalog = catalog
         self.requests = Requests(
             wire,

@@ -1,0 +1,136 @@
+"""The parameters of ROS nodes: what the simulation knows of a robot, by Nav2's names where Nav2 has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from hmrsim.interfaces.rcl_interfaces import ParameterDescriptor, ParameterValue
+from hmrsim_zenoh.ros2.names import FURTHER_NAMES, NODES, OTHER_NODE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.robots.robot import Robot
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.ros2.keys import Node
+
+    Value = bool | int | float | str | list[str]
+
+_DOT: Final = "."
+_UNLIMITED: Final = 1e9
+"""For what a robot does at once: ROS's messages have no infinity here."""
+_FIELDS: Final = ((bool, "bool"), (int, "integer"), (float, "double"), (str, "string"))
+
+
+class NodeParameter(NamedTuple):
+    """A parameter, which clients can't set."""
+
+    value: Value
+    description: str
+
+    def as_value(self) -> ParameterValue:
+        """Return the value as ROS has it."""
+        if isinstance(self.value, list):
+            return ParameterValue(type=ParameterValue.STRING_ARRAY, string_array_value=self.value)
+        kind = next(name for type_, name in _FIELDS if isinstance(self.value, type_))
+        return ParameterValue.model_validate({"type": self.type, f"{kind}_value": self.value})
+
+    @property
+    def type(self) -> int:
+        """The number of its type in ROS."""
+        if isinstance(self.value, list):
+            return ParameterValue.STRING_ARRAY
+        return next(number for number, (type_, _) in enumerate(_FIELDS, start=1) if isinstance(self.value, type_))
+
+    def as_descriptor(self, name: str) -> ParameterDescriptor:
+        """Return its description as ROS has it."""
+        return ParameterDescriptor(name=name, type=self.type, description=self.description, read_only=True)
+
+
+def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
+    """Return the parameters of a node by name, in order of name."""
+    found = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
+    robot = simulator.robots.get(node.namespace[1:])
+    if robot is None:
+        found["world"] = NodeParameter(simulator.world.name, "The name of the world.")
+        found["seed"] = NodeParameter(simulator.seed, "The seed of the run.")
+    else:
+        found |= _of_robot(robot, node.name, f"{simulator.world.units}")
+    return dict(sorted(found.items()))
+
+
+def names_in(found: Mapping[str, NodeParameter], prefixes: Sequence[str], depth: int) -> list[str]:
+    """Return the names that a request selects, as rclcpp does.
+
+    Args:
+        found: All parameters.
+        prefixes: What names begin with, whole parts of them; all names if there are none.
+        depth: The largest number of parts beyond a prefix; 0 for any.
+    """
+
+    def near(rest: str) -> bool:
+        return not depth or rest.count(_DOT) < depth
+
+    def within(name: str, prefix: str) -> bool:
+        return name == prefix or (name.startswith(prefix + _DOT) and near(name[len(prefix) + 1 :]))
+
+    return [name for name in found if (any(within(name, one) for one in prefixes) if prefixes else near(name))]
+
+
+def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
+    frames = {
+        "global_frame": NodeParameter("map", "The frame of poses."),
+        "robot_base_frame": NodeParameter("base_link", "The robot's frame."),
+    }
+    speed = NodeParameter(robot.speed, f"The greatest speed now, in {units}/s.")
+    turning = NodeParameter(robot.base.turning_rate or _UNLIMITED, "The turning rate in rad/s; 1e9 turns at once.")
+    change = NodeParameter(robot.base.acceleration or _UNLIMITED, f"In {units}/s²; 1e9 changes speed at once.")
+    found: dict[str, dict[str, NodeParameter]] = {
+        "amcl": {
+            "global_frame_id": frames["global_frame"],
+            "base_frame_id": NodeParameter("base_footprint", "The robot's frame on the ground."),
+        },
+        "bt_navigator": {
+            **frames,
+            "odom_topic": NodeParameter("odom", "The topic of odometry."),
+            "navigators": NodeParameter(list(NODES["bt_navigator"]), "The actions of this node."),
+        },
+        "planner_server": {
+            "planner_plugins": NodeParameter(["GridBased"], "The valid planner_id; it may be omitted."),
+            "GridBased.plugin": NodeParameter(f"hmrsim/{robot.planner}", "graph: the world's lanes; or external."),
+        },
+        "controller_server": {
+            "odom_topic": NodeParameter("odom", "The topic of odometry."),
+            "controller_plugins": NodeParameter(["FollowPath"], "The valid controller_id; it may be omitted."),
+            "FollowPath.plugin": NodeParameter("hmrsim", "Exact motion from pose to pose."),
+            "FollowPath.max_vel_x": speed,
+            "FollowPath.max_speed_xy": speed,
+            "FollowPath.max_vel_theta": turning,
+            "FollowPath.acc_lim_x": change,
+            "FollowPath.decel_lim_x": change._replace(value=-(robot.base.acceleration or _UNLIMITED)),
+        },
+        "behavior_server": {
+            **frames,
+            "behavior_plugins": NodeParameter(
+                [FURTHER_NAMES.get(action, (action,))[0] for action in NODES["behavior_server"]],
+                "The actions of this node.",
+            ),
+            "max_rotational_vel": turning,
+        },
+        "waypoint_follower": {
+            "stop_on_failure": NodeParameter(False, "Whether a missed waypoint ends the goal."),
+        },
+        "docking_server": {
+            "base_frame": frames["robot_base_frame"],
+            "fixed_frame": frames["global_frame"],
+            "docks": NodeParameter(sorted(robot.docks), "The docks of the world."),
+        },
+        OTHER_NODE: {
+            "robot_type": NodeParameter(robot.type, "The type of the robot."),
+            "robot_radius": NodeParameter(robot.radius, f"The radius of the footprint in {units}; 0 for none."),
+            "components": NodeParameter(list(robot.components), "The components of the robot."),
+            "flies": NodeParameter(robot.flies, "Whether the robot leaves the lanes."),
+        },
+    }
+    return found.get(node, {})

@@ -1,0 +1,199 @@
+"""Nodes' own services as ROS's tools call them: ``ros2 param``, ``ros2 lifecycle``, a lifecycle manager."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from hmrsim.interfaces.lifecycle_msgs import Transition
+from hmrsim.interfaces.rcl_interfaces import ParameterValue
+from hmrsim.trace.replay import replay
+from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
+from tests.wire.ros2.client import ABORTED, PATIENCE, SUCCEEDED, RosClient
+from tests.wire.ros2.test_end_to_end import LONG, hosting
+
+DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
+NODES = [
+    *("amcl", "bt_navigator", "planner_server", "controller_server", "behavior_server", "waypoint_follower"),
+    *("docking_server", "move_group", "base_driver"),
+]
+
+
+class Tool:
+    """A ROS node that calls the services of another node, each once its server is seen."""
+
+    def __init__(self, client, node):
+        self._client, self._node = client, node
+        self._services = {}
+
+    def call(self, service, **fields):
+        """Return the response of a service."""
+        kind = NODE_SERVICES[service]
+        if service not in self._services:
+            name = f"{self._node}/{service}"
+            self._services[service] = self._client.service(name, kind.in_distro(self._client.distro)).wait()
+        return self._services[service].call(self._services[service].type.request.encode(kind.request(**fields)))
+
+    def change(self, number=0, label=""):
+        """Ask for a transition; return whether the state has changed."""
+        return self.call("change_state", transition=Transition(id=number, label=label))["success"]
+
+    def state(self):
+        """Return the name of the state."""
+        return self.call("get_state")["current_state"]["label"]
+
+
+@pytest.fixture
+def tool(fast, ros):
+    """Return the function that makes tools for a node."""
+    return lambda node, **options: Tool(ros(fast, **options), node)
+
+
+# --- parameters --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("node", [*(f"/wall_e/{name}" for name in NODES), "/hmrsim"])
+def test_all_nodes_have_parameters(tool, node):
+    """``ros2 param list`` waits for the six services of every node, and asks each for the types of what it lists."""
+    tool = tool(node)
+    names = tool.call("list_parameters")["result"]["names"]
+    descriptors = tool.call("describe_parameters", names=names)["descriptors"]
+    types = tool.call("get_parameter_types", names=names)["types"]
+    values = tool.call("get_parameters", names=names)["values"]
+
+    assert "use_sim_time" in names == sorted(names)
+    assert names == [one["name"] for one in descriptors]
+    assert {True} == {one["read_only"] for one in descriptors}
+    assert list(types) == [one["type"] for one in descriptors] == [one["type"] for one in values]
+
+
+@pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
+def test_values_are_the_robot_s(tool, distro):
+    """Under the names that Nav2 has for them."""
+    tool = tool("/wall_e/controller_server", distro=distro)
+    speed, ids = tool.call("get_parameters", names=["FollowPath.max_vel_x", "controller_plugins"])["values"]
+
+    assert (ParameterValue.DOUBLE, 1.0) == (speed["type"], speed["double_value"])
+    assert (ParameterValue.STRING_ARRAY, ["FollowPath"]) == (ids["type"], ids["string_array_value"])
+
+
+def test_parameters_can_not_be_set(tool):
+    """The outcome says why, and the value stays."""
+    tool = tool("/wall_e/controller_server")
+    new = [{"name": name, "value": {"type": 3, "double_value": 2.0}} for name in ("FollowPath.max_vel_x", "nothing")]
+    each = tool.call("set_parameters", parameters=new)["results"]
+    all_ = tool.call("set_parameters_atomically", parameters=new)["result"]
+
+    assert [False, False, False] == [one["successful"] for one in (*each, all_)]
+    assert (
+        "parameter 'FollowPath.max_vel_x' is read-only: the world or the simulator's options say it"
+        == each[0]["reason"]
+    )
+    assert "parameter 'nothing' does not exist" == each[1]["reason"]
+    (value,) = tool.call("get_parameters", names=["FollowPath.max_vel_x"])["values"]
+    assert 1.0 == value["double_value"]
+
+
+def test_unknown_parameters_have_no_values(tool):
+    """As with rclcpp, whose reply is empty if one of the names is unknown."""
+    tool = tool("/wall_e/amcl")
+    names = ["use_sim_time", "nothing"]
+
+    assert [] == tool.call("get_parameters", names=names)["values"]
+    assert [] == list(tool.call("get_parameter_types", names=names)["types"])
+    assert [] == tool.call("describe_parameters", names=names)["descriptors"]
+
+
+def test_parameters_by_prefix_and_depth(tool):
+    """A prefix is whole parts of a name; the depth counts the parts beyond it."""
+    tool = tool("/wall_e/controller_server")
+    of_plugin = tool.call("list_parameters", prefixes=["FollowPath"])["result"]
+    top = tool.call("list_parameters", depth=1)["result"]
+
+    assert {"FollowPath"} == {name.partition(".")[0] for name in of_plugin["names"]}
+    assert ["FollowPath"] == of_plugin["prefixes"]
+    assert ["controller_plugins", "odom_topic", "use_sim_time"] == top["names"]
+    assert [] == tool.call("list_parameters", prefixes=["Follow"])["result"]["names"]
+
+
+# --- lifecycle ---------------------------------------------------------------------------------------------------
+
+
+def test_a_deactivated_navigator_rejects_goals(tool, fast, ros):
+    """Until it is activated again; its goal is aborted, and those of other nodes are served meanwhile."""
+    tool, node = tool("/wall_e/bt_navigator"), ros(fast)
+    drive, wait = (node.action(f"/wall_e/{name}").wait() for name in ("navigate_to_pose", "wait"))
+    before = tool.state()
+    deactivated = tool.change(DEACTIVATE), tool.state()
+    goal, other = drive.send({}), wait.do({})
+    activated = tool.change(ACTIVATE), tool.state()
+
+    assert "active" == before
+    assert (True, "inactive") == deactivated
+    assert (False, SUCCEEDED) == (goal.accepted, other[0])
+    assert (True, "active") == activated
+    assert drive.send({}).accepted
+
+
+def test_goals_end_with_their_node(tool, live, ros):
+    """As by Nav2's action servers."""
+    tool = Tool(ros(live), "/wall_e/behavior_server")
+    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
+    result = goal.begin_result()
+    changed = tool.change(label="deactivate")
+
+    assert changed
+    assert ABORTED == result.result(PATIENCE)["status"]
+    assert tool.change(label="activate")
+
+
+def test_states_and_transitions(tool):
+    """``ros2 lifecycle list``: those from the current state, and all of rcl_lifecycle's machine."""
+    tool = tool("/wall_e/planner_server")
+    states = [(one["id"], one["label"]) for one in tool.call("get_available_states")["available_states"]]
+    now = [one["transition"]["label"] for one in tool.call("get_available_transitions")["available_transitions"]]
+    graph = tool.call("get_transition_graph")["available_transitions"]
+
+    assert [(0, "unknown"), (1, "unconfigured"), (2, "inactive"), (3, "active"), (4, "finalized")] == states[:5]
+    assert [(10, "configuring"), (15, "errorprocessing")] == [states[5], states[-1]]
+    assert ["deactivate", "shutdown"] == now
+    numbers = {one["transition"]["id"] for one in graph}
+    assert {1, 2, 3, 4, 5, 6, 7, *(tens + units for tens in range(10, 70, 10) for units in range(3))} == numbers
+    ends = {(one["start_state"]["label"], one["transition"]["label"]): one["goal_state"]["label"] for one in graph}
+    assert "inactive" == ends["configuring", "transition_success"]
+    assert "errorprocessing" == ends["activating", "transition_error"]
+    assert "shuttingdown" == ends["active", "shutdown"]
+
+
+def test_transitions_from_another_state_fail(tool):
+    """By number and by label; the state stays."""
+    tool = tool("/wall_e/waypoint_follower")
+
+    assert [False, False, False] == [tool.change(ACTIVATE), tool.change(label="configure"), tool.change(99)]
+    assert "active" == tool.state()
+
+
+def test_a_lifecycle_manager_takes_a_robot_down_and_up(tool):
+    """Each of its nodes by its own clients, at once: deactivate, clean up, configure, activate."""
+    tools = [tool(f"/wall_e/{name}") for name in NODES[:7]]
+    steps = ("deactivate", "cleanup", "configure", "activate")
+    with ThreadPoolExecutor() as pool:
+        done = list(pool.map(lambda tool: [(tool.change(label=step), tool.state()) for step in steps], tools))
+
+    assert [[(True, state) for state in ("inactive", "unconfigured", "inactive", "active")]] * len(tools) == done
+
+
+def test_changes_of_state_are_in_the_trace(tmp_path):
+    """A replay rejects the same goals."""
+    path = tmp_path / "trace"
+    with hosting(path) as host:
+        host.start()
+        with RosClient(host.endpoints[0]) as client:
+            assert Tool(client, "/wall_e/behavior_server").change(DEACTIVATE)
+            assert not client.action("/wall_e/wait").wait().send(LONG).accepted
+        host.stop()
+
+    text = path.read_text()
+    assert '"command":"change_state"' in text
+    assert replay(text.splitlines(keepends=True)).difference is None
