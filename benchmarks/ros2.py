@@ -1,18 +1,13 @@
-"""ROS 2's wire: what messages and goals cost, against JSON's, and how soon a hundred robots are there."""
+"""ROS 2's wire: what messages and goals cost, against JSON's."""
 
 from __future__ import annotations
 
-import statistics
-import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
-from benchmarks._processes import HMRSIM, command, free_port, line_of, threads
 from benchmarks._report import Row
 from benchmarks._ros2_wire import Graph, RosGoalSender, open_session, type_of
 from benchmarks._timing import Variant, medians
@@ -35,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
 
-QUICK: dict[str, Any] = {"rounds": 20, "robots": 10, "starts": 1}
+QUICK: dict[str, Any] = {"rounds": 20}
 
 _MICRO = 1e6
 _AT_ONCE = 1000
@@ -50,13 +45,12 @@ _SPAN = 1000.0
 _GOAL_ID = "0123456789abcdef0123456789abcdef"
 
 
-def run(*, rounds: int = 300, robots: int = 100, starts: int = 3, side: int = SIDE) -> list[Row]:
-    """Return what messages cost, what goals cost against JSON's, and what a fleet takes to be there."""
+def run(*, rounds: int = 300, side: int = SIDE) -> list[Row]:
+    """Return what messages cost, and what goals cost against JSON's."""
     return [
         *_messages(rounds),
         _unheard(grid_world(_DRIVING, side=side), max(1, rounds // 20)),
         *_goals(rounds),
-        *_fleet(robots, starts, side),
     ]
 
 
@@ -195,36 +189,3 @@ def _senders(stack: ExitStack, settings: RunSettings) -> tuple[GoalSender, RosGo
     ros = stack.enter_context(open_session(world.endpoint))
     Graph(ros).when(["/robot_0/wait", "/robot_1/wait"])
     return GoalSender(plain, "robot_0/wait"), RosGoalSender(ros, "robot_1", "wait")
-
-
-# --- a fleet -----------------------------------------------------------------------------------------------------
-
-
-def _fleet(robots: int, starts: int, side: int) -> list[Row]:
-    """Return how soon after the simulator is ready a ROS node finds a fleet's actions, and the simulator's threads."""
-    world = grid_world(robots, side=side)
-    names = [name for name in names_of(Simulator(world)).actions if name.count("/") > 1]
-    drives = [name for name in names if name.endswith("/navigate_to_pose")]
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "fleet.yaml"
-        file.write_text(world.model_dump_json(exclude_defaults=True))
-        found = [_start(file, drives, names) for _ in range(starts)]
-    first, all_, threads = (statistics.median(figures) for figures in zip(*found, strict=True))
-    fleet = f"{robots:,} robots"
-    return [
-        Row(f"{fleet}: navigate_to_pose of all is there after", first, "s", at_most=2.0),
-        Row(f"{fleet}: all actions are there after", all_, "s", at_most=15.0),
-        Row(f"{fleet}: threads of the simulator", threads, "threads", at_most=39),
-    ]
-
-
-def _start(world: Path, drives: list[str], names: list[str]) -> tuple[float, float, float]:
-    """Start a simulator; return seconds until each of two sets of actions is there, and its threads."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    words = (*HMRSIM, "run", str(world), "--ros2", "--listen", endpoint, "--log-level", "error")
-    with command(*words) as simulator:
-        line_of(simulator)
-        ready = time.perf_counter()
-        with open_session(endpoint) as session:
-            graph = Graph(session)
-            return graph.when(drives) - ready, graph.when(names) - ready, threads(simulator.pid)
