@@ -15,6 +15,7 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -47,6 +48,7 @@ FEEDBACK_HASHES = {
     "kilted": "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3",
     "lyrical": "RIHS01_2c1b4ec1a0e3a53c9aa326aabe717670eeef0ff3d4c3351ff940613b2011728a",
 }
+DRIVE_TYPE, WAIT_TYPE = (f"nav2_msgs::action::dds_::{name}_SendGoal_" for name in ("NavigateToPose", "Wait"))
 LONG = {"time": {"sec": 100_000, "nanosec": 0}}
 
 
@@ -181,6 +183,25 @@ def test_topics_and_services_of_the_world(live, ros):
     assert (earlier["sec"], earlier["nanosec"]) < (later["sec"], later["nanosec"])
     assert 9.0 == odom.next()["pose"]["pose"]["position"]["x"]
     assert {"wall_e", "eve", "cart"} <= set(entities.wait().call(found.request().model_dump())["entities"])
+
+
+def test_servers_of_a_large_fleet_are_there_when_looked_for(monkeypatch, serve, ros):
+    """Where only navigate_to_pose is declared unasked, clients and subscribers find all else as ever."""
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
+    options = serve(wires=(RmwZenoh(),), real_time_factor=0)
+    watcher, node = ros(options, node="watcher"), ros(options)
+    watcher.graph.wait_for(("SS", "/cart/navigate_to_pose/_action/send_goal", DRIVE_TYPE))
+    unasked = watcher.graph.count("SS", "/wall_e/wait/_action/send_goal", WAIT_TYPE)
+    wait = node.action("/wall_e/wait").wait()
+    goal = wait.send({})
+    pose = node.subscribe("/eve/amcl_pose", message_type(PoseWithCovarianceStamped, "jazzy"), latched=True)
+    state = node.service("/eve/amcl/get_state", get_state()).wait()
+
+    assert 0 == unasked
+    assert SUCCEEDED == goal.result()[0]
+    wait.wait_for_status(goal.id, SUCCEEDED)
+    assert 9.0 == pose.next()["pose"]["pose"]["position"]["x"]
+    assert "active" == state.call(b"\0\1\0\0\0")["current_state"]["label"]
 
 
 # --- beside JSON -------------------------------------------------------------------------------------------------
