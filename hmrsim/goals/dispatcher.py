@@ -435,7 +435,7 @@ class Dispatcher:
 
     def change_state(self, command: ChangeState) -> None:
         """Change the state of a node, and answer; goals end when it is active no longer."""
-        changed = self.nodes.change(command)
+        changed = self.servers.serves(command.robot) and self.nodes.change(command)
         if changed and self.nodes.of(command.robot, command.node) != ACTIVE:
             for goal in list(self.servers.active(command.robot)):
                 if goal.server.action.name in command.actions:

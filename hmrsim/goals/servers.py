@@ -149,6 +149,10 @@ class ActionServers:
         self._servers = {key: server for key, server in self._servers.items() if key[0] not in gone}
         return gone
 
+    def serves(self, robot: str) -> bool:
+        """Return whether there is such a robot."""
+        return robot in self._robots
+
     def actions_of(self, robot: str) -> list[str]:
         """Return the names of the actions that a robot serves."""
         return list(self._offers(self._robots[robot]))

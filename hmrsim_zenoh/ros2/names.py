@@ -48,7 +48,7 @@ _WITHOUT_LIFECYCLE: Final = frozenset({"move_group", OTHER_NODE})
 _ROS_SERVICES: Final = "simulation_interfaces/"
 """The package of those services of the world that ROS has, too."""
 
-_KEPT: Final = 4096
+MAX_CACHED: Final = 4096
 """The number of robots whose names are cached."""
 
 _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.items() for action in actions})
@@ -101,7 +101,7 @@ class Names:
         """Robot and action by each of their names, such as ``/wall_e/navigate_to_pose``."""
         found: dict[str, tuple[str, str]] = {}
         for robot, actions in self.serves.items():
-            found.update(_actions(robot, tuple(actions)))
+            found.update(named_actions(robot, tuple(actions)))
         for alias, target in self.aliases.items():
             robot, _, action = target.partition("/")
             if action in self.serves.get(robot, ()):
@@ -132,13 +132,13 @@ class Names:
         found: dict[str, Node] = {}
         for robot, actions in self.serves.items():
             if robot != WORLD:
-                found.update(_lifecycle(robot, tuple(actions)))
+                found.update(lifecycle_of(robot, tuple(actions)))
         return found
 
     @cached_property
-    def nodes(self) -> dict[str, list[Node]]:
+    def nodes(self) -> dict[str, tuple[Node, ...]]:
         """The nodes of each robot."""
-        return {robot: _nodes(robot, tuple(actions)) for robot, actions in self.serves.items() if robot != WORLD}
+        return {robot: nodes_of(robot, tuple(actions)) for robot, actions in self.serves.items() if robot != WORLD}
 
 
 def _spelled(robot: str, action: str) -> list[str]:
@@ -148,18 +148,21 @@ def _spelled(robot: str, action: str) -> list[str]:
 
 
 # Cached, since a robot may come to hundreds of others whose names do not change.
-@lru_cache(_KEPT)
-def _actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
+@lru_cache(MAX_CACHED)
+def named_actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
+    """Return robot and action by each ROS name of a robot's actions, without aliases."""
     return {name: (robot, action) for action in actions for name in _spelled(robot, action)}
 
 
-@lru_cache(_KEPT)
-def _lifecycle(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
-    nodes = [node for node in _nodes(robot, actions) if has_lifecycle(node)]
+@lru_cache(MAX_CACHED)
+def lifecycle_of(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
+    """Return the nodes of a robot with these actions by their lifecycle services."""
+    nodes = [node for node in nodes_of(robot, actions) if has_lifecycle(node)]
     return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}
 
 
-@lru_cache(_KEPT)
-def _nodes(robot: str, actions: tuple[str, ...]) -> list[Node]:
+@lru_cache(MAX_CACHED)
+def nodes_of(robot: str, actions: tuple[str, ...]) -> tuple[Node, ...]:
+    """Return the nodes of a robot with these actions."""
     names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION, OTHER_NODE])
-    return [Node(f"/{robot}", name) for name in names]
+    return tuple(Node(f"/{robot}", name) for name in names)

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
-from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.ros2.names import LIFECYCLE_SERVICE, WORLD_NODE
+from hmrsim_zenoh.ros2.names import (
+    LIFECYCLE_SERVICE,
+    MAX_CACHED,
+    WORLD_NODE,
+    lifecycle_of,
+    named_actions,
+    nodes_of,
+)
 from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
@@ -21,7 +28,6 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 )
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
 
 FIRST: Final = "navigate_to_pose"
@@ -86,32 +92,70 @@ class Parts:
         return found
 
 
+class _RobotParts(NamedTuple):
+    """The parts of one robot."""
+
+    first: Part
+    nodes: Part
+    topics: Part
+    others: Mapping[str, Part]
+    services: tuple[Part, ...]
+
+
 def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     """Return all parts in the order to declare them; none of robots to which the connection is lost.
 
     First the world and the goals to drive of all robots, then their nodes, then topics and states, then one other
     action after the other, and the services of nodes at last.
     """
-    actions: dict[str, dict[str, list[tuple[str, str]]]] = {robot: {} for robot in names.serves}
-    for name, (robot, action) in names.actions.items():
-        actions[robot].setdefault(action, []).append((name, action))
-    states: dict[str, list[tuple[str, Node]]] = {f"/{robot}": [] for robot in names.serves}
-    for name, node in names.lifecycle.items():
-        states[node.namespace].append((name, node))
-    robots = [robot for robot in names.serves if robot not in lost and robot != WORLD]
-    of_world = tuple(named for of_action in actions.get(WORLD, {}).values() for named in of_action)
-    others = dict.fromkeys(action for robot in robots for action in actions[robot] if action != FIRST)
-    return [
-        [Part(WORLD, of_world, (CLOCK, TF), served=(WORLD_NODE,))],
-        [Part(robot, tuple(actions[robot].get(FIRST, ()))) for robot in robots],
-        [Part(robot, nodes=tuple(names.nodes[robot])) for robot in robots],
-        [Part(robot, (), tuple(_topics(names, robot)), tuple(states[f"/{robot}"])) for robot in robots],
-        *(
-            [Part(robot, tuple(actions[robot][action])) for robot in robots if action in actions[robot]]
-            for action in others
-        ),
-        [Part(robot, served=(node,)) for robot in robots for node in names.nodes[robot]],
+    aliases: dict[str, dict[str, str]] = {}
+    for alias, target in names.aliases.items():
+        robot, action = names.actions.get(f"/{alias}", ("", ""))
+        if target == f"{robot}/{action}":
+            aliases.setdefault(robot, {})[f"/{alias}"] = action
+    found = [
+        _parts_of(robot, tuple(actions), tuple(aliases.get(robot, {}).items()), tuple(_topics(names, robot)))
+        for robot, actions in names.serves.items()
+        if robot not in lost and robot != WORLD
     ]
+    of_world = _called(WORLD, tuple(names.serves.get(WORLD, ())), tuple(aliases.get(WORLD, {}).items()))
+    world = tuple(named for of_action in of_world.values() for named in of_action)
+    others = dict.fromkeys(action for one in found for action in one.others)
+    return [
+        [Part(WORLD, world, (CLOCK, TF), served=(WORLD_NODE,))],
+        [one.first for one in found],
+        [one.nodes for one in found],
+        [one.topics for one in found],
+        *([one.others[action] for one in found if action in one.others] for action in others),
+        [part for one in found for part in one.services],
+    ]
+
+
+# Cached, since a robot may come to hundreds of others that do not change.
+@lru_cache(MAX_CACHED)
+def _parts_of(
+    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]
+) -> _RobotParts:
+    called = _called(robot, actions, aliases)
+    nodes = nodes_of(robot, actions)
+    return _RobotParts(
+        Part(robot, tuple(called.pop(FIRST, ()))),
+        Part(robot, nodes=nodes),
+        Part(robot, (), topics, tuple(lifecycle_of(robot, actions).items())),
+        {action: Part(robot, tuple(named)) for action, named in called.items()},
+        tuple(Part(robot, served=(node,)) for node in nodes),
+    )
+
+
+def _called(
+    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...]
+) -> dict[str, list[tuple[str, str]]]:
+    """Return the names of each action of a robot, each with the action."""
+    own = {name: action for name, (_, action) in named_actions(robot, actions).items()}
+    found: dict[str, list[tuple[str, str]]] = {}
+    for name, action in {**own, **dict(aliases)}.items():
+        found.setdefault(action, []).append((name, action))
+    return found
 
 
 def _topics(names: Names, robot: str) -> Iterator[str]:

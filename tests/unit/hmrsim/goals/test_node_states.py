@@ -63,6 +63,14 @@ def test_a_transition_from_another_state_does_nothing(run):
     assert log.answer(A).accepted
 
 
+def test_a_robot_that_is_not_there_has_no_states(run):
+    """A request that comes too late changes nothing for a robot of that name that is spawned later."""
+    log = run((0.0, DEACTIVATE._replace(robot="nobody")))
+
+    assert log.answer("changed") is False
+    assert ACTIVE == run.simulator.dispatcher.nodes.of("nobody", "behavior_server")
+
+
 @examples(30)
 @given(st.lists(st.sampled_from([*TRANSITIONS, 0, 99]), max_size=12))
 def test_runs_with_transitions_replay(transitions):
