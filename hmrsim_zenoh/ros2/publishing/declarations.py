@@ -118,7 +118,9 @@ class Declarations:
                 if wanted is not None:
                     self._follow(*wanted)
                 self._declare_asked()
-        except zenoh.ZError as error:
+        except (zenoh.ZError, RuntimeError) as error:
+            if not self._closed:
+                _log.exception("declaring to ROS")
             _log.debug("the session was closed: %s", error)
 
     def _next(self) -> tuple[Sequence[Part], int] | None:
@@ -169,7 +171,8 @@ class Declarations:
         """Log a failure and continue with the rest, unless the session is being closed."""
         try:
             yield
-        except zenoh.ZError as error:
+        except (zenoh.ZError, RuntimeError) as error:
+            # zenoh-python raises RuntimeError where another thread uses an object that is to be changed.
             # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
             if self._closed:
                 raise

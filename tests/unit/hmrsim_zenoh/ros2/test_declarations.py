@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import pytest
 import zenoh
 
 from hmrsim.actions import registry as actions
@@ -16,9 +17,6 @@ from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
-
-if TYPE_CHECKING:
-    import pytest
 
 BOTH = Names({"wall_e": ["navigate_to_pose", "wait"], "eve": ["navigate_to_pose"]})
 ONE = Names({"wall_e": ["navigate_to_pose", "wait"]})
@@ -40,6 +38,7 @@ class Network:
         self.there: list[str] = []
         self.gids: dict[str, bytes | None] = {}
         self.refused = self.stuck = "nothing"
+        self.error: Exception = zenoh.ZError("no")
         self.info = SimpleNamespace(zid=lambda: "abc")
 
     def liveliness(self) -> Network:
@@ -49,7 +48,7 @@ class Network:
     def declare_token(self, token: str) -> Any:
         """Note a token."""
         if self.refused in token:
-            raise zenoh.ZError("no")
+            raise self.error
         self.said.append(("token", token))
         self.there.append(token)
         return SimpleNamespace(undeclare=lambda: self._undeclare(token))
@@ -65,7 +64,7 @@ class Network:
 
     def _undeclare(self, token: str) -> None:
         if self.stuck in token:
-            raise zenoh.ZError("no")
+            raise self.error
         self.said.append(("gone", token))
         self.there.remove(token)
 
@@ -219,11 +218,12 @@ def test_node_of_one_that_fails() -> None:
     assert not [name for name in network.names() if name.startswith("/eve")]
 
 
-def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("error", [zenoh.ZError("no"), RuntimeError("no")])
+def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture, error: Exception) -> None:
     """A token that can not be undeclared is logged; the others are undeclared and declared nevertheless."""
     network = Network()
     declarations = declared(network, BOTH)
-    network.stuck = "%eve%odom/"
+    network.stuck, network.error = "%eve%odom/", error
     declarations._follow(Parts(Names({"cart": ["navigate_to_pose"]})).all)
 
     assert ["/eve/odom"] == [name for name in network.names() if name.startswith(("/eve", "/wall_e"))]
