@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import Action, Codes, Report
+from hmrsim.actions import Action, Codes, Flaw, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import facing, point_of
 from hmrsim.actions._places import check_reachable
@@ -49,10 +49,11 @@ def _smoothed(path: Path) -> list[Pose]:
     return [*(Pose(*a, heading(a, b)) for a, b in pairwise(points)), Pose(*points[-1], facing(path.poses[-1]))]
 
 
-def _flaw(goal: SmoothPath.Goal) -> str | None:
+def _flaw(goal: SmoothPath.Goal) -> Flaw | None:
     if goal.smoother_id not in _SMOOTHERS:
-        return f"no smoother {goal.smoother_id!r}; there is one, called {', '.join(filter(None, _SMOOTHERS))}"
-    return None if goal.path.poses else "the path has no poses"
+        text = f"no smoother {goal.smoother_id!r}; there is one, called {', '.join(filter(None, _SMOOTHERS))}"
+        return Flaw(text, SmoothPath.Result.INVALID_SMOOTHER)
+    return None if goal.path.poses else Flaw("the path has no poses", SmoothPath.Result.INVALID_PATH)
 
 
 def _frames(goal: SmoothPath.Goal) -> Iterator[str]:
@@ -71,6 +72,7 @@ ACTION = Action(
     holds_base=False,
     frames=_frames,
     flaw=_flaw,
+    rejects_early={"flaw"},
     inputs={"path.poses": Input("Path", required=True)},
     example={"path": {"poses": [{"pose": {"position": {"x": 2.0}}}, {"pose": {"position": {"x": 10.0}}}]}},
 )
