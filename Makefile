@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := .make/ready
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly torture soak coverage
+.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly torture soak coverage audit lock
 
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -14,7 +14,7 @@ $(READY): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "hmrsim needs Python 3.11 or newer; name one with make PYTHON=…" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@mkdir -p .make && touch $@
 
@@ -50,6 +50,7 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/deptry .
 	$(BIN)/python -m hmrsim_zenoh.schemas --check
 	$(BIN)/python -m tools.event_tables --check
 	$(BIN)/python -m tools.settings --check
@@ -69,6 +70,15 @@ bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --qui
 
 package: $(READY)  ## Build the wheel and the source distribution
 	$(BIN)/python -m build
+
+audit: $(READY)  ## Look the locked dependencies up among known vulnerabilities, where an index answers
+	@{ $(PYTHON) -m venv .make/audit && .make/audit/bin/python -m pip install --quiet --disable-pip-version-check \
+		'pip-audit>=2.9,<3'; } 2>.make/audit.log || { echo "not audited: $$(tail -n 1 .make/audit.log)"; exit 0; }; \
+		.make/audit/bin/python -m tools.audit
+
+lock:  ## Write requirements.lock anew, with hashes; needs uv
+	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes \
+		--no-header --no-annotate --no-emit-index-url --quiet --output-file requirements.lock
 
 clean:  ## Remove what make has made
 	rm -rf $(VENV) .make build dist .coverage* .mypy_cache .ruff_cache .pytest_cache
