@@ -20,6 +20,7 @@ _COMMANDS: Final = {
     "action": "list the robots' actions, show one, send a goal",
     "topic": "list topics, print their messages, measure their rate",
     "service": "list services, and call them",
+    "security": "let only those drive robots who have a certificate for it: make it, check it, explain it",
     "doctor": "diagnose the network: simulators, clients, ROS nodes",
     "view": "show a simulation in a browser, live or recorded",
     "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",

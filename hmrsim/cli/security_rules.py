@@ -1,0 +1,77 @@
+"""What ``hmrsim security explain`` does: it reads the policy of a keystore, or of one enclave."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+import zenoh
+
+from hmrsim.cli.columns import columns
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.output import show, show_json
+from hmrsim_zenoh.wire.enclave import DESCRIPTION, enclaves, find_enclave, read_enclave
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.wire.access_control import AccessControl, Decision, Message
+    from hmrsim_zenoh.wire.enclave import Enclave
+
+_ASKS: Final[Mapping[str, tuple[Message, Message]]] = {
+    "ask": ("query", "reply"),
+    "subscribe": ("declare_subscriber", "put"),
+}
+"""What a client does, by the message from the client and the one that comes back."""
+_DOES: Final[Mapping[str, Message]] = {
+    "publish": "put",
+    "answer": "declare_queryable",
+    "be present": "liveliness_token",
+    "see presence": "declare_liveliness_subscriber",
+}
+"""Likewise, where nothing comes back."""
+
+
+def explain(args: argparse.Namespace) -> int:
+    """Say who may do what on a key, and by which rule."""
+    try:
+        key = str(zenoh.KeyExpr(args.key))
+    except zenoh.ZError:
+        raise WrongUse(f"{args.key!r} is not a key expression; chunks are joined by single slashes") from None
+    chosen = _chosen(args)
+    policy = chosen[0].access_control
+    if (args.keystore / DESCRIPTION).exists() and args.name is None:
+        names = list(policy.rules)
+    else:
+        names = [enclave.name for enclave in chosen]
+    found = {name: decisions(policy, name, key) for name in names}
+    if args.json:
+        told = {
+            name: {what: {"allowed": one.allowed, "rule": one.rule} for what, one in each.items()}
+            for name, each in found.items()
+        }
+        show_json({"key": key, "enclaves": told})
+        return ExitCode.DONE
+    rows = [
+        (name, "may" if one.allowed else "may not", what, f"rule {one.rule!r}" if one.rule else "no rule allows it")
+        for name, each in found.items()
+        for what, one in each.items()
+    ]
+    show("\n".join(columns(rows)))
+    return ExitCode.DONE
+
+
+def decisions(policy: AccessControl, name: str, key: str) -> dict[str, Decision]:
+    """Return what the policy says of each thing that a client can do on a key."""
+    found = {}
+    for what, (there, back) in _ASKS.items():
+        first, second = policy.decide(name, there, "ingress", key), policy.decide(name, back, "egress", key)
+        found[what] = second if first.allowed and not second.allowed else first
+    return found | {what: policy.decide(name, message, "ingress", key) for what, message in _DOES.items()}
+
+
+def _chosen(args: argparse.Namespace) -> list[Enclave]:
+    if args.name is not None:
+        return [find_enclave(args.keystore, args.name)]
+    if (args.keystore / DESCRIPTION).exists():
+        return [read_enclave(args.keystore)]
+    return enclaves(args.keystore) or [find_enclave(args.keystore, "")]

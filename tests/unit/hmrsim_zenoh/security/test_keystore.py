@@ -1,0 +1,221 @@
+"""Keystores: what is made, with which modes, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import stat
+from pathlib import Path
+
+import pytest
+from cryptography import x509
+from cryptography.x509.oid import ExtendedKeyUsageOID
+
+from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.security.keystore import Keystore, Network
+from hmrsim_zenoh.wire.enclave import SIMULATOR, Member, find_enclave
+from tests.cases import case
+from tests.unit.hmrsim_zenoh.security.conftest import MEMBERS
+
+
+def certificate(keystore, name):
+    """Return the certificate of a member."""
+    return x509.load_pem_x509_certificate((keystore.enclave(name).folder / "cert.pem").read_bytes())
+
+
+def use(folder):
+    """Do what a session does with an enclave."""
+    found = find_enclave(folder, "viewer")
+    found.check()
+    return found.access_control
+
+
+def contents(path):
+    """Return all files below a folder."""
+    return {each: each.read_bytes() for each in Path(path).rglob("*") if each.is_file()}
+
+
+def test_only_the_owner_can_read_what_is_made(keystore):
+    """Folders have mode 0700 and files 0600; the authority's certificate is public."""
+    wide = {
+        str(each.relative_to(keystore.path)): oct(stat.S_IMODE(each.stat().st_mode))
+        for each in (keystore.path, *keystore.path.rglob("*"))
+        if stat.S_IMODE(each.stat().st_mode) & 0o077
+    }
+
+    assert {"public/ca.cert.pem": "0o644"} == wide
+
+
+def test_certificates_name_their_member_and_where_simulators_are(keystore):
+    """Servers' certificates are for servers and clients, others for clients alone; all are of one authority."""
+    authority = x509.load_pem_x509_certificate((keystore.path / "public" / "ca.cert.pem").read_bytes())
+    server, client = certificate(keystore, "simulator"), certificate(keystore, "nurses")
+    names = server.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+
+    assert authority.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
+    assert "CN=nurses" == client.subject.rfc4514_string()
+    assert "localhost" in names.get_values_for_type(x509.DNSName)
+    assert {"127.0.0.1", "::1"} == {str(each) for each in names.get_values_for_type(x509.IPAddress)}
+    for one, purposes in ((server, 2), (client, 1)):
+        one.verify_directly_issued_by(authority)
+        found = list(one.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value)
+        assert purposes == len(found)
+        assert ExtendedKeyUsageOID.CLIENT_AUTH in found
+
+
+def test_a_folder_that_exists_is_left_alone(tmp_path, keystore):
+    """A keystore is replaced only when that is asked for, and anything else never."""
+    before = contents(keystore.path)
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.tex").touch()
+
+    for path, force, text in (
+        (keystore.path, False, "exists; name another folder, or replace the keystore there with --force"),
+        (other, True, "exists and is no keystore"),
+    ):
+        with case(path.name), pytest.raises(BadOptions, match=text):
+            Keystore.create(path, MEMBERS, Network(), force=force)
+    assert before == contents(keystore.path)
+
+    Keystore.create(keystore.path, MEMBERS, Network(), force=True)
+    assert not set(before.values()) & {each for path, each in contents(keystore.path).items() if path.suffix == ".pem"}
+
+
+def test_what_can_not_be_made_leaves_nothing(tmp_path):
+    """An invalid name is refused before anything is written."""
+    for members, text in (
+        ([Member("a b", "viewer")], "'a b' is not a name"),
+        ([Member("a", "viewer"), Member("a", "operator")], "'a' exists already"),
+        ([Member("a", "controller", ("_world",))], "'_world' is no robot's name"),
+        ([Member(SIMULATOR, "viewer")], "'simulator' is the name of the simulator's enclave"),
+        ([Member("a", SIMULATOR)], "is named 'simulator'"),
+        ([Member("a", "root")], "no role 'root'; there are: simulator, controller, viewer, operator"),
+    ):
+        with case(text), pytest.raises(BadOptions, match=text):
+            Keystore.create(tmp_path / "keys", members, Network())
+    for fields, text in (({"hosts": ("a b",)}, "--host 'a b'"), ({"prefix": "a//b"}, "--prefix")):
+        with case(text), pytest.raises(BadOptions, match=text):
+            Network(**fields)
+
+    assert [] == list(tmp_path.iterdir())
+
+
+def test_a_file_in_the_way_is_one_line(tmp_path):
+    """The error names the folder."""
+    (tmp_path / "file").touch()
+
+    with pytest.raises(BadOptions, match=r"file/keys: (not a directory|file exists)"):
+        Keystore.create(tmp_path / "file" / "keys", MEMBERS, Network())
+
+
+def test_a_member_is_added_with_its_rights(keystore):
+    """The policy of all enclaves has the new member; the others' certificates stay as they are."""
+    before = certificate(keystore, "viewer")
+    keystore.add(Member("porters", "controller", ("m_o",)))
+    again = Keystore(keystore.path)
+
+    assert before == certificate(again, "viewer")
+    for name in again.members:
+        policy = again.enclave(name).access_control
+        assert policy.may_query("porters", "hmrsim/m_o/wait/_action/send_goal").allowed
+        assert not policy.may_query("porters", "hmrsim/eve/wait/_action/send_goal").allowed
+
+
+def test_a_revoked_member_may_nothing_and_its_name_is_never_given_again(keystore):
+    """Its old certificate is valid until it expires, so that the name must not get rights again."""
+    keystore.revoke("nurses")
+    again = Keystore(keystore.path)
+
+    assert ("nurses",) == again.revoked
+    assert not again.enclave("simulator").access_control.may_query("nurses", "hmrsim/_world/info").allowed
+    with pytest.raises(BadOptions, match="'nurses' exists already, or is revoked"):
+        again.add(Member("nurses", "viewer"))
+    with pytest.raises(BadOptions, match="'nurses' is revoked"):
+        again.renew(["nurses"])
+
+
+def test_the_simulator_is_not_revoked(keystore):
+    """All clients trust its name."""
+    with pytest.raises(BadOptions, match="which all clients trust; make a new keystore instead"):
+        keystore.revoke("simulator")
+
+
+def test_renewing_makes_new_certificates_and_keys(keystore):
+    """Others stay as they are."""
+    before = {name: (certificate(keystore, name), keystore.members[name].expires) for name in keystore.members}
+
+    assert ["viewer"] == keystore.renew(["viewer"], days=900.0)
+    after = {name: (certificate(keystore, name), keystore.members[name].expires) for name in keystore.members}
+    assert {"viewer"} == {name for name in before if before[name] != after[name]}
+    assert after["viewer"][1] > before["viewer"][1]
+    with pytest.raises(BadOptions, match="has no 'eve'; there are: simulator, nurses, fleet, viewer, operator"):
+        keystore.renew(["eve"])
+
+
+def test_a_damaged_keystore_is_one_line(keystore):
+    """The error names the file."""
+    file = keystore.path / "keystore.json"
+    for text in (
+        "",
+        "[]",
+        "{}",
+        '{"prefix": "hmrsim", "ros_domain_id": 1e999, "hosts": [], "members": []}',
+        "[" * 10**5,
+    ):
+        file.write_text(text, encoding="utf-8")
+        with case(text[:20]), pytest.raises(BadOptions, match=r"keystore\.json: not a keystore"):
+            Keystore(keystore.path)
+    with pytest.raises(BadOptions, match="is no keystore; make one with"):
+        Keystore(keystore.path / "private")
+
+
+def test_an_enclave_is_found_by_its_name_its_role_or_its_folder(keystore):
+    """Where a role is not unique, the error lists those that have it."""
+    assert "nurses" == find_enclave(keystore.path, "nurses").name
+    assert "viewer" == find_enclave(keystore.path, "viewer").name
+    assert "nurses" == find_enclave(keystore.path / "enclaves" / "nurses", "viewer").name
+    with pytest.raises(
+        BadOptions, match="several enclaves with the role 'controller'; choose with --role: fleet, nurses"
+    ):
+        find_enclave(keystore.path, "controller")
+    with pytest.raises(BadOptions, match="no enclave 'root'; choose with --role: fleet, nurses, operator, simulator"):
+        find_enclave(keystore.path, "root")
+    with pytest.raises(BadOptions, match="has no enclaves; make some with `hmrsim security create"):
+        find_enclave(keystore.path / "public", "viewer")
+
+
+def test_a_damaged_enclave_is_one_line(keystore):
+    """The error names the file that is missing or damaged, and what has expired."""
+    enclave = keystore.enclave("viewer")
+    for file, text, message in (
+        ("key.pem", None, r"key\.pem: no such file"),
+        ("policy.json", "{}", r"policy\.json: not an access control of Zenoh"),
+        ("enclave.json", "{}", r"enclave\.json does not describe an enclave"),
+        ("enclave.json", '{"name": 1}', r"enclave\.json does not describe an enclave"),
+    ):
+        path = enclave.folder / file
+        kept = path.read_bytes()
+        path.unlink() if text is None else path.write_text(text, encoding="utf-8")
+        with case(file), pytest.raises(BadOptions, match=message):
+            use(enclave.folder)
+        path.write_bytes(kept)
+
+
+def test_an_expired_enclave_says_so(keystore, tmp_path):
+    """Before Zenoh tries in vain until the timeout; the command that renews it is named."""
+    expired = keystore.stranger("viewer", -1.0, tmp_path / "expired")
+
+    with pytest.raises(
+        BadOptions, match=r"'viewer' in .* expired on .*; make another with `hmrsim security renew DIR viewer`"
+    ):
+        expired.check()
+
+
+def test_a_configuration_for_other_programs_is_complete(keystore):
+    """It has no paths, so that it can be copied to the machine of a ROS node."""
+    text = (keystore.enclave("nurses").folder / "session.json5").read_text(encoding="utf-8")
+    session = json.loads(text)
+
+    assert str(keystore.path) not in text
+    assert ["tls/localhost:7447"] == session["connect"]["endpoints"]
+    assert not (keystore.enclave("simulator").folder / "session.json5").exists()
