@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import (
         BadOptions,
         ClientClosed,
+        ConnectionDenied,
+        Denied,
         Dropped,
         GoalFailed,
         GoalRejectedError,
@@ -40,6 +42,8 @@ __all__ = [
     "Client",
     "ClientClosed",
     "Commander",
+    "ConnectionDenied",
+    "Denied",
     "Dropped",
     "GoalFailed",
     "GoalHandle",

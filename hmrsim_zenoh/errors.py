@@ -31,6 +31,10 @@ class SimulatorNotFound(HmrsimError):
     """No simulator answers."""
 
 
+class ConnectionDenied(SimulatorNotFound):
+    """A process listens at the endpoint, but does not let this one in; the text says why."""
+
+
 class SimulatorGone(HmrsimError):
     """The simulator died, or was restarted and does not know the goal."""
 
@@ -59,6 +63,10 @@ class RequestError(HmrsimError):
         except (ValueError, TypeError, KeyError, AttributeError):
             return cls(payload[:_MAX_SHOWN].decode(errors="replace"))
         return cls(str(error), details)
+
+
+class Denied(RequestError):
+    """The simulator's access control lets no such request through; the text names the certificate and the key."""
 
 
 class NameTaken(RequestError):

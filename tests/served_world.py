@@ -16,6 +16,7 @@ from tests.simulation import SMALL_WORLD
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from hmrsim.protocol.sinks import Sink
     from hmrsim_zenoh.ros2.wires import Wire
 
 
@@ -24,11 +25,16 @@ _ANYWHERE = SessionOptions(listen=("tcp/127.0.0.1:0",))
 
 @contextmanager
 def served_world(
-    world: object = None, *, options: SessionOptions = _ANYWHERE, wires: Sequence[Wire] = (), **settings: Any
+    world: object = None,
+    *,
+    options: SessionOptions = _ANYWHERE,
+    wires: Sequence[Wire] = (),
+    sinks: Sequence[Sink] = (),
+    **settings: Any,
 ) -> Iterator[SessionOptions]:
     """Serve a world, the small one if none is given; yields what a client connects with."""
     model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
-    with Host(loaded, options, RunSettings(**settings), wires=wires) as host:
+    with Host(loaded, options, RunSettings(**settings), wires=wires, sinks=sinks) as host:
         host.start()
         yield SessionOptions(connect=host.endpoints)

@@ -8,6 +8,7 @@ from bt_controller.errors import TreeError
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import (
     BadOptions,
+    ConnectionDenied,
     NameTaken,
     PortTaken,
     RequestTimeout,
@@ -21,6 +22,8 @@ def exit_code(error: Exception) -> int | None:
     """Return the exit code of an error with a user-readable text; None for a bug."""
     if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
         return WRONG_USE
+    if isinstance(error, ConnectionDenied):
+        return FAILED
     if isinstance(error, (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)):
         return NO_SIMULATOR
     return FAILED if isinstance(error, HmrsimError) else None

@@ -61,7 +61,7 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         raise TreeError("\n".join(plan.unset))
     if args.confirm is not None:
         plan = replace(plan, confirmed=args.confirm)
-    options = session_options(args)
+    options = session_options(args, "controller")
     mailbox = Mailbox()
     with (
         display(args) as shown,

@@ -17,6 +17,11 @@ from hmrsim_zenoh.wire.options import session_options
 if TYPE_CHECKING:
     from hmrsim.cli.names import Info
 
+VIEWER: Final = "viewer"
+"""The role of commands that only read."""
+OPERATOR: Final = "operator"
+"""The role of commands that change something."""
+
 _MIN_WAIT: Final = 0.1
 _GRACE: Final = 3.0
 """Wall seconds that a simulator may be out of reach, as when a router is restarted."""
@@ -25,13 +30,15 @@ _log = logging.getLogger(__name__)
 
 
 @contextmanager
-def connected(args: argparse.Namespace) -> Iterator[tuple[Client, Info]]:
+def connected(args: argparse.Namespace, role: str = VIEWER) -> Iterator[tuple[Client, Info]]:
     """Connect to a simulator and get its description, within ``--timeout``.
+
+    *role* is that of the command, where ``--secure`` is given without ``--role``.
 
     Raises:
         SimulatorNotFound: No simulator answers.
     """
-    options = session_options(args)
+    options = session_options(args, role)
     begin = time.monotonic()
 
     def left() -> float:

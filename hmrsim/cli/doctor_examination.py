@@ -6,6 +6,7 @@ import argparse
 import os
 from collections.abc import Mapping
 
+from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.doctor_text import as_json, as_text
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
@@ -22,7 +23,7 @@ ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
 
 def examine(args: argparse.Namespace) -> int:
     """Look at the network and judge what is there; return the exit code."""
-    given, options = args.ros_domain_id, session_options(args)
+    given, options = args.ros_domain_id, session_options(args, VIEWER)
     asked = asked_for(
         options,
         domain=given if given is not None else _domain_of(os.environ),

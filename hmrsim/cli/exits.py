@@ -9,6 +9,7 @@ from typing import Final
 from hmrsim.errors import HmrsimError, RecordingError, SettingsError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
+    ConnectionDenied,
     PortTaken,
     PrefixTaken,
     RequestTimeout,
@@ -45,6 +46,7 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     BadOptions: ExitCode.WRONG_USE,
     PortTaken: ExitCode.WRONG_USE,
     PrefixTaken: ExitCode.WRONG_USE,
+    ConnectionDenied: ExitCode.FAILED,
     SimulatorNotFound: ExitCode.NO_SIMULATOR,
     SimulatorGone: ExitCode.NO_SIMULATOR,
     Unreachable: ExitCode.NO_SIMULATOR,

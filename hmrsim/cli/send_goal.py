@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
-from hmrsim.cli.connection import connected
+from hmrsim.cli.connection import OPERATOR, connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
@@ -61,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def _send_goal(args: argparse.Namespace) -> int:
     data = read_yaml(args.goal)
     goal_id = _goal_id(args.goal_id)
-    with connected(args) as (client, info):
+    with connected(args, OPERATOR) as (client, info):
         name = names.find_action(info, args.name)
         action = name.definition()
         if args.type is not None and args.type != action.ros_type:

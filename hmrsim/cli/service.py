@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.cli import listing, names
-from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection import OPERATOR, connected, look_for_simulator
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
@@ -106,7 +106,7 @@ def _call(args: argparse.Namespace) -> int:
         raise WrongUse(f"{args.name!r} has a wildcard; expected the name of one service")
     data = {} if request is None else read_yaml(request, "request")
     payload = _payload(data)
-    with connected(args) as (client, info):
+    with connected(args, OPERATOR) as (client, info):
         known = {one.name: one.ros_type for one in services(info)}
         if ros_type is not None and known.get(name, ros_type) != ros_type:
             raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")

@@ -29,7 +29,7 @@ environment:
 """For the end of a command's ``--help``."""
 
 _OF_ONE_RUN: Final = frozenset(
-    {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name"}
+    {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name", "--role"}
 )
 """Options of a single run, without environment variables: a variable that was left set would be a surprise."""
 

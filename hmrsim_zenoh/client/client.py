@@ -37,7 +37,7 @@ from hmrsim_zenoh.errors import (
 )
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
-from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, open_client
+from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, enclave_of, open_client
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
@@ -83,7 +83,8 @@ class Client:
 
         Raises:
             SimulatorNotFound: No peer answers at the endpoints.
-            BadOptions: An endpoint, the prefix or the configuration is invalid.
+            ConnectionDenied: A peer is there, but does not let this client in.
+            BadOptions: An endpoint, the prefix, the configuration or the enclave is invalid.
             ValueError: *name* is not a valid name.
         """
         check_name(name)
@@ -93,7 +94,10 @@ class Client:
             raise BadOptions(f"--prefix: {error}") from None
         self.session = session or open_client(options)
         self._owns_session = session is None
-        self._link = Link(self.session, self.keys, acknowledge_timeout=acknowledge_timeout, grace=grace)
+        enclave = enclave_of(options)
+        self._link = Link(
+            self.session, self.keys, acknowledge_timeout=acknowledge_timeout, grace=grace, enclave=enclave
+        )
         self._timeout = options.timeout
         self._choice = clock
         self._clock = clock
@@ -125,11 +129,7 @@ class Client:
         """
         self._link.check_open()
         if not self._link.presence.wait(timeout):
-            token = self.keys.alive()
-            raise SimulatorNotFound(
-                f"no simulator answers within {timeout:g} s: there is no token {token!r}; "
-                "start `hmrsim run WORLD`, or check --connect and --prefix"
-            )
+            raise SimulatorNotFound(f"no simulator answers within {timeout:g} s: {self._link.unseen}")
 
     def info(self, timeout: float = 5.0) -> dict[str, Any]:
         """Return the simulator's description: its world, its clock, its robots and their actions.
@@ -233,6 +233,7 @@ class Client:
         Raises:
             SimulatorNotFound, SimulatorGone: No simulator is there.
             Unreachable: The simulator is there, but nothing answers on that key.
+            Denied: Its access control does not let the request through.
             RequestError: It answers with an error.
             RequestTimeout: The answer takes longer than *timeout* seconds.
             ClientClosed: The client was closed.

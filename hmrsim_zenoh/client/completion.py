@@ -17,7 +17,7 @@ _PATIENCE: Final = 0.3
 def running(args: argparse.Namespace) -> dict[str, Any]:
     """Return the simulator's description; an empty mapping when none answers at once."""
     try:
-        options = replace(session_options(args), timeout=_PATIENCE)
+        options = replace(session_options(args, "viewer"), timeout=_PATIENCE)
         with Client(options) as client:
             client.wait_for_simulator(_PATIENCE)
             return client.info(_PATIENCE)

@@ -14,10 +14,11 @@ import zenoh
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.worker import Worker
-from hmrsim_zenoh.errors import ClientClosed, RequestError, SimulatorGone, SimulatorNotFound
+from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from hmrsim.errors import HmrsimError
+    from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
 Answer = bytes | RequestError | None
@@ -70,12 +71,16 @@ class Call:
     No Python runs in Zenoh's callbacks: it would take time, and a KeyboardInterrupt raised there would be lost along
     with the reply.
 
+    Args:
+        silence: Returns the answer if nothing comes back.
+
     Attributes:
         answer: The answer; None while there is none, too.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, silence: Callable[[], Answer] = lambda: None) -> None:
         self.answer: Answer = None
+        self._silence = silence
         self._replies: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
         self._ended = False
         self.handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
@@ -94,7 +99,8 @@ class Call:
             except Empty:
                 return False
             self._ended = True
-            self.answer = None if reply is None else _answer(reply)
+            answer = None if reply is None else _answer(reply)
+            self.answer = self._silence() if answer is None else answer
         return True
 
 
@@ -109,8 +115,17 @@ class Link:
 
     ordered = False
 
-    def __init__(self, session: zenoh.Session, keys: Keys, *, acknowledge_timeout: float, grace: float) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Keys,
+        *,
+        acknowledge_timeout: float,
+        grace: float,
+        enclave: Enclave | None = None,
+    ) -> None:
         self.session = session
+        self._enclave = enclave
         self.keys = keys
         self.worker = Worker("hmrsim client")
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
@@ -189,6 +204,8 @@ class Link:
 
     def ask(self, port: Port, payload: bytes | None, *, timeout: float, then: Callable[[Answer], None]) -> None:
         """Send a request; *then* receives the answer, once: a reply in Zenoh's thread, its absence in the worker's."""
+        if self._enclave is not None:
+            then = partial(self._explained, port.key, then)
         once = _Once(then, self.worker)
         handler = zenoh.handlers.Callback(once.on_reply, once.on_end, indirect=False)
         try:
@@ -200,7 +217,7 @@ class Link:
 
     def call(self, port: Port, payload: bytes | None, *, timeout: float) -> Call:
         """Send a request and return its pending reply."""
-        call = Call()
+        call = Call(partial(self.denial, port.key))
         try:
             self._get(port, payload, call.handler, timeout)
         except zenoh.ZError:
@@ -216,10 +233,32 @@ class Link:
         token = self.keys.alive()
         if self.presence.seen:
             return SimulatorGone(f"the simulator is gone: its token {token!r} has disappeared")
-        return SimulatorNotFound(
-            f"no simulator answers: there is no token {token!r}; "
-            "start `hmrsim run WORLD`, or check --connect and --prefix"
+        return SimulatorNotFound(f"no simulator answers: {self.unseen}")
+
+    @property
+    def unseen(self) -> str:
+        """Why there may be no simulator, and what would do."""
+        token = self.keys.alive()
+        if self._enclave is None:
+            return f"there is no token {token!r}; start `hmrsim run WORLD`, or check --connect and --prefix"
+        return (
+            f"there is no token {token!r}, or it is hidden from {self._enclave.name!r}, who may be revoked; "
+            "ask `hmrsim security explain`, or check --prefix"
         )
+
+    def denial(self, key: str) -> Denied | None:
+        """Return why a request that nothing answers is denied; None if access control allows it, or there is none."""
+        enclave = self._enclave
+        if enclave is None:
+            return None
+        decision = enclave.access_control.may_query(enclave.name, key)
+        if decision.allowed:
+            return None
+        others = ", ".join(enclave.access_control.who_may_query(key)) or "no one"
+        return Denied(f"{enclave.name!r} may not ask on {key!r}: {decision}; who may: {others}")
+
+    def _explained(self, key: str, then: Callable[[Answer], None], answer: Answer) -> None:
+        then(self.denial(key) if answer is None else answer)
 
     def close(self) -> None:
         """Fail everything under way; the session stays open."""

@@ -43,6 +43,13 @@ def check_endpoint(flag: str, endpoint: str) -> None:
         )
 
 
+def address_of(endpoint: str) -> tuple[str, int] | None:
+    """Return the host and the port of an endpoint; None if it is invalid or has none."""
+    match = _ENDPOINT.fullmatch(endpoint)
+    address = _HOST_PORT.fullmatch(match["address"]) if match else None
+    return (address["host"].strip("[]"), int(address["port"])) if address else None
+
+
 def with_port(endpoint: str) -> str:
     """Return an endpoint with a free port in place of port 0, as Zenoh does not report the port that it chooses."""
     match = _ENDPOINT.fullmatch(endpoint)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path  # noqa: TC003 - settings are read at run time
 from typing import Annotated, Literal
@@ -68,6 +68,10 @@ class SessionOptions:
         zenoh_config: A Zenoh configuration, JSON5; the other options take precedence.
         prefix: The prefix of all keys.
         timeout: Wall seconds to reach a simulator.
+        secure: A keystore or an enclave of ``hmrsim security``: sessions are encrypted, and both sides show their
+            certificates; None for open sessions.
+        role: The enclave of the keystore, by name or role; None for *default_role*.
+        default_role: The role of a session that is told none; a simulator's is always ``simulator``.
         default: The default endpoint of simulators and tools. Zenoh tries all addresses of a name, so that
             ``tcp/localhost:7447`` works even if localhost resolves to ``::1`` first.
     """
@@ -102,6 +106,19 @@ class SessionOptions:
             "wall seconds to reach a simulator", "S", unit="wall seconds", group="session", more_than=0, read=_seconds
         ),
     ] = 5.0
+    secure: Annotated[
+        Path | None,
+        Option(
+            "encrypt, and show a certificate: a folder of `hmrsim security create`, or an enclave of one",
+            "DIR",
+            group="session",
+        ),
+    ] = None
+    role: Annotated[
+        str | None,
+        Option("with --secure, the enclave to use: its name, or the role if one alone has it", "NAME", group="session"),
+    ] = None
+    default_role: str = "operator"
     default: str = DEFAULT_ENDPOINT
 
 
@@ -110,6 +127,6 @@ def add_session_options(parser: argparse.ArgumentParser) -> None:
     add_settings(parser, SessionOptions)
 
 
-def session_options(args: argparse.Namespace) -> SessionOptions:
-    """Return the options from the command line and the environment."""
-    return read_settings(args, SessionOptions)
+def session_options(args: argparse.Namespace, default_role: str = "operator") -> SessionOptions:
+    """Return the options from the command line and the environment; *default_role* is that of the command."""
+    return replace(read_settings(args, SessionOptions), default_role=default_role)

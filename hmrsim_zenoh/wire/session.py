@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim_zenoh.errors import BadOptions, PortTaken, SimulatorNotFound
+from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
+from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
+from hmrsim_zenoh.wire.handshake import why_denied
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
@@ -58,6 +60,21 @@ _never_deallocated: Final[list[zenoh.Session]] = []
 DEFAULT_OPTIONS: Final = SessionOptions()
 
 
+def enclave_of(options: SessionOptions) -> Enclave | None:
+    """Return the enclave that the options choose; None for open sessions.
+
+    Raises:
+        BadOptions: There is no such enclave, or it can't be used.
+    """
+    if options.secure is None:
+        if options.role is not None:
+            raise BadOptions(f"--role {options.role}: it is for --secure DIR, which is missing")
+        return None
+    found = find_enclave(options.secure, options.role or options.default_role)
+    found.check()
+    return found
+
+
 def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
     """Return a session for a tool; close it, or the process may not end.
 
@@ -65,12 +82,13 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
 
     Raises:
         SimulatorNotFound: No peer answers at the endpoints.
+        ConnectionDenied: A peer is there, but does not let this one in.
         PortTaken: Another process listens on the endpoint.
-        BadOptions: An endpoint or the configuration is invalid.
+        BadOptions: An endpoint, the configuration or the enclave is invalid.
     """
     settings = _Settings(options)
     if not (settings.connect or settings.listen):
-        settings.connect = (options.default,)
+        settings.connect = (settings.default,)
     settings.mode = settings.mode or ("peer" if settings.listen else "client")
     return settings.open("start `hmrsim run WORLD` or give another endpoint with --connect")
 
@@ -94,14 +112,15 @@ def open_server(
         SimulatorNotFound: The session only connects, and no peer answers.
         BadOptions: An endpoint or the configuration is invalid.
     """
-    settings = _Settings(options)
+    settings = _Settings(replace(options, default_role=SIMULATOR))
     settings.max_message = max_message
-    may_join = join and not (settings.connect or settings.listen) and settings.mode in {None, "peer"}
+    may_join = join and not (settings.connect or settings.listen or settings.enclave)
+    may_join = may_join and settings.mode in {None, "peer"}
     if not (settings.connect or settings.listen):
         if settings.mode == "client":
-            settings.connect = (options.default,)
+            settings.connect = (settings.default,)
         else:
-            settings.listen = (options.default,)
+            settings.listen = (settings.default,)
     settings.mode = settings.mode or ("router" if settings.listen else "client")
     try:
         return _open_server(settings)
@@ -158,9 +177,16 @@ class _Settings:
                 check_endpoint(flag, endpoint)
         self._config = _base_config(options.zenoh_config)
         self._timeout = options.timeout
+        self.enclave = enclave_of(options)
+        self.default = _secured(options.default) if self.enclave else options.default
         self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
-        self.listen: tuple[Any, ...] = options.listen or _endpoints(self._config, "listen", self.mode)
+        # The configuration of a simulator listens; a client that is given the same one does not.
+        found = () if options.mode == "client" else _endpoints(self._config, "listen", self.mode)
+        self.listen: tuple[Any, ...] = options.listen or found
+        if self.enclave:
+            _check_secured("--connect", self.connect)
+            _check_secured("--listen", self.listen)
         self.wait_before_close: int | None = None
         self.max_message: int | None = None
         self.must_connect = False
@@ -173,7 +199,14 @@ class _Settings:
             raise BadOptions("mode 'client' needs an endpoint; give one with --connect")
         for key, value in self._values().items():
             self._insert(key, value)
-        return self._open_in_turn(advice) if self._has_choice else self._try(advice)
+        try:
+            return self._open_in_turn(advice) if self._has_choice else self._try(advice)
+        except SimulatorNotFound:
+            for endpoint in map(str, self.connect):
+                if why := why_denied(endpoint, self.enclave):
+                    who = f", with the certificate of {self.enclave.name!r}" if self.enclave else ""
+                    raise ConnectionDenied(f"denied by {endpoint}{who}: {why}") from None
+            raise
 
     @property
     def _has_choice(self) -> bool:
@@ -226,6 +259,8 @@ class _Settings:
         if not self.connect:
             # A router waits this long for scouting, which is off.
             values["scouting/delay"] = 0
+        if self.enclave:
+            values |= self.enclave.session()
         if self.wait_before_close is not None:
             values[_WAIT_BEFORE_CLOSE_KEY] = self.wait_before_close
         if self.max_message is not None and _is_default(self._config, _MAX_MESSAGE_KEY):
@@ -251,6 +286,16 @@ class _Settings:
 
     def _not_found(self, advice: str) -> SimulatorNotFound:
         return SimulatorNotFound(f"no answer from {_listed(self.connect)}; {advice}")
+
+
+def _secured(endpoint: str) -> str:
+    return f"{PROTOCOLS[0]}/{endpoint.partition('/')[2]}"
+
+
+def _check_secured(flag: str, endpoints: tuple[Any, ...]) -> None:
+    for endpoint in map(str, endpoints):
+        if endpoint.partition("/")[0] not in PROTOCOLS:
+            raise BadOptions(f"{flag} {endpoint!r} is not encrypted; with --secure it is {_secured(endpoint)}")
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:

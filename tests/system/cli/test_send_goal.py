@@ -71,7 +71,7 @@ def client(monkeypatch):
     fake = FakeClient()
 
     @contextmanager
-    def connected(_args):
+    def connected(_args, _role):
         yield fake, INFO
 
     monkeypatch.setattr(send_goal, "connected", connected)

@@ -166,11 +166,14 @@ class RosClient:
         distro: Whose types it has.
         domain: Its ROS domain.
         node: Its name.
+        settings: More of its session's configuration, with ``__`` for ``/``.
     """
 
-    def __init__(self, endpoint: str, distro: str = "jazzy", *, domain: int = 0, node: str = "tester") -> None:
+    def __init__(
+        self, endpoint: str, distro: str = "jazzy", *, domain: int = 0, node: str = "tester", **settings: Any
+    ) -> None:
         self.distro, self.domain, self.node = distro, domain, node
-        self.session = open_session(endpoint)
+        self.session = open_session(endpoint, **settings)
         self.zid = str(self.session.info.zid())
         self._ids = itertools.count(1)
         self._declared: list[Any] = []
