@@ -15,6 +15,7 @@ _COMMANDS: Final = {
     "renew": "make new certificates, which are valid for longer",
     "revoke": "take all rights from an enclave",
     "explain": "say who may do what on a key, and by which rule",
+    "check": "prove at a running simulator that it enforces the policy",
 }
 """Each is a module ``security_…`` with a function *configure*, which adds arguments to the command's parser."""
 
@@ -24,7 +25,8 @@ examples:
   hmrsim action send-goal --secure keys /wall_e/wait '{time: {sec: 3}}'
   hmrsim security create keys --host 10.0.0.7 --controller nurses=wall_e,eve --controller porters=m_o
   hmrsim security add keys viewer lobby
-  hmrsim security explain keys hmrsim/wall_e/wait/_action/send_goal"""
+  hmrsim security explain keys hmrsim/wall_e/wait/_action/send_goal
+  hmrsim security check keys"""
 
 
 def configure(parser: LazyParser) -> None:

@@ -1,0 +1,168 @@
+"""A proof of a policy: each member, and strangers, try at a running simulator what they may and what they may not.
+
+Nothing is changed: the requests are unreadable ones, which a simulator answers with an error if access control lets
+them through.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim_zenoh.errors import BadOptions, SimulatorNotFound
+from hmrsim_zenoh.security.authority import Authority
+from hmrsim_zenoh.security.keystore import SESSION
+from hmrsim_zenoh.wire.enclave import AUTHORITY, SIMULATOR
+from hmrsim_zenoh.wire.keys import Keys, Verb
+from hmrsim_zenoh.wire.session import open_client
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from hmrsim_zenoh.security.keystore import Keystore
+    from hmrsim_zenoh.wire.access_control import AccessControl
+    from hmrsim_zenoh.wire.enclave import Member
+    from hmrsim_zenoh.wire.options import SessionOptions
+
+_UNREADABLE: Final = b"[]"
+"""A payload that no request has."""
+_PATIENCE: Final = 3.0
+"""Wall seconds for an answer."""
+_OPENING: Final = 0.5
+"""Wall seconds in which strangers try to connect."""
+_UNKNOWN: Final = "mallory"
+"""The name on a certificate of the authority that is no member's."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Something that was tried.
+
+    Attributes:
+        who: The member, or a description of a stranger.
+        what: What was tried.
+        expected: Whether the policy of the keystore allows it.
+        done: Whether the simulator let it through.
+    """
+
+    who: str
+    what: str
+    expected: bool
+    done: bool
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether the simulator enforces the policy in this case."""
+        return self.expected == self.done
+
+
+def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
+    """Try everything, and yield each attempt; it takes some seconds.
+
+    Args:
+        store: The keystore, whole: with its authority, and the enclaves of all members.
+        options: Where the simulator listens; nothing else is used.
+
+    Raises:
+        SimulatorNotFound: No simulator answers there.
+        BadOptions: The keystore is not whole.
+    """
+    options = replace(options, prefix=store.network.prefix)
+    members = [member for member in store.members.values() if member.role != SIMULATOR]
+    if not members:
+        raise BadOptions(f"{store.path} has no clients; add some with `hmrsim security add`")
+    keys = Keys(store.network.prefix)
+    robots = _robots(store, members, keys, options)
+    for member in members:
+        with open_client(replace(options, secure=store.enclave(member.name).folder)) as session:
+            yield from _of_member(session, member, _tries(keys, robots, member), store.access_control)
+    key = _goal(keys, robots[0])
+    with TemporaryDirectory(prefix="hmrsim-") as folder:
+        for who, there in _strangers(store, Path(folder), options):
+            yield Attempt(who, f"sends a goal to {robots[0]}", expected=False, done=_stranger_asks(there, key))
+
+
+def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: SessionOptions) -> list[str]:
+    """Return the names of the simulator's robots."""
+    with open_client(replace(options, secure=store.enclave(members[0].name).folder)) as session:
+        for reply in session.get(keys.world("info"), timeout=options.timeout):
+            if reply.ok is not None:
+                robots = json.loads(reply.ok.payload.to_bytes()).get("robots", ())
+                return [str(robot["name"]) for robot in robots] or ["wall_e"]
+    raise SimulatorNotFound(
+        f"no simulator with the prefix {keys.prefix!r} answers {members[0].name!r}; "
+        "is it started with --secure and this keystore, or one that is younger?"
+    )
+
+
+def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
+    """Yield what a member tries to ask, and the key."""
+    yield "reads the description of the world", keys.world("info")
+    own = next((robot for robot in robots if robot in member.robots), robots[0])
+    other = next((robot for robot in robots if robot not in member.robots), "") if member.robots else ""
+    for robot in filter(None, (own, other)):
+        yield f"sends a goal to {robot}", _goal(keys, robot)
+        yield f"cancels goals of {robot}", keys.action(robot, "wait", Verb.CANCEL_GOAL)
+    yield "sends a goal to any robot at once", _goal(keys, "*")
+    for service in ("delete_entity", "inject_fault", *member.services):
+        yield f"calls {service}", keys.world(service)
+    yield "changes the clock", keys.world("time/set")
+
+
+def _of_member(
+    session: zenoh.Session, member: Member, tries: Iterator[tuple[str, str]], policy: AccessControl
+) -> Iterator[Attempt]:
+    for what, key in tries:
+        yield Attempt(member.name, what, policy.may_query(member.name, key).allowed, _asks(session, key))
+
+
+def _goal(keys: Keys, robot: str) -> str:
+    return keys.action(robot, "wait", Verb.SEND_GOAL)
+
+
+def _asks(session: zenoh.Session, key: str) -> bool:
+    """Return whether the simulator answers, be it with an error."""
+    reading = key.endswith("/info")
+    replies = session.get(key, payload=None if reading else _UNREADABLE, timeout=_PATIENCE)
+    return any(reply.ok is not None or _is_error(reply) for reply in replies)
+
+
+def _is_error(reply: zenoh.Reply) -> bool:
+    """Return whether it is an error of the simulator, and not Zenoh's of a timeout."""
+    return reply.err is not None and reply.err.payload.to_bytes().startswith(b"{")
+
+
+def _strangers(store: Keystore, folder: Path, options: SessionOptions) -> Iterator[tuple[str, SessionOptions]]:
+    """Yield who tries without rights, and the options of the session."""
+    options = replace(options, timeout=_OPENING)
+
+    def of(name: str, days: float, authority: Callable[[], Authority] | None = None) -> SessionOptions:
+        there = store.stranger(name, days, folder / f"{name}{days:g}", authority() if authority else None).folder
+        return replace(options, zenoh_config=there / SESSION)
+
+    known = next(member.name for member in store.members.values() if member.role != SIMULATOR)
+    yield f"the name {known!r} by another authority", of(known, 1.0, lambda: Authority.create(1.0)[0])
+    yield f"{known!r}, expired", of(known, -1.0)
+    yield f"{_UNKNOWN!r}, who is no member", of(_UNKNOWN, 1.0)
+    for name in store.revoked:
+        yield f"{name!r}, revoked", of(name, 1.0)
+    bare = folder / "none.json5"
+    tls: dict[str, Any] = {"root_ca_certificate": str(store.path.resolve() / "public" / AUTHORITY)}
+    bare.write_text(json.dumps({"transport": {"link": {"tls": tls}}}), encoding="utf-8")
+    yield "a stranger without a certificate", replace(options, zenoh_config=bare)
+    plain = tuple(f"tcp/{endpoint.partition('/')[2]}" for endpoint in options.connect or (options.default,))
+    yield "a stranger without TLS", replace(options, connect=plain)
+
+
+def _stranger_asks(options: SessionOptions, key: str) -> bool:
+    """Return whether the simulator answers a stranger."""
+    if not options.connect:
+        options = replace(options, connect=(f"tls/{options.default.partition('/')[2]}",))
+    with suppress(SimulatorNotFound), open_client(options) as session:
+        return _asks(session, key)
+    return False

@@ -1,0 +1,169 @@
+"""What members do with their certificates, and what they are told when they may not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, Denied, SimulatorNotFound
+from hmrsim_zenoh.security.check import attempts
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import open_client, open_server
+from tests.cases import case
+from tests.served_world import served_world
+from tests.wire.ros2.client import SUCCEEDED, RosClient, goal_to
+from tests.wire.security.conftest import of_node, strangers
+
+WAIT = Wait.Goal(time=Duration(sec=0, nanosec=10_000_000))
+
+
+def test_a_controller_is_told_who_may_drive_a_robot(secured):
+    """A denied goal ends at once, with the name on the certificate, the key and those who may."""
+    with Client(secured.of("nurses")) as client:
+        assert client.action_client("wall_e", registry()["wait"]).send_goal(WAIT).result(5.0).error_code == 0
+        goal = client.action_client("eve", registry()["wait"]).send_goal(WAIT)
+
+        with pytest.raises(
+            Denied, match=r"'nurses' may not ask on 'hmrsim/eve/.*who may: simulator, porters, fleet, op"
+        ):
+            goal.result(5.0)
+
+
+def test_a_viewer_reads_and_is_told_who_may_call_a_service(secured):
+    """Values and services that read are answered; topics arrive."""
+    with Client(secured.of("viewer")) as client:
+        assert client.info()["robots"]
+        assert client.get("hmrsim/_world/get_entities", payload=b"{}")
+        with pytest.raises(Denied, match="denied, as no rule allows it; who may: simulator, operator"):
+            client.get("hmrsim/_world/load_world", payload=b"{}")
+
+
+def test_a_ros_node_drives_as_over_plain_tcp(secured):
+    """Its graph, goals, feedback, status and results; nothing of its configuration is left out."""
+    options = secured.of("nurses")
+    with RosClient(options.connect[0], **of_node(options)) as ros:
+        client = ros.action("/wall_e/navigate_to_pose").wait()
+        goal = client.send(goal_to(1.0, 0.0))
+
+        assert goal.accepted
+        assert SUCCEEDED == goal.result()[0]
+        client.wait_for_status(goal.id, SUCCEEDED)
+        client.wait_for_feedback(goal.id)
+
+
+def test_controllers_of_some_robots_take_part_in_lockstep(secured):
+    """They join time, and it advances as they allow."""
+    there = SessionOptions(listen=("tls/127.0.0.1:0",), secure=secured.store.path)
+    with served_world(options=there, clock="lockstep") as options:
+        mine = replace(options, secure=secured.store.path, role="nurses")
+        with Client(mine, clock="lockstep", name="nurses") as client:
+            client.sleep(2.0)
+
+            assert client.now == 2.0
+
+
+def test_the_certificate_of_a_client_does_not_make_a_simulator(secured):
+    """A member that listens where the simulator did gets nothing from clients, and they believe nothing of it."""
+    store = secured.store
+    fake = SessionOptions(listen=("tls/127.0.0.1:0",), secure=store.path, role="operator")
+    session, endpoints = open_server(fake)
+    asked = []
+    with session, open_client(replace(secured.of("viewer"), connect=endpoints)) as client:
+        queryable = session.declare_queryable("**", lambda query: asked.append(query.key_expr))
+        token = session.liveliness().declare_token("hmrsim/_world/alive")
+
+        assert [] == list(client.get("hmrsim/_world/info", timeout=2.0))
+        assert [] == list(client.liveliness().get("hmrsim/_world/alive", timeout=2.0))
+        queryable.undeclare()
+        token.undeclare()
+    assert [] == asked
+
+
+def test_who_is_not_let_in_is_told_why(secured, tmp_path):
+    """Denied is not the same as that no simulator answers."""
+    known, plain = (
+        replace(secured.options, timeout=0.5),
+        tuple(each.replace("tls", "tcp") for each in secured.options.connect),
+    )
+    other = secured.store.stranger("viewer", 1.0, tmp_path / "other")
+    (tmp_path / "other" / "ca.cert.pem").write_bytes((secured.store.path / "enclaves/viewer/cert.pem").read_bytes())
+    for options, text in (
+        (known, "a certificate is required; give it with --secure DIR"),
+        (replace(known, connect=plain), "TLS is spoken there; give --secure DIR, and the endpoint with tls/"),
+        (replace(known, secure=other.folder), "its certificate is not valid for 127.0.0.1 here"),
+    ):
+        with case(text), pytest.raises(ConnectionDenied, match=f"denied by t.*: {text}"):
+            open_client(options)
+
+
+def test_a_certificate_of_another_authority_is_named_as_the_reason(secured, tmp_path):
+    """As far as TLS says it."""
+    found = strangers(secured, tmp_path)["another authority"].zenoh_config
+    options = replace(secured.options, timeout=0.5, secure=found.parent)
+
+    with pytest.raises(
+        ConnectionDenied, match="with the certificate of 'operator': the certificate is of another authority"
+    ):
+        open_client(options)
+
+
+def test_who_is_revoked_sees_no_simulator_and_is_told_that_it_may_be_so(secured):
+    """Its certificate is valid, so that it gets in, and may do nothing."""
+    options = replace(secured.options, secure=secured.store.path.with_name("former"))
+    with Client(options) as client, pytest.raises(SimulatorNotFound, match="hidden from 'former', who may be revoked"):
+        client.wait_for_simulator(0.3)
+
+
+def test_a_simulator_without_tls_is_not_mistaken_for_one(secured):
+    """The client says that no TLS is spoken there."""
+    with served_world() as options:
+        there = tuple(each.replace("tcp", "tls") for each in options.connect)
+        mine = replace(secured.of("viewer"), connect=there, timeout=0.5)
+
+        with pytest.raises(ConnectionDenied, match="it does not speak TLS; is the simulator started"):
+            open_client(mine)
+
+
+def test_an_endpoint_without_tls_is_refused(secured):
+    """Before anything is opened; the error has the right one."""
+    for options, text in (
+        (
+            replace(secured.of("viewer"), connect=("tcp/10.0.0.7:7447",)),
+            "--connect .* is not encrypted; .* tls/10.0.0.7:7447",
+        ),
+        (SessionOptions(secure=secured.store.path, listen=("ws/[::]:1",)), "--listen .* is not encrypted; .* tls/"),
+        (SessionOptions(role="viewer"), "--role viewer: it is for --secure DIR, which is missing"),
+    ):
+        with case(text), pytest.raises(BadOptions, match=text):
+            open_client(options)
+
+
+def test_the_policy_is_proven_at_the_simulator(secured):
+    """Members and strangers; nothing is executed by that."""
+    secured.ledger.commands.clear()
+    found = list(attempts(secured.store, secured.options))
+
+    assert [] == [one for one in found if not one.as_expected]
+    assert {"nurses", "porters", "fleet", "viewer", "operator"} < {one.who for one in found}
+    assert {"'viewer', expired", "'former', revoked"} < {one.who.replace("nurses", "viewer") for one in found}
+    assert any(one.done for one in found)
+    assert [] == secured.ledger.commands
+
+
+def test_a_policy_that_is_not_enforced_is_found(secured):
+    """The simulator has not been restarted since a member was revoked, or lost a right."""
+    found = secured.store.access_control
+    weaker = {**found.rules, "fleet": found.rules["viewer"]}
+
+    class Younger(type(secured.store)):
+        access_control = property(lambda _self: type(found)(weaker))
+
+    wrong = [one for one in attempts(Younger(secured.store.path), secured.options) if not one.as_expected]
+
+    assert {"fleet"} == {one.who for one in wrong}
+    assert all(one.done for one in wrong)
