@@ -11,6 +11,7 @@ from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.settings import ViewSettings
+from hmrsim_zenoh.wire.options import SessionOptions
 
 _EXAMPLES: Final = """\
 examples:
@@ -32,6 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_settings(parser, DemoSettings, only=("seed", "clock", "real_time_factor"))
     add_settings(parser, TraceSettings)
     add_settings(parser, ViewSettings)
+    add_settings(parser, SessionOptions, only=("secure",))
     parser.add_argument(
         "--json", action="store_true", help="print each event, and the summary at the end, as one JSON object per line"
     )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import events
 from hmrsim.cli.children import Child
+from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
 from hmrsim.cli.demo_turns import CausalOrder
@@ -20,7 +21,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
 from hmrsim.cli.run_log import LogLines
 from hmrsim.cli.tracing import check_writable
-from hmrsim.cli.view_options import check_port
+from hmrsim.cli.view_options import check_page, check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.program.log_options import log_level
@@ -67,10 +68,12 @@ def demo(args: argparse.Namespace) -> int:
     """Run the demo to its end; return the exit code."""
     settings = read_settings(args, DemoSettings)
     trace, view = read_settings(args, TraceSettings).trace, read_settings(args, ViewSettings).view
+    session = read_settings(args, SessionOptions)
     check_port(view)
+    check_page(view, session)
     check_writable(trace)
     screen = JsonLines() if args.json else Screen(sys.stdout)
-    demo = _Demo(settings, screen, trace=trace, view=view, log_level=args.log_level)
+    demo = _Demo(settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
         with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
@@ -84,11 +87,18 @@ class _Demo:
     """One run of the demo."""
 
     def __init__(
-        self, settings: DemoSettings, screen: Audience, *, trace: Path | None, view: int | None, log_level: str
+        self,
+        settings: DemoSettings,
+        screen: Audience,
+        *,
+        trace: Path | None,
+        view: int | None,
+        secure: Path | None,
+        log_level: str,
     ) -> None:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._settings = settings
-        self._trace, self._view, self._log_level = trace, view, log_level
+        self._trace, self._view, self._log_level, self._secure = trace, view, log_level, secure
         self._screen = screen
         self._turns = CausalOrder(_PATIENCE)
 
@@ -103,14 +113,14 @@ class _Demo:
         with ExitStack() as stack:
             simulator = stack.enter_context(Child("simulator", "hmrsim.cli:main", self._run_arguments(), self._ready))
             ready = self._await_ready(simulator)
-            options = SessionOptions(connect=(ready["endpoints"][0],))
+            options = SessionOptions(connect=(ready["endpoints"][0],), secure=self._secure, default_role=VIEWER)
             client = stack.enter_context(Client(options))
             client.wait_for_simulator(_START_SECONDS)
             info = client.info(_START_SECONDS)
             story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
             client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
             arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *options.connect]
-            arguments += ["--log-level", self._log_level]
+            arguments += ["--log-level", self._log_level, *self._security()]
             controller = stack.enter_context(
                 Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
             )
@@ -128,13 +138,17 @@ class _Demo:
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
 
     def _run_arguments(self) -> list[str]:
-        arguments = ["run", _WORLD, "--listen", "tcp/127.0.0.1:0", "--json", "--feedback-rate", "2"]
+        listen = f"{'tls' if self._secure else 'tcp'}/127.0.0.1:0"
+        arguments = ["run", _WORLD, "--listen", listen, "--json", "--feedback-rate", "2", *self._security()]
         settings = self._settings
         arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
         arguments += ["--log-level", self._log_level]
         for option, value in (("--seed", settings.seed), ("--trace", self._trace), ("--view", self._view)):
             arguments += [] if value is None else [option, str(value)]
         return arguments
+
+    def _security(self) -> list[str]:
+        return ["--secure", str(self._secure)] if self._secure else []
 
     def _ready(self, line: str | None) -> None:
         self.news.put({} if line is None else json.loads(line))

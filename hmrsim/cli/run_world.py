@@ -20,7 +20,7 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
 from hmrsim.cli.tracing import TraceFile
-from hmrsim.cli.view_options import check_port, viewed
+from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.log_options import ServerLogOptions
@@ -32,6 +32,7 @@ from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.host import Host
 from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSettings
+from hmrsim_zenoh.wire.exposure import exposed
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
     asked = _Asked(args)
     run, wires = asked.run, ros2_wires(asked.ros2)
     check_port(asked.view)
+    check_page(asked.view, asked.session)
     if asked.trace and asked.record and asked.trace.resolve() == asked.record.resolve():
         raise WrongUse(f"--trace and --record are both {asked.record}; name two files")
     loaded = read_world(args, below=asked.below)
@@ -84,10 +86,12 @@ def run(args: argparse.Namespace) -> int:
             on_wait=[trace.flush, *screen.on_wait],
             preparations=screen.preparations,
         )
+        for endpoint in exposed(asked.session, host.endpoints):
+            warn(f"{endpoint} is open: all who reach it can drive the robots; encrypt it with --secure DIR")
         with host, trace.opened(host.simulator), screen.shown(host) as refresh:
             if run.strict:
                 plugins.check()
-            with viewed(asked.view, host.endpoints or asked.session.connect, asked.session.prefix) as view:
+            with viewed(asked.view, host.endpoints or asked.session.connect, asked.session) as view:
                 _serve(host, refresh, lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json))
             if isinstance(host.error, HmrsimError):
                 raise host.error

@@ -19,7 +19,7 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
-from hmrsim_zenoh.errors import GoalRejectedError, RequestError
+from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
     if isinstance(handle.error, GoalRejectedError):
         report.reject(handle.goal_id, handle.error)
         return ExitCode.FAILED
-    if isinstance(handle.error, RequestError):
+    if isinstance(handle.error, RequestError) and not isinstance(handle.error, Denied):
         raise mistakes_in_reply("goal", handle.error)
     handle.result()
     report.end(handle)

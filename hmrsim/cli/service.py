@@ -20,7 +20,7 @@ from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.services import services
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
-from hmrsim_zenoh.errors import RequestError, Unreachable
+from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.options import ENVIRONMENT
@@ -112,6 +112,8 @@ def _call(args: argparse.Namespace) -> int:
             raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")
         try:
             answer = _answer(client, f"{client.keys.prefix}{name}", payload)
+        except Denied:
+            raise
         except RequestError as error:
             if name in known:
                 raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None

@@ -9,17 +9,35 @@ import queue
 import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.children import Child
 from hmrsim.errors import reason_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST
+from hmrsim_zenoh.wire.enclave import SIMULATOR, find_enclave
+from hmrsim_zenoh.wire.endpoints import from_here
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.wire.options import SessionOptions
 
 _START_SECONDS: Final = 30.0
 _EXIT_TIMEOUT: Final = 1.0
 
 _log = logging.getLogger(__name__)
+
+
+def check_page(view: int | None, options: SessionOptions) -> None:
+    """Check that a page can be served with the options of a simulator's session, if one is wanted.
+
+    Raises:
+        BadOptions: There is no enclave for it.
+    """
+    if view is not None and options.secure and find_enclave(options.secure, "viewer").member.role == SIMULATOR:
+        raise BadOptions(
+            f"--view: {str(options.secure)!r} is the simulator's enclave; the page needs a viewer's: name the keystore "
+            "with --secure, or run `hmrsim view --secure` with another enclave"
+        )
 
 
 def check_port(view: int | None) -> None:
@@ -68,13 +86,21 @@ class View:
 
 
 @contextmanager
-def viewed(view: int | None, endpoints: Sequence[str], prefix: str) -> Iterator[View | None]:
-    """Serve the page on port *view*, if it is one, of the simulator that is reached there; end it with the context."""
+def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) -> Iterator[View | None]:
+    """Serve the page on port *view*, if it is one, of the simulator that is reached there; end it with the context.
+
+    *options* are those of the simulator's session.
+    """
     if view is None:
         yield None
         return
-    connect = [word for endpoint in endpoints for word in ("--connect", endpoint)]
-    server = View([*connect, "--prefix", prefix, "--port", str(view), "--timeout", str(_START_SECONDS)])
+    words = [word for endpoint in endpoints for word in ("--connect", from_here(endpoint))]
+    if options.secure:
+        words += ["--secure", str(options.secure)]
+    if options.zenoh_config:
+        # Its certificates; a client does not listen.
+        words += ["--zenoh-config", str(options.zenoh_config), "--mode", "client"]
+    server = View([*words, "--prefix", options.prefix, "--port", str(view), "--timeout", str(_START_SECONDS)])
     try:
         yield server
     finally:

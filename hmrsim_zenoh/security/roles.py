@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.wire.access_control import EVERYTHING, MESSAGES, AccessControl, Rule
+from hmrsim_zenoh.wire.access_control import EVERYTHING, MESSAGES, READING, AccessControl, Rule
 from hmrsim_zenoh.wire.enclave import SIMULATOR
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Rights:
         got = [self._key(value) for value in (*values, "*/*/_action/status", "**/@adv/**")]
         ros = ("*/*/get_state/*/*", *(f"{name}/*/*" for name in _READING), "**/@adv/**")
         tokens = (self._key("**"), self._key("**/@adv/**"), self._tokens("**"), self._ros("**/@adv/**"))
-        yield Rule("all read values", ("query",), "ingress", (*got, *map(self._ros, ros)))
+        yield Rule(READING, ("query",), "ingress", (*got, *map(self._ros, ros)))
         yield Rule("all subscribe", ("declare_subscriber",), "ingress", self._all)
         yield Rule("all see who is there", ("declare_liveliness_subscriber", "liveliness_query"), "ingress", tokens)
         # `hmrsim doctor` looks for simulators with other prefixes, and for ROS nodes in other domains.

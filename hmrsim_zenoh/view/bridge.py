@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.view.feeds import Feeds
     from hmrsim_zenoh.view.gets import Gets, Replies
+    from hmrsim_zenoh.view.visitors import May
 
 MAX_SUBSCRIPTIONS: Final = 64
 MAX_GETS: Final = 64
@@ -30,9 +31,14 @@ _TIMED_OUT: Final = b"Timeout"
 
 
 class Bridge:
-    """Serves one page, in the event loop's thread."""
+    """Serves one page, in the event loop's thread.
 
-    def __init__(self, gets: Gets, feeds: Feeds, *, alive: bool) -> None:
+    Args:
+        may: What its visitor may ask.
+    """
+
+    def __init__(self, gets: Gets, feeds: Feeds, may: May, *, alive: bool) -> None:
+        self._may = may
         self._gets = gets
         self._feeds = feeds
         self._alive = alive
@@ -135,6 +141,8 @@ class Bridge:
             if len(self._asked) >= MAX_GETS:
                 raise ValueError(f"{MAX_GETS} gets are pending already")  # noqa: TRY301 - one place handles errors
             self._check_key(request.key)
+            if denial := self._may(request.key):
+                raise ValueError(denial)  # noqa: TRY301 - one place handles errors
             payload = None if request.payload is None else to_json(request.payload)
             self._gets.get(request.key, payload, request.timeout, partial(self._reply, request))
         except (ValueError, zenoh.ZError) as error:

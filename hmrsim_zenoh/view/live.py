@@ -15,12 +15,14 @@ from hmrsim_zenoh.view.bridge import Bridge
 from hmrsim_zenoh.view.event_log import EventLog
 from hmrsim_zenoh.view.feeds import Feeds
 from hmrsim_zenoh.view.gets import Gets
+from hmrsim_zenoh.view.visitors import anything, name_of
 
 if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.routing import BaseRoute
     from starlette.websockets import WebSocket
 
+    from hmrsim_zenoh.view.visitors import Rights
     from hmrsim_zenoh.wire.keys import Keys
 
 MAX_PAGES: Final = 64
@@ -33,6 +35,7 @@ class Live:
 
     Args:
         session: An open session, which the caller closes.
+        rights: What visitors may ask; None for everything.
 
     Attributes:
         alive: Whether the simulator is alive, by its liveliness token.
@@ -41,7 +44,8 @@ class Live:
     feeds: Feeds
     _log: EventLog
 
-    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, rights: Rights | None = None) -> None:
+        self._rights = rights
         self.prefix = keys.prefix
         self.alive = False
         self._session = session
@@ -115,7 +119,8 @@ class Live:
         if len(self._pages) >= MAX_PAGES:
             await socket.close(_TRY_AGAIN_LATER, f"there are {MAX_PAGES} pages already")
             return
-        page = Bridge(self._gets, self.feeds, alive=self.alive)
+        may = anything if self._rights is None else self._rights.of(name_of(socket.scope))
+        page = Bridge(self._gets, self.feeds, may, alive=self.alive)
         self._pages.add(page)
         self._share()
         try:

@@ -8,7 +8,6 @@ has to be the page's own.
 from __future__ import annotations
 
 import hmac
-import ipaddress
 import secrets
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Final
@@ -17,7 +16,12 @@ from urllib.parse import parse_qs, urlsplit
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 
+from hmrsim_zenoh.view.visitors import name_of
+from hmrsim_zenoh.wire.endpoints import is_loopback
+
 if TYPE_CHECKING:
+    from collections.abc import Container
+
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _POLICY: Final = (
@@ -39,25 +43,19 @@ _FORBIDDEN: Final = 403
 _TOKEN_BYTES: Final = 16
 
 
-def is_loopback(host: str) -> bool:
-    """Return whether only this machine can reach a host's address."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
 class Gate:
     """Passes requests to an ASGI application or rejects them; adds security headers to every response.
 
     Args:
         host: The address that it is bound to.
+        members: The names of those whose certificates are welcome; None where there are no certificates.
 
     Attributes:
         token: The required ``?token=`` of URLs; empty on the loopback, where none is required.
     """
 
-    def __init__(self, app: ASGIApp, host: str) -> None:
+    def __init__(self, app: ASGIApp, host: str, members: Container[str] | None = None) -> None:
+        self._members = members
         self.token = "" if is_loopback(host) else secrets.token_urlsafe(_TOKEN_BYTES)
         self._app = app
         self._hosts = _LOOPBACK | {host.lower()}
@@ -93,6 +91,9 @@ class Gate:
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in {f"http://{host}".lower(), f"https://{host}".lower()}:
             return f"pages of {origin!r} may not send requests to this server"
+        visitor = name_of(scope)
+        if self._members is not None and visitor and visitor not in self._members:
+            return f"{visitor!r} has no rights here; the certificate may be revoked"
         if self.token and not self._is_public(scope["path"]) and not self._has_token(scope):
             return "the token is missing or wrong; open the URL that `hmrsim view` printed"
         return ""

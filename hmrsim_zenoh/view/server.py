@@ -6,28 +6,36 @@ import asyncio
 import errno
 import logging
 import socket
+import ssl
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, Self
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.responses import FileResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import InvalidState
 
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
-from hmrsim_zenoh.view.security import Gate, is_loopback
+from hmrsim_zenoh.view.security import Gate
+from hmrsim_zenoh.view.visitors import NamedProtocol
+from hmrsim_zenoh.wire.enclave import AUTHORITY, CERTIFICATE, KEY
+from hmrsim_zenoh.wire.endpoints import is_loopback
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
 
     from starlette.requests import Request
+
+    from hmrsim_zenoh.wire.enclave import Enclave
 
 _PAGE: Final = Path(__file__).parent / "page"
 _MAX_REQUEST: Final = 2**20
@@ -58,6 +66,7 @@ class ViewServer:
     Args:
         host: Address to bind to; a token is required unless it is the loopback.
         port: Port to bind to; 0 for a free one.
+        enclave: The certificate by which it serves HTTPS; None for HTTP. Visitors may show one of the same authority.
 
     Attributes:
         url: The URL of the page, with the token if there is one.
@@ -67,16 +76,18 @@ class ViewServer:
         BadOptions: The host is not an address of this machine.
     """
 
-    def __init__(self, source: Source, *, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT) -> None:
+    def __init__(
+        self, source: Source, *, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT, enclave: Enclave | None = None
+    ) -> None:
         self._socket = _bound(host, port)
-        gate = Gate(_application(source), host)
-        self.url = _url(host, self._socket.getsockname()[1], gate.token)
+        gate = Gate(_application(source), host, enclave.access_control.rules if enclave else None)
+        self.url = _url(host, self._socket.getsockname()[1], gate.token, secured=enclave is not None)
         self._server = _Server(
             uvicorn.Config(
                 gate,
                 loop="asyncio",
-                http="h11",
-                ws="websockets-sansio",
+                http=NamedProtocol,
+                ws=_WebSockets,
                 lifespan="on",
                 log_config=None,
                 log_level="info",
@@ -88,6 +99,7 @@ class ViewServer:
                 # On the loopback, compression costs more than it saves.
                 ws_per_message_deflate=not is_loopback(host),
                 timeout_graceful_shutdown=_GRACE,
+                **_tls(enclave),
             )
         )
         self._log = _Forwarded()
@@ -147,6 +159,15 @@ class _Server(uvicorn.Server):
                 self._loop.call_soon_threadsafe(self._ended.set)
 
 
+class _WebSockets(WebSocketsSansIOProtocol):
+    """Uvicorn's WebSockets, which can also be shut down while a page closes one, as it takes a while with TLS."""
+
+    def shutdown(self) -> None:
+        with suppress(InvalidState):
+            super().shutdown()
+        self.transport.close()
+
+
 class _Forwarded(logging.Handler):
     """Logs Uvicorn's messages at debug level, until it is closed."""
 
@@ -198,9 +219,22 @@ def _bound(host: str, port: int) -> socket.socket:
         raise BadOptions(f"--host {host!r} is not an address of this machine: {reason_of(error)}") from None
 
 
-def _url(host: str, port: int, token: str) -> str:
+def _tls(enclave: Enclave | None) -> dict[str, Any]:
+    """Return uvicorn's parameters of TLS."""
+    if enclave is None:
+        return {}
+    folder = enclave.folder
+    return {
+        "ssl_certfile": folder / CERTIFICATE,
+        "ssl_keyfile": folder / KEY,
+        "ssl_ca_certs": str(folder / AUTHORITY),
+        "ssl_cert_reqs": ssl.CERT_OPTIONAL,
+    }
+
+
+def _url(host: str, port: int, token: str, *, secured: bool) -> str:
     shown = _own_address() if host in _ANY_ADDRESS else host
-    return f"http://{_authority(shown, port)}/{f'?token={token}' if token else ''}"
+    return f"http{'s' if secured else ''}://{_authority(shown, port)}/{f'?token={token}' if token else ''}"
 
 
 def _authority(host: str, port: int) -> str:

@@ -43,6 +43,10 @@ EVERYTHING: Final = ("**", "**/@adv/**", "@ros2_lv/**")
 """All keys; wildcards do not match chunks that begin with ``@``."""
 
 
+READING: Final = "all read values"
+"""The rule about what all members, and visitors of a page, may query."""
+
+
 @dataclass(frozen=True)
 class Rule:
     """Allows, or denies, some messages on some keys; a denial comes before all permissions.
@@ -115,6 +119,12 @@ class AccessControl:
     def may_query(self, name: str, key: str) -> Decision:
         """Return whether a client may query a key: get a value, send a goal, call a service."""
         return self.decide(name, "query", "ingress", key)
+
+    def reads(self, key: str) -> Decision:
+        """Return whether a query is one of those that only read, for visitors without a name."""
+        rules = {rule for each in self.rules.values() for rule in each if rule.id == READING}
+        allowed = any(rule.covers("query", "ingress", key) for rule in rules)
+        return Decision(allowed, READING if allowed else "")
 
     def who_may_query(self, key: str) -> list[str]:
         """Return the names that may query a key."""

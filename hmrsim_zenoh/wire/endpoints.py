@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 import socket
 from typing import Final
@@ -15,6 +16,7 @@ _DATAGRAMS: Final = ("udp", "quic")
 _ENDPOINT: Final = re.compile(r"(?P<protocol>[^/]+)/(?P<address>[^?#]+)(?P<rest>[?#].*)?")
 _HOST_PORT: Final = re.compile(r"(?P<host>\[[^\]]+\]|[^:\[\]]+):(?P<port>[0-9]{1,5})")
 _LAST_PORT: Final = 65535
+_EVERY_ADDRESS: Final = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}  # noqa: S104 - compared with, not bound to
 
 
 def check_endpoint(flag: str, endpoint: str) -> None:
@@ -48,6 +50,22 @@ def address_of(endpoint: str) -> tuple[str, int] | None:
     match = _ENDPOINT.fullmatch(endpoint)
     address = _HOST_PORT.fullmatch(match["address"]) if match else None
     return (address["host"].strip("[]"), int(address["port"])) if address else None
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine can reach a host's address."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def from_here(endpoint: str) -> str:
+    """Return how this machine reaches an endpoint that another program on it listens on."""
+    for every, own in _EVERY_ADDRESS.items():
+        if f"/{every}:" in endpoint:
+            return endpoint.replace(f"/{every}:", f"/{own}:", 1)
+    return endpoint
 
 
 def with_port(endpoint: str) -> str:

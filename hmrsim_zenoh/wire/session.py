@@ -175,7 +175,7 @@ class _Settings:
         for flag, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
             for endpoint in endpoints:
                 check_endpoint(flag, endpoint)
-        self._config = _base_config(options.zenoh_config)
+        self._config = base_config(options.zenoh_config)
         self._timeout = options.timeout
         self.enclave = enclave_of(options)
         self.default = _secured(options.default) if self.enclave else options.default
@@ -302,7 +302,12 @@ def _listed(endpoints: tuple[Any, ...]) -> str:
     return ", ".join(str(endpoint) for endpoint in endpoints)
 
 
-def _base_config(config_file: Path | None) -> zenoh.Config:
+def base_config(config_file: Path | None) -> zenoh.Config:
+    """Return the configuration of a file, or Zenoh's own.
+
+    Raises:
+        BadOptions: It can't be read.
+    """
     if config_file is None:
         return zenoh.Config()
     try:

@@ -1,0 +1,77 @@
+"""``hmrsim run --view`` where sessions are encrypted."""
+
+from __future__ import annotations
+
+import json
+import ssl
+import urllib.request
+
+import pytest
+
+from hmrsim.cli import main
+from tests import processes
+
+FREE_PORT = ("--listen", "tls/127.0.0.1:0", "--view", "0", "--json")
+
+
+@pytest.fixture
+def start():
+    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    with processes.killed_at_the_end() as run:
+        yield run
+
+
+@pytest.fixture
+def keys(tmp_path):
+    """Return a keystore."""
+    assert main(["security", "create", str(tmp_path / "keys")]) == 0
+    return tmp_path / "keys"
+
+
+def test_a_secured_run_serves_its_page_by_https(start, keys):
+    """With the same authority, and as a viewer."""
+    ready = json.loads(start("run", "scenario1", "--secure", keys, *FREE_PORT).stdout.readline())
+    trusting = ssl.create_default_context(cafile=str(keys / "public" / "ca.cert.pem"))
+
+    with urllib.request.urlopen(f"{ready['view']}source", context=trusting) as answer:
+        assert {"kind": "live"} == json.loads(answer.read())
+
+
+def test_a_run_with_a_configuration_of_tls_serves_its_page(start, keys, tmp_path):
+    """The page's process connects with the certificates of the configuration."""
+    enclave = keys / "enclaves" / "simulator"
+    tls = {"root_ca_certificate": str(enclave / "ca.cert.pem"), "enable_mtls": True}
+    for side in ("listen", "connect"):
+        tls |= {f"{side}_certificate": str(enclave / "cert.pem"), f"{side}_private_key": str(enclave / "key.pem")}
+    file = tmp_path / "tls.json5"
+    file.write_text(json.dumps({"mode": "router", "transport": {"link": {"tls": tls}}}), encoding="utf-8")
+    ready = json.loads(start("run", "scenario1", "--zenoh-config", file, *FREE_PORT).stdout.readline())
+
+    with urllib.request.urlopen(f"{ready['view']}source") as answer:
+        assert {"kind": "live"} == json.loads(answer.read())
+
+
+def test_a_page_needs_an_enclave_of_its_own(keys, capsys):
+    """The simulator's has all rights; one line says what would do, before anything is started."""
+    code = main(["run", "scenario1", "--secure", str(keys / "enclaves" / "simulator"), *FREE_PORT])
+
+    assert 2 == code
+    assert "is the simulator's enclave; the page needs a viewer's" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "warned"),
+    [
+        (("--listen", "tcp/0.0.0.0:0"), True),
+        (("--listen", "tcp/127.0.0.1:0", "--listen", "tcp/[::1]:0"), False),
+        (("--listen", "tls/0.0.0.0:0", "--secure", "KEYS"), False),
+    ],
+)
+def test_an_open_endpoint_is_warned_of(keys, capfd, words, warned):
+    """Where other machines reach it without a certificate; in one line."""
+    given = [str(keys) if word == "KEYS" else word for word in words]
+    assert main(["run", "scenario1", *given, "--duration", "0.01", "--log-level", "error"]) == 0
+    lines = [line for line in capfd.readouterr().err.splitlines() if "is open: all who reach it" in line]
+
+    assert warned == bool(lines)
+    assert len(lines) <= 1
