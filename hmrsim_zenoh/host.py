@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Self
 
@@ -24,10 +25,12 @@ from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.claim import claim
 from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
+from hmrsim_zenoh.server.sessions import Sessions
 from hmrsim_zenoh.server.world_info import Description
+from hmrsim_zenoh.wire.enclave import SIMULATOR
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
-from hmrsim_zenoh.wire.session import MAX_MESSAGE, open_server
+from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
@@ -102,10 +105,12 @@ class Host:
             self.pacing = self._paced(simulator, on_wait, preparations)
             return [*self._servers, self.pacing.lockstep, *watchers(simulator, self.pacing)]
 
+        enclave = enclave_of(replace(options, default_role=SIMULATOR))
         self._session, self.endpoints = open_server(
             options, join=bool(wires), max_message=max(MAX_MESSAGE, 2 * settings.max_payload)
         )
         try:
+            self._sessions = Sessions(self._session, enclave.access_control) if enclave else None
             self._claim = claim(self._session, self._keys)
             self._tokens = LivelinessTokens(self._session, self._keys)
             self.simulator = Simulator(
@@ -196,7 +201,7 @@ class Host:
     def _serve(self, simulator: Simulator) -> None:
         """Open the servers of a simulation on all wires."""
         settings = self._settings
-        self._description = Description(simulator, lambda: self.pacing.state, settings.run_id)
+        self._description = Description(simulator, lambda: self.pacing.state, settings.run_id, self._sessions)
         self._server = Server(
             self._session,
             self._keys,

@@ -13,7 +13,7 @@ from hmrsim.cli.output import show, show_json
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems
-from hmrsim_zenoh.errors import SimulatorNotFound
+from hmrsim_zenoh.errors import ConnectionDenied, SimulatorNotFound
 from hmrsim_zenoh.settings import ROS_DOMAIN_ID, Ros2Settings, domain_id
 from hmrsim_zenoh.wire.options import session_options
 
@@ -36,7 +36,8 @@ def examine(args: argparse.Namespace) -> int:
     except SimulatorNotFound as error:
         if args.json:
             text, _, remedy = str(error).partition("; ")
-            show_json(as_json(asked, [Problem("nobody_there", text, remedy)]))
+            kind = "access_denied" if isinstance(error, ConnectionDenied) else "nobody_there"
+            show_json(as_json(asked, [Problem(kind, text, remedy)]))
         raise
     found = problems(snapshot)
     if args.json:

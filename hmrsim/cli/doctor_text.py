@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
+    from hmrsim_zenoh.wire.enclave import Enclave
 
 _KINDS: Final = {
     Kind.PUBLISHER: "publisher",
@@ -52,9 +53,14 @@ def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
             "distros": _distros(snapshot.ros),
             "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
         },
+        **(_security(snapshot, snapshot.enclave) if snapshot.enclave else {}),
         "environment": dict(snapshot.environment),
         "problems": [asdict(one) for one in found],
     }
+
+
+def _security(snapshot: Snapshot, enclave: Enclave) -> dict[str, Any]:
+    return {"security": enclave.member.to_json(), "connected": dict(snapshot.names)}
 
 
 def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
@@ -101,6 +107,10 @@ def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     simulator = snapshot.simulator
     who = "the simulator is the router" if simulator and simulator.session in snapshot.routers else _answering(snapshot)
     yield "network", f"{snapshot.where}: {who}"
+    if (enclave := snapshot.enclave) is not None:
+        yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
+    if names := Counter(snapshot.names.values()):
+        yield "connected", some(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items()))
     others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
     if simulator is not None:
         yield from _of_simulator(snapshot, simulator)

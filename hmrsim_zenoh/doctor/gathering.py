@@ -14,9 +14,10 @@ import zenoh
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
-from hmrsim_zenoh.errors import RequestTimeout, SimulatorNotFound
+from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
 from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire.session import enclave_of, encrypted
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Token
@@ -44,8 +45,11 @@ def asked_for(
         wants_ros: Whether the user works with ROS.
     """
     file = (str(options.zenoh_config),) if options.zenoh_config else ()
+    enclave = enclave_of(options)
+    default = options.default if enclave is None else encrypted(options.default)
     return Snapshot(
-        endpoints=options.connect or options.listen or file or (options.default,),
+        endpoints=options.connect or options.listen or file or (default,),
+        enclave=enclave,
         prefix=options.prefix,
         domain=domain,
         environment={name: value for name, value in sorted(environment.items()) if name.startswith(_OURS) and value},
@@ -69,9 +73,15 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
         prefixes = tuple(sorted(token.removesuffix(f"/{WORLD}/alive") for token in _tokens(client, _ANY_SIMULATOR)))
         simulator = _simulator(client, options.timeout) if options.prefix in prefixes else None
         tokens, unreadable = _of_ros(_tokens(client, _ANY_DOMAIN))
+        names = _names(client, options.timeout) if asked.enclave and simulator else {}
         info = client.session.info
         routers, peers = (tuple(map(str, each)) for each in (info.routers_zid(), info.peers_zid()))
     if not (prefixes or tokens or unreadable):
+        if asked.enclave and (routers or peers):
+            raise ConnectionDenied(
+                f"{asked.where} lets {asked.enclave.name!r} in, but shows nothing: the policy has no such member, "
+                "or has it revoked; restart the simulator if it was added since"
+            )
         who = "a Zenoh peer answers" if routers or peers else "no peer connects"
         raise SimulatorNotFound(
             f"{asked.where}: {who}, but there is no simulator and no ROS node; start {asked.command}"
@@ -84,6 +94,7 @@ def gather(options: SessionOptions, asked: Snapshot) -> Snapshot:
         simulator=simulator,
         tokens=tokens,
         unreadable=unreadable,
+        names=names,
     )
 
 
@@ -107,6 +118,17 @@ def _simulator(client: Client, timeout: float) -> Simulator:
         tokens=frozenset(participants),
         trees=trees,
     )
+
+
+def _names(client: Client, timeout: float) -> dict[str, str]:
+    """Return the names on the certificates of the sessions that are connected to the simulator."""
+    key = client.keys.world("sessions")
+    try:
+        found = _read(key, client.get(key, timeout)).get("sessions", ())
+        return {str(one["session"]): str(one["name"]) for one in found}
+    except (RequestError, Unreachable, TypeError, KeyError, AttributeError):
+        # A simulator with access control of its own configuration does not say.
+        return {}
 
 
 def _time(client: Client, timeout: float) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from hmrsim_zenoh.doctor import client_checks, network_checks, ros2_checks, simulator_checks
+from hmrsim_zenoh.doctor import client_checks, network_checks, ros2_checks, security_checks, simulator_checks
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.problem import Problem
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _CHECKS: Final[tuple[Check, ...]] = (
     *network_checks.CHECKS,
+    *security_checks.CHECKS,
     *simulator_checks.CHECKS,
     *ros2_checks.CHECKS,
     *client_checks.CHECKS,

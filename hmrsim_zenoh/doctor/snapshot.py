@@ -16,6 +16,7 @@ from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
+    from hmrsim_zenoh.wire.enclave import Enclave
 
 OFFER: Final = (Kind.SERVICE, Kind.PUBLISHER)
 """Endpoints that serve or publish."""
@@ -132,6 +133,8 @@ class Snapshot:
         simulator: The simulator with the requested prefix.
         tokens: The tokens in each ROS domain.
         unreadable: Tokens below ROS's prefix in an unknown format.
+        enclave: The enclave of this session; None where sessions are open.
+        names: The names on the certificates of connected sessions, by their Zenoh ids, in hex.
     """
 
     endpoints: tuple[str, ...] = ()
@@ -145,6 +148,8 @@ class Snapshot:
     simulator: Simulator | None = None
     tokens: Mapping[int, tuple[Token, ...]] = field(default_factory=dict)
     unreadable: tuple[str, ...] = ()
+    enclave: Enclave | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def domains(self) -> dict[int, Domain]:

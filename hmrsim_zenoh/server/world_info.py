@@ -22,14 +22,26 @@ from hmrsim_zenoh.wire.envelopes import dump
 if TYPE_CHECKING:
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.server.sessions import Sessions
 
 _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}
 
 
 class Description:
-    """Describes a simulation; long descriptions are cached until `forget`."""
+    """Describes a simulation; long descriptions are cached until `forget`.
 
-    def __init__(self, simulator: Simulator, time: Callable[[], TimeState], run_id: str = "") -> None:
+    Args:
+        sessions: Who is connected, where certificates say so.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        time: Callable[[], TimeState],
+        run_id: str = "",
+        sessions: Sessions | None = None,
+    ) -> None:
+        self._sessions = sessions
         self._simulator = simulator
         self._run_id = run_id
         self._time = time
@@ -56,7 +68,10 @@ class Description:
     def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
         """The latched topics: the encoding, and a function that returns the payload."""
         makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene, "view": self.view}
-        return {topic: (_TYPES[topic], maker) for topic, maker in makers.items()}
+        found: dict[str, tuple[str, Callable[[], bytes]]] = {
+            topic: (_TYPES[topic], maker) for topic, maker in makers.items()
+        }
+        return found if self._sessions is None else {**found, "sessions": (self._sessions.mime, self._sessions.payload)}
 
     def info(self) -> bytes:
         """Return the handshake."""

@@ -178,15 +178,15 @@ class _Settings:
         self._config = base_config(options.zenoh_config)
         self._timeout = options.timeout
         self.enclave = enclave_of(options)
-        self.default = _secured(options.default) if self.enclave else options.default
+        self.default = encrypted(options.default) if self.enclave else options.default
         self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
         # The configuration of a simulator listens; a client that is given the same one does not.
         found = () if options.mode == "client" else _endpoints(self._config, "listen", self.mode)
         self.listen: tuple[Any, ...] = options.listen or found
         if self.enclave:
-            _check_secured("--connect", self.connect)
-            _check_secured("--listen", self.listen)
+            _check_encrypted("--connect", self.connect)
+            _check_encrypted("--listen", self.listen)
         self.wait_before_close: int | None = None
         self.max_message: int | None = None
         self.must_connect = False
@@ -288,14 +288,15 @@ class _Settings:
         return SimulatorNotFound(f"no answer from {_listed(self.connect)}; {advice}")
 
 
-def _secured(endpoint: str) -> str:
+def encrypted(endpoint: str) -> str:
+    """Return an endpoint with TLS."""
     return f"{PROTOCOLS[0]}/{endpoint.partition('/')[2]}"
 
 
-def _check_secured(flag: str, endpoints: tuple[Any, ...]) -> None:
+def _check_encrypted(flag: str, endpoints: tuple[Any, ...]) -> None:
     for endpoint in map(str, endpoints):
         if endpoint.partition("/")[0] not in PROTOCOLS:
-            raise BadOptions(f"{flag} {endpoint!r} is not encrypted; with --secure it is {_secured(endpoint)}")
+            raise BadOptions(f"{flag} {endpoint!r} is not encrypted; with --secure it is {encrypted(endpoint)}")
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:
