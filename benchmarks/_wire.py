@@ -47,15 +47,17 @@ class Served:
     Attributes:
         child: The process.
         endpoint: Where to connect.
+        secure: The keystore of the sessions; None where they are open.
     """
 
     child: Child
     endpoint: str
+    secure: Path | None = None
 
     @contextmanager
     def session(self) -> Iterator[zenoh.Session]:
         """Connect."""
-        with open_client(SessionOptions(connect=(self.endpoint,))) as session:
+        with open_client(SessionOptions(connect=(self.endpoint,), secure=self.secure)) as session:
             yield session
 
 
@@ -67,6 +69,7 @@ def served(
     wandering: int | None = None,
     trace: Path | None = None,
     wires: Sequence[Wire] = (),
+    secure: Path | None = None,
 ) -> Iterator[Served]:
     """Serve a world and a bare queryable on the same session.
 
@@ -77,9 +80,11 @@ def served(
             they are for 0. None leaves everything as it is in a new world.
         trace: Where to write a trace, as ``--trace`` does.
         wires: The wires of ROS 2 that are spoken.
+        secure: A keystore, for encrypted sessions.
     """
-    with child(_serve, world, settings, wandering, trace, wires) as process:
-        yield Served(process, process.receive())
+    options = SessionOptions(listen=(f"{'tls' if secure else 'tcp'}/127.0.0.1:0",), secure=secure)
+    with child(_serve, world, settings, wandering, trace, wires, options) as process:
+        yield Served(process, process.receive(), secure)
 
 
 def _serve(
@@ -89,8 +94,8 @@ def _serve(
     wandering: int | None,
     trace: Path | None,
     wires: Sequence[Wire],
+    options: SessionOptions,
 ) -> None:
-    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     written, crowd = TraceFile(trace, world, settings), Wanderers(world)
     sinks: list[Sink] = [*written.sinks, *([crowd] if wandering else [])]
     with (

@@ -37,6 +37,7 @@ TINY = {
     "ros2_fleet": {"fleets": (2,), "idle": 0.1, "side": 2},
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
+    "security": {"rounds": 1, "messages": 10},
     "start_up": {"rounds": 1},
     "traffic": {"rounds": 1, "seconds": 50.0, "robots": 4, "side": 4, "scripts": "zoo/crossing"},
     "view": {"sizes": (3,), "window": 0.5, "side": 4},

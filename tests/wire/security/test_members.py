@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import pytest
+import zenoh
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -12,6 +14,7 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, Denied, SimulatorNotFound
 from hmrsim_zenoh.security.check import attempts
+from hmrsim_zenoh.security.keystore import SESSION
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server
 from tests.cases import case
@@ -117,6 +120,23 @@ def test_who_is_revoked_sees_no_simulator_and_is_told_that_it_may_be_so(secured)
     options = replace(secured.options, secure=secured.store.path.with_name("former"))
     with Client(options) as client, pytest.raises(SimulatorNotFound, match="hidden from 'former', who may be revoked"):
         client.wait_for_simulator(0.3)
+
+
+def test_a_connection_ends_when_its_certificate_expires(secured, tmp_path):
+    """What was let in is not for ever; before, it commanded."""
+    secured.ledger.commands.clear()
+    brief = secured.store.stranger("operator", 3.0 / 86_400, tmp_path / "brief")
+    gone = threading.Event()
+    with open_client(replace(secured.options, zenoh_config=brief.folder / SESSION)) as session:
+        session.info.declare_transport_events_listener(
+            lambda event: gone.set() if event.kind == zenoh.SampleKind.DELETE else None
+        )
+        key, payload = "hmrsim/wall_e/wait/_action/cancel_goal", b"{}"
+        assert [True] == [reply.ok is not None for reply in session.get(key, payload=payload, timeout=5.0)]
+        assert gone.wait(20.0)
+
+        assert [] == [reply.ok for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok]
+    assert ["CancelGoal"] == secured.ledger.commands
 
 
 def test_a_simulator_without_tls_is_not_mistaken_for_one(secured):
