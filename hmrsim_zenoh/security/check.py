@@ -7,6 +7,7 @@ them through.
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -31,6 +32,10 @@ if TYPE_CHECKING:
 
 _UNREADABLE: Final = b"[]"
 """A payload that no request has."""
+_OF_ROS: Final = "wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/RIHS01_0"
+"""The end of a key of ROS, of a type that no distribution has: its goals are rejected."""
+_ATTACHMENT: Final = struct.pack("<qqB16s", 1, 0, 16, bytes(16))
+"""What goes along with a request of ROS."""
 _PATIENCE: Final = 3.0
 """Wall seconds for an answer."""
 _OPENING: Final = 0.5
@@ -78,9 +83,13 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
         raise BadOptions(f"{store.path} has no clients; add some with `hmrsim security add`")
     keys = Keys(store.network.prefix)
     robots = _robots(store, members, keys, options)
+    domain = store.network.domain
     for member in members:
         with open_client(replace(options, secure=store.enclave(member.name).folder)) as session:
-            yield from _of_member(session, member, _tries(keys, robots, member), store.access_control)
+            # All of them: replies that are not taken would block the session.
+            nodes = list(session.liveliness().get(f"@ros2_lv/{domain}/**", timeout=_PATIENCE))
+            tries = [*_tries(keys, robots, member), *(_ros_tries(domain, robots, member) if nodes else ())]
+            yield from _of_member(session, member, tries, store.access_control)
     key = _goal(keys, robots[0])
     with TemporaryDirectory(prefix="hmrsim-") as folder:
         for who, there in _strangers(store, Path(folder), options):
@@ -103,9 +112,7 @@ def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: Ses
 def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
     """Yield what a member tries to ask, and the key."""
     yield "reads the description of the world", keys.world("info")
-    own = next((robot for robot in robots if robot in member.robots), robots[0])
-    other = next((robot for robot in robots if robot not in member.robots), "") if member.robots else ""
-    for robot in filter(None, (own, other)):
+    for robot in _two(robots, member):
         yield f"sends a goal to {robot}", _goal(keys, robot)
         yield f"cancels goals of {robot}", keys.action(robot, "wait", Verb.CANCEL_GOAL)
     yield "sends a goal to any robot at once", _goal(keys, "*")
@@ -114,8 +121,21 @@ def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[
     yield "changes the clock", keys.world("time/set")
 
 
+def _ros_tries(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
+    """Yield likewise what it tries as a ROS node."""
+    for robot in _two(robots, member):
+        yield f"sends a goal to {robot} over ROS 2", f"{domain}/{robot}/{_OF_ROS}"
+
+
+def _two(robots: Sequence[str], member: Member) -> list[str]:
+    """Return a robot of a controller, and one that is not; for others any robot."""
+    own = next((robot for robot in robots if robot in member.robots), robots[0])
+    others = [robot for robot in robots if robot not in member.robots] if member.robots else []
+    return [own, *others[:1]]
+
+
 def _of_member(
-    session: zenoh.Session, member: Member, tries: Iterator[tuple[str, str]], policy: AccessControl
+    session: zenoh.Session, member: Member, tries: Sequence[tuple[str, str]], policy: AccessControl
 ) -> Iterator[Attempt]:
     for what, key in tries:
         yield Attempt(member.name, what, policy.may_query(member.name, key).allowed, _asks(session, key))
@@ -127,8 +147,9 @@ def _goal(keys: Keys, robot: str) -> str:
 
 def _asks(session: zenoh.Session, key: str) -> bool:
     """Return whether the simulator answers, be it with an error."""
-    reading = key.endswith("/info")
-    replies = session.get(key, payload=None if reading else _UNREADABLE, timeout=_PATIENCE)
+    payload = None if key.endswith("/info") else _UNREADABLE
+    attachment = _ATTACHMENT if key.endswith(_OF_ROS) else None
+    replies = session.get(key, payload=payload, attachment=attachment, timeout=_PATIENCE)
     return any(reply.ok is not None or _is_error(reply) for reply in replies)
 
 

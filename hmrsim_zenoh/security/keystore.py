@@ -145,6 +145,8 @@ class Keystore:
         Raises:
             BadOptions: The folder exists, a member is invalid, or nothing can be written there.
         """
+        # Not `resolve`: where the folder is a link, the link is replaced, and not what it leads to.
+        path = path.absolute()
         _check_place(path, force=force)
         _check_members(members, ())
         try:
@@ -160,9 +162,10 @@ class Keystore:
             _write(made / "public" / AUTHORITY, issued.certificate, mode=0o644)
             store = cls._begun(made, network)
             store._issue(authority, members, days)  # noqa: SLF001 - its own class
-            if force and path.exists():
-                shutil.rmtree(path)
+            if force and (path.exists() or path.is_symlink()):
+                path.rename(made / "replaced")
             made.rename(path)
+            _remove(path / "replaced")
         except OSError as error:
             raise BadOptions(f"{path}: {reason_of(error)}") from None
         finally:
@@ -350,6 +353,13 @@ def _check_members(members: Sequence[Member], taken: Sequence[str]) -> None:
         if member.name in names:
             raise BadOptions(f"{member.name!r} exists already, or is revoked; give another name")
         names.append(member.name)
+
+
+def _remove(path: Path) -> None:
+    if path.is_symlink():
+        path.unlink()
+    elif path.exists():
+        shutil.rmtree(path)
 
 
 def _read(path: Path) -> str:

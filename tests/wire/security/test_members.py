@@ -172,6 +172,9 @@ def test_the_policy_is_proven_at_the_simulator(secured):
     assert {"nurses", "porters", "fleet", "viewer", "operator"} < {one.who for one in found}
     assert {"'viewer', expired", "'former', revoked"} < {one.who.replace("nurses", "viewer") for one in found}
     assert any(one.done for one in found)
+    assert {("nurses", "wall_e", True), ("nurses", "eve", False), ("viewer", "wall_e", False)} <= {
+        (one.who, one.what.split()[4], one.done) for one in found if one.what.endswith("over ROS 2")
+    }
     assert [] == secured.ledger.commands
 
 

@@ -219,3 +219,15 @@ def test_a_configuration_for_other_programs_is_complete(keystore):
     assert str(keystore.path) not in text
     assert ["tls/localhost:7447"] == session["connect"]["endpoints"]
     assert not (keystore.enclave("simulator").folder / "session.json5").exists()
+
+
+def test_a_link_to_a_keystore_is_replaced_and_not_what_it_leads_to(tmp_path, keystore):
+    """The old keystore is still where it was."""
+    before = contents(keystore.path)
+    link = tmp_path / "link"
+    link.symlink_to(keystore.path)
+
+    Keystore.create(link, MEMBERS, Network(), force=True)
+    assert before == contents(keystore.path)
+    assert not link.is_symlink()
+    assert [keystore.path, link] == sorted(tmp_path.iterdir())
