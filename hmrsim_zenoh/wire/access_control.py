@@ -11,6 +11,8 @@ from typing import Any, Final, Literal
 
 import zenoh
 
+from hmrsim.diagnostics import shown
+
 Flow = Literal["ingress", "egress"]
 """The direction of a message, as the session that enforces the policy sees it."""
 
@@ -38,6 +40,8 @@ MESSAGES: Final[tuple[Message, ...]] = (
     "liveliness_query",
     "declare_liveliness_subscriber",
 )
+
+FLOWS: Final[tuple[Flow, ...]] = ("ingress", "egress")
 
 EVERYTHING: Final = ("**", "**/@adv/**", "@ros2_lv/**")
 """All keys; wildcards do not match chunks that begin with ``@``."""
@@ -153,7 +157,7 @@ class AccessControl:
         """
         try:
             rules = {rule["id"]: tuple(_rules(rule)) for rule in data["rules"]}
-            names = {subject["id"]: subject["cert_common_names"] for subject in data["subjects"]}
+            names = {subject["id"]: list(map(str, subject["cert_common_names"])) for subject in data["subjects"]}
             found: dict[str, list[Rule]] = {}
             for policy in data["policies"]:
                 for name in (name for subject in policy["subjects"] for name in names[subject]):
@@ -165,8 +169,11 @@ class AccessControl:
 
 def _rules(data: Mapping[str, Any]) -> Iterable[Rule]:
     keys = tuple(str(zenoh.KeyExpr(key)) for key in data["key_exprs"])
-    deny = data["permission"] == "deny"
-    return [Rule(data["id"], tuple(data["messages"]), flow, keys, deny) for flow in data["flows"]]
+    messages, flows = tuple(data["messages"]), tuple(data["flows"])
+    for given, known in ((messages, MESSAGES), (flows, FLOWS), ((data["permission"],), ("allow", "deny"))):
+        if unknown := [each for each in given if each not in known]:
+            raise ValueError(f"no {shown(unknown[0])}; there are {', '.join(known)}")
+    return [Rule(str(data["id"]), messages, flow, keys, data["permission"] == "deny") for flow in flows]
 
 
 def trusting(names: Sequence[str]) -> AccessControl:

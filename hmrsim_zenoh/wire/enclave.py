@@ -68,7 +68,8 @@ class Member:
                 tuple(map(str, data["services"])),
                 str(data["expires"]),
             )
-            datetime.fromisoformat(found.expires)
+            if datetime.fromisoformat(found.expires).tzinfo is None:
+                raise ValueError(f"expires: {found.expires!r} has no time zone")
         except (KeyError, TypeError) as error:
             raise ValueError(f"{type(error).__name__}: {error}") from None
         return found
@@ -98,9 +99,15 @@ class Enclave:
         Raises:
             BadOptions: It can't be read.
         """
+        return self._policy[0]
+
+    @cached_property
+    def _policy(self) -> tuple[AccessControl, dict[str, Any]]:
+        """The policy, and Zenoh's form of it as it is in the file, where people may have changed it."""
         path = self.folder / POLICY
         try:
-            return AccessControl.from_json(parsed(_text(path)))
+            data = parsed(_text(path))
+            return AccessControl.from_json(data), {**data, "enabled": True, "default_permission": "deny"}
         except ValueError as error:
             raise BadOptions(f"--secure: {path}: {error}") from None
 
@@ -127,7 +134,7 @@ class Enclave:
         """Return the keys and values of the configuration of its sessions."""
         folder = self.folder.resolve()
         key, certificate = str(folder / KEY), str(folder / CERTIFICATE)
-        policy = self.access_control if self.member.role == SIMULATOR else trusting([SIMULATOR])
+        policy = self._policy[1] if self.member.role == SIMULATOR else trusting([SIMULATOR]).to_json()
         return {
             "transport/link/protocols": list(PROTOCOLS),
             "transport/link/tls": {
@@ -140,7 +147,7 @@ class Enclave:
                 "connect_certificate": certificate,
                 "connect_private_key": key,
             },
-            "access_control": policy.to_json(),
+            "access_control": policy,
         }
 
 
