@@ -20,6 +20,7 @@ examples:
   bt-controller run bt_controller.examples:go_to_pose --robot wall_e
   bt-controller run navigate.xml --robot wall_e --set goal=kitchen
   bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
+  bt-controller run missions:patrol --robot wall_e eve --secure keys --role nurses
   bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
 TREE is an XML file of BehaviorTree.CPP version 4 with the nodes that `bt-controller nodes` lists, or

@@ -19,7 +19,8 @@ examples:
   hmrsim run hospital --clock lockstep --participants nurses,porters --trace run.jsonl
   hmrsim run hospital --settings lockstep.yaml --seed 3
   hmrsim run my_map.yaml --robot wall_e@3,4:fetcher --item medicine@9,2.3:0.2
-  hmrsim run hospital --listen tcp/0.0.0.0:7447 --duration 600 --json
+  hmrsim run hospital --secure keys --listen tls/0.0.0.0:7447
+  hmrsim run hospital --listen tcp/127.0.0.1:7450 --duration 600 --json
   hmrsim run scenario1 --view
   hmrsim run scenario1 --ros2
   hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
