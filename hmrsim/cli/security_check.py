@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Final
 
-from hmrsim.cli.security_options import add_json, add_keystore
+from hmrsim.cli.security_options import VARIABLE, add_json
 from hmrsim.program.command_line import Later
 from hmrsim.settings.arguments import add_settings
 from hmrsim_zenoh.wire.options import ENVIRONMENT, SessionOptions
@@ -30,7 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "of another authority and with an expired one. Nothing is changed: all requests are unreadable on purpose."
     )
     parser.epilog = _EXAMPLES
-    add_keystore(parser)
+    parser.add_argument(
+        "keystore", nargs="?", type=Path, metavar="DIR", help=f"the folder of the keystore (default: {VARIABLE})"
+    )
     add_settings(parser, SessionOptions, only=("connect", "timeout"))
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.security_proof", "check"))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Final
 
-from hmrsim.cli.security_options import add_json
+from hmrsim.cli.security_options import VARIABLE, add_json
 from hmrsim.program.command_line import Later
 
 _EXAMPLES: Final = """\
@@ -23,8 +22,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "to send a goal or to call a service."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument("keystore", type=Path, metavar="DIR", help="a keystore, or one enclave of it")
-    parser.add_argument("key", metavar="KEY", help="a key expression, such as hmrsim/wall_e/odom")
-    parser.add_argument("name", nargs="?", metavar="ROLE", help="an enclave, by name or role (default: all)")
+    parser.usage = f"{parser.prog} [-h] [--json] [DIR] KEY [ROLE]"
+    parser.add_argument(
+        "words",
+        nargs="+",
+        metavar="DIR KEY ROLE",
+        help=f"a keystore, or one enclave of it (default: {VARIABLE}); a key expression, such as hmrsim/wall_e/odom; "
+        "an enclave, by name or role (default: all)",
+    )
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.security_rules", "explain"))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
+from hmrsim.cli.security_options import folder_of_environment
 from hmrsim.cli.security_store import keystore
 from hmrsim.settings.arguments import read_settings
 from hmrsim_zenoh.security.check import attempts
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 def check(args: argparse.Namespace) -> int:
     """Try everything at a running simulator; return 1 if it does not enforce the policy."""
-    store, options = keystore(args), read_settings(args, SessionOptions)
+    store, options = keystore(args.keystore or folder_of_environment()), read_settings(args, SessionOptions)
     found = list(attempts(store, options))
     wrong = [one for one in found if not one.as_expected]
     if args.json:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import zenoh
@@ -11,7 +12,8 @@ import zenoh
 from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json
-from hmrsim_zenoh.wire.enclave import DESCRIPTION, enclaves, find_enclave, read_enclave
+from hmrsim.cli.security_options import folder_of_environment
+from hmrsim_zenoh.wire.enclave import DESCRIPTION, ENCLAVES, enclaves, find_enclave, read_enclave
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.wire.access_control import AccessControl, Decision, Message
@@ -30,19 +32,21 @@ _DOES: Final[Mapping[str, Message]] = {
 }
 """Likewise, where nothing comes back."""
 
+_KEY_AND_ROLE: Final = 2
+"""The number of words without the folder."""
+
 
 def explain(args: argparse.Namespace) -> int:
     """Say who may do what on a key, and by which rule."""
+    folder, text, wanted = _parted(args.words)
     try:
-        key = str(zenoh.KeyExpr(args.key))
+        key = str(zenoh.KeyExpr(text))
     except zenoh.ZError:
-        raise WrongUse(f"{args.key!r} is not a key expression; chunks are joined by single slashes") from None
-    chosen = _chosen(args)
+        raise WrongUse(f"{text!r} is not a key expression; chunks are joined by single slashes") from None
+    chosen = _chosen(folder, wanted)
     policy = chosen[0].access_control
-    if (args.keystore / DESCRIPTION).exists() and args.name is None:
-        names = list(policy.rules)
-    else:
-        names = [enclave.name for enclave in chosen]
+    alone = (folder / DESCRIPTION).exists() and wanted is None
+    names = list(policy.rules) if alone else [enclave.name for enclave in chosen]
     found = {name: decisions(policy, name, key) for name in names}
     if args.json:
         told = {
@@ -69,9 +73,26 @@ def decisions(policy: AccessControl, name: str, key: str) -> dict[str, Decision]
     return found | {what: policy.decide(name, message, "ingress", key) for what, message in _DOES.items()}
 
 
-def _chosen(args: argparse.Namespace) -> list[Enclave]:
-    if args.name is not None:
-        return [find_enclave(args.keystore, args.name)]
-    if (args.keystore / DESCRIPTION).exists():
-        return [read_enclave(args.keystore)]
-    return enclaves(args.keystore) or [find_enclave(args.keystore, "")]
+def _parted(words: Sequence[str]) -> tuple[Path, str, str | None]:
+    """Return the folder, the key, and the role if there is one.
+
+    Raises:
+        WrongUse: There are too many words, or too few.
+    """
+    rest = list(words)
+    first = Path(rest[0])
+    if len(rest) > _KEY_AND_ROLE or (first / DESCRIPTION).exists() or (first / ENCLAVES).exists():
+        folder = Path(rest.pop(0))
+    else:
+        folder = folder_of_environment()
+    if not 1 <= len(rest) <= _KEY_AND_ROLE:
+        raise WrongUse("expected [DIR] KEY [ROLE], such as keys hmrsim/wall_e/odom viewer")
+    return folder, rest[0], rest[1] if len(rest) > 1 else None
+
+
+def _chosen(folder: Path, wanted: str | None) -> list[Enclave]:
+    if wanted is not None:
+        return [find_enclave(folder, wanted)]
+    if (folder / DESCRIPTION).exists():
+        return [read_enclave(folder)]
+    return enclaves(folder) or [find_enclave(folder, "")]

@@ -20,6 +20,7 @@ except ModuleNotFoundError as error:
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
 
 def controller(text: str) -> Member:
@@ -58,7 +59,7 @@ def add(args: argparse.Namespace) -> int:
     """Add an enclave."""
     if args.role != "controller" and (args.robot or args.service):
         raise WrongUse(f"--robot and --service are for controllers, not for a {args.role}")
-    store = keystore(args)
+    store = keystore(args.keystore)
     store.add(Member(args.name, args.role, tuple(args.robot), tuple(args.service)), args.days)
     member = store.members[args.name]
     _tell(args, store, f"added {described(member)}, valid until {_until([member])}; restart the simulator")
@@ -67,7 +68,7 @@ def add(args: argparse.Namespace) -> int:
 
 def renew(args: argparse.Namespace) -> int:
     """Make new certificates."""
-    store = keystore(args)
+    store = keystore(args.keystore)
     names = store.renew(args.names, args.days)
     _tell(args, store, f"renewed {', '.join(names)}; valid until {_until(store.members[name] for name in names)}")
     return ExitCode.DONE
@@ -75,15 +76,15 @@ def renew(args: argparse.Namespace) -> int:
 
 def revoke(args: argparse.Namespace) -> int:
     """Take all rights from an enclave."""
-    store = keystore(args)
+    store = keystore(args.keystore)
     store.revoke(args.name)
     _tell(args, store, f"revoked {args.name}; restart the simulator, which knows the old policy")
     return ExitCode.DONE
 
 
-def keystore(args: argparse.Namespace) -> Keystore:
-    """Return the keystore on the command line."""
-    return Keystore(args.keystore)
+def keystore(folder: Path) -> Keystore:
+    """Return the keystore in a folder."""
+    return Keystore(folder)
 
 
 def described(member: Member) -> str:

@@ -76,7 +76,10 @@ def test_add_and_revoke_say_that_the_simulator_has_to_be_restarted(keys, capsys)
         (("create", "DIR/x", "--days", "1e9"), "'1e9' is not a number of days greater than 0, and up to 36500"),
         (("explain", "DIR", "a//b"), "'a//b' is not a key expression"),
         (("explain", "DIR", "a", "root"), "no enclave 'root'"),
-        (("explain", "DIR/none", "a"), "has no enclaves"),
+        (("explain", "DIR/none", "a", "viewer"), "has no enclaves"),
+        (("explain", "a", "viewer"), "no keystore; name its folder DIR, or set HMRSIM_SECURE=DIR"),
+        (("explain", "DIR"), "expected [DIR] KEY [ROLE]"),
+        (("check",), "no keystore; name its folder DIR, or set HMRSIM_SECURE=DIR"),
     ],
 )
 def test_wrong_use_is_one_line(keys, capsys, words, text):
@@ -98,6 +101,14 @@ def test_a_missing_package_is_named(tmp_path, capsys, monkeypatch):
     assert "hmrsim security needs a package that is not installed; pip install 'hmrsim[security]'\n" == (
         capsys.readouterr().err
     )
+
+
+def test_explain_needs_no_folder_where_the_environment_names_one(keys, capsys, monkeypatch):
+    """As all commands do."""
+    monkeypatch.setenv("HMRSIM_SECURE", str(keys))
+
+    assert main(["security", "explain", "hmrsim/eve/odom", "viewer"]) == 0
+    assert "viewer  may      ask           rule 'all read values'" in capsys.readouterr().out
 
 
 def test_explain_names_the_rule_of_each_enclave(keys, capsys):
