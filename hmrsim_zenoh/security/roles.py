@@ -24,6 +24,10 @@ _TOPICS: Final = ("odom", "battery_state", "detections", "_tree")
 """What a robot has to get."""
 _READING: Final = ("get_$*", "is_$*")
 """The services of the world that change nothing, by their names."""
+_NODES: Final = ("*", "*/*")
+"""The simulator's node, and the robots'."""
+_OF_NODES: Final = ("get_$*", "list_parameters", "describe_parameters")
+"""The services of ROS nodes that change nothing."""
 _JOINING: Final = ("join", "advance", "leave")
 """The requests of participants in lockstep."""
 _ROS_TOKENS: Final = ("NN", "MP", "MS", "SC")
@@ -80,9 +84,9 @@ class Rights:
         """Yield the rules of all clients: they read the simulation, and ROS's graph."""
         values = [f"{WORLD}/{name}" for name in (*_VALUES, *_READING)] + [f"*/{topic}" for topic in _TOPICS]
         got = [self._key(value) for value in (*values, "*/*/_action/status", "**/@adv/**")]
-        ros = ("*/*/get_state/*/*", *(f"{name}/*/*" for name in _READING), "**/@adv/**")
+        ros = [f"{name}/*/*" for name in _READING] + [f"{node}/{name}/*/*" for node in _NODES for name in _OF_NODES]
         tokens = (self._key("**"), self._key("**/@adv/**"), self._tokens("**"), self._ros("**/@adv/**"))
-        yield Rule(READING, ("query",), "ingress", (*got, *map(self._ros, ros)))
+        yield Rule(READING, ("query",), "ingress", (*got, *map(self._ros, [*ros, "**/@adv/**"])))
         yield Rule("all subscribe", ("declare_subscriber",), "ingress", self._all)
         yield Rule("all see who is there", ("declare_liveliness_subscriber", "liveliness_query"), "ingress", tokens)
         # `hmrsim doctor` looks for simulators with other prefixes, and for ROS nodes in other domains.

@@ -25,12 +25,15 @@ READING = (
     "hmrsim/_world/info/@adv/**",
     f"0/get_entities/simulation_interfaces::srv::dds_::GetEntities_/{HASH}",
     f"0/eve/amcl/get_state/lifecycle_msgs::srv::dds_::GetState_/{HASH}",
+    f"0/hmrsim/list_parameters/rcl_interfaces::srv::dds_::ListParameters_/{HASH}",
+    f"0/eve/amcl/get_parameters/rcl_interfaces::srv::dds_::GetParameters_/{HASH}",
 )
 DRIVING_EVE = (
     "hmrsim/eve/wait/_action/send_goal",
     "hmrsim/eve/wait/_action/cancel_goal",
     "hmrsim/eve/wait/_action/get_result",
     f"0/eve/wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/{HASH}",
+    f"0/eve/bt_navigator/change_state/lifecycle_msgs::srv::dds_::ChangeState_/{HASH}",
 )
 DRIVING_M_O = tuple(key.replace("/eve/", "/m_o/") for key in DRIVING_EVE)
 IN_TIME = ("hmrsim/_world/time/join", "hmrsim/_world/time/advance", "hmrsim/_world/time/leave")
