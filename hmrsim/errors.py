@@ -7,6 +7,8 @@
     ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
+    ├── OutputError             a file is none to write to, such as one that is being read
+    ├── WriteError              a file could not be written to its end, as on a full disk
     ├── PluginError             a plug-in is missing, misnamed or broken
     ├── GoalRejected            a goal is not accepted; carries the reason
     ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
@@ -83,6 +85,14 @@ class TraceError(HmrsimError):
 
 class RecordingError(HmrsimError):
     """A file that should be a recording is none, or can't be made; the text says where and why."""
+
+
+class OutputError(HmrsimError):
+    """A file is none to write to: it can't be opened, it is read by the same command, or it is another output."""
+
+
+class WriteError(HmrsimError):
+    """A file could not be written to its end, as on a full disk; the text names the file and says why."""
 
 
 class PluginError(HmrsimError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bt_controller.cli._codes import FAILED, NO_SIMULATOR, WRONG_USE
 from bt_controller.core.node import PortError
 from bt_controller.errors import TreeError
-from hmrsim.errors import HmrsimError
+from hmrsim.errors import HmrsimError, OutputError
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -20,7 +20,7 @@ from hmrsim_zenoh.errors import (
 
 def exit_code(error: Exception) -> int | None:
     """Return the exit code of an error with a user-readable text; None for a bug."""
-    if isinstance(error, (TreeError, PortError, BadOptions, PortTaken, NameTaken)):
+    if isinstance(error, (TreeError, PortError, BadOptions, OutputError, PortTaken, NameTaken)):
         return WRONG_USE
     if isinstance(error, ConnectionDenied):
         return FAILED

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
@@ -18,31 +18,40 @@ from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
 from bt_controller.watching.transitions import Transitions
-from hmrsim.errors import reason_of
-from hmrsim_zenoh.errors import BadOptions
+from hmrsim.program.outputs import STDOUT, TextOutput, check_outputs, unwritable
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from bt_controller.loading.trees import Plan
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mission import Mission
     from bt_controller.running.snapshot import Node
     from bt_controller.watching.display import Watcher
     from hmrsim_zenoh.client.client import Client
 
-_STDOUT: Final = "-"
+
+def check_files(args: argparse.Namespace, plan: Plan) -> None:
+    """Check that no file to write is one of those that were read, or another one to write.
+
+    Raises:
+        OutputError: One is.
+    """
+    outputs = [(f"--{name}", getattr(args, name, None)) for name in ("transitions", "dot", "svg")]
+    check_outputs(outputs, [*plan.files, getattr(args, "zenoh_config", None)])
 
 
 def check_pictures(args: argparse.Namespace) -> None:
     """Check that pictures can be drawn, before the trees run.
 
     Raises:
-        BadOptions: There is no folder for a file, or Graphviz is missing.
+        OutputError: There is no folder for a file.
+        BadOptions: Graphviz is missing.
     """
     for option, name in (("--dot", args.dot), ("--svg", args.svg)):
-        if name and name != _STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
+        if name and name != STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
             wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
-            raise BadOptions(f"{option} {name}: {os.strerror(wrong).lower()}")
+            raise unwritable(f"{option} {name}", OSError(wrong, os.strerror(wrong)))
     if args.svg:
         check_graphviz()
 
@@ -51,11 +60,13 @@ def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statu
     """Write the pictures that the command line requests.
 
     Raises:
-        BadOptions: A file can't be written, or Graphviz is missing.
+        BadOptions: Graphviz is missing.
+        OutputError: A file can't be opened.
+        WriteError: The disk is full.
     """
     if args.dot or args.svg:
         graph = dot(trees, statuses=statuses)
-        if args.dot == _STDOUT:
+        if args.dot == STDOUT:
             sys.stdout.write(graph)
         elif args.dot:
             _write("--dot", args.dot, graph)
@@ -85,14 +96,17 @@ def watching(
     """Open the outputs of ticks; yield the function to call after each tick.
 
     Raises:
-        BadOptions: A file can't be written.
+        OutputError: A file can't be opened.
+        WriteError: The disk is full; also while a tick is written.
     """
     with ExitStack() as ending:
         watchers: list[Watcher] = [ending.enter_context(Publisher(client.session, client.keys, missions))]
         if shown is not None:
             watchers.insert(0, shown)
         if args.transitions or Transitions.wanted():
-            out = ending.enter_context(_opened("--transitions", args.transitions)) if args.transitions else None
+            out = (
+                ending.enter_context(TextOutput("--transitions", Path(args.transitions))) if args.transitions else None
+            )
             transitions = Transitions(out, missions)
             ending.callback(lambda: transitions.flush(clock.now))
             watchers.append(transitions)
@@ -119,13 +133,6 @@ def in_words(why: Sequence[Mapping[str, str]]) -> str:
     return f": {text}" if text else ""
 
 
-def _opened(option: str, path: str) -> Any:
-    try:
-        return Path(path).open("w", encoding="utf-8")
-    except OSError as error:
-        raise BadOptions(f"{option} {path}: {reason_of(error)}") from None
-
-
 def _write(option: str, path: str, text: str) -> None:
-    with _opened(option, path) as file:
+    with TextOutput(option, Path(path)) as file:
         file.write(text)

@@ -8,13 +8,14 @@ import sys
 
 from bt_controller.cli._codes import DONE
 from bt_controller.cli._trees import tree_of
-from bt_controller.cli._watching import draw
+from bt_controller.cli._watching import check_files, draw
 from bt_controller.running.mission import Mission
 
 
 def check(args: argparse.Namespace) -> int:
     """Build the tree that the options select, and print it; return the exit code."""
     plan = tree_of(args)
+    check_files(args, plan)
     nodes = Mission("robot", plan).snapshot(None).nodes
     for line in plan.unset:
         print(f"bt-controller: {line}", file=sys.stderr)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from bt_controller.cli._codes import DONE, FAILED
 from bt_controller.cli._trees import tree_of
-from bt_controller.cli._watching import check_pictures, display, draw, in_words, watching, why_failed
+from bt_controller.cli._watching import check_files, check_pictures, display, draw, in_words, watching, why_failed
 from bt_controller.errors import TreeError
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.interruption import on_interrupt
@@ -57,6 +57,7 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         parser.error("the following arguments are required: --robot or --robots")
     check_pictures(args)
     plan = tree_of(args)
+    check_files(args, plan)
     if plan.unset:
         raise TreeError("\n".join(plan.unset))
     if args.confirm is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,6 +42,7 @@ class Plan:
         resumable: Whether a restarted controller resumes the tree.
         unset: A line for each required port that nothing writes, as far as that is known.
         doubts: A line for each warning.
+        files: The files that it was read from.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Plan:
     resumable: bool = False
     unset: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
     def build(self, *robots: str) -> Behaviour:
         """Return the root of a new tree for a robot or for all; the function can read the values, but not change them.
@@ -116,8 +119,19 @@ def load(
         from bt_controller.xml.file_tree import load_file  # noqa: PLC0415
         from bt_controller.xml.vocabulary import vocabulary  # noqa: PLC0415
 
-        found, unset, doubts = load_file(name, vocabulary(nodes), tree=tree, values=values)
-        return Plan(name, found.build, takes_robot=False, confirmed=False, values=values, unset=unset, doubts=doubts)
+        known = vocabulary(nodes)
+        found, unset, doubts = load_file(name, known, tree=tree, values=values)
+        files = (*found.files, *(path for module in nodes if (path := sys.modules[module].__file__)))
+        return Plan(
+            name,
+            found.build,
+            takes_robot=False,
+            confirmed=False,
+            values=values,
+            unset=unset,
+            doubts=doubts,
+            files=files,
+        )
     module_name, colon, function_name = name.partition(":")
     if not (module_name and colon and function_name):
         raise TreeError(
@@ -141,6 +155,7 @@ def load(
         takes_robots=first == _ROBOTS,
         values=values,
         resumable=bool(getattr(function, _RESUMABLE, False)),
+        files=(module.__file__,) if module.__file__ else (),
     )
 
 

@@ -9,7 +9,7 @@ import json
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.common import Status
 
@@ -21,15 +21,22 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
+class Writer(Protocol):
+    """Takes text: whole lines."""
+
+    def write(self, text: str, /) -> object:
+        """Take some."""
+
+
 class Transitions:
     """Logs the transitions of trees as lines of JSON, and as log messages.
 
     Args:
-        out: The stream for lines of JSON; None for none.
+        out: Takes the lines of JSON; None for none.
         missions: The trees, before their first tick.
     """
 
-    def __init__(self, out: IO[str] | None, missions: Iterable[Mission]) -> None:
+    def __init__(self, out: Writer | None, missions: Iterable[Mission]) -> None:
         self._out = out
         # Of the tree that is being ticked: only the runner knows the time of the tick.
         self._noted: list[dict[str, Any]] = []
@@ -49,12 +56,10 @@ class Transitions:
     def flush(self, now: float | None) -> None:
         """Log the pending transitions at this time."""
         noted, self._noted = self._noted, []
-        for line in noted:
-            if self._out is not None:
-                self._out.write(json.dumps({"sim_time": now, **line}) + "\n")
-            self._tell(now, **line)
         if noted and self._out is not None:
-            self._out.flush()
+            self._out.write("".join(json.dumps({"sim_time": now, **line}) + "\n" for line in noted))
+        for line in noted:
+            self._tell(now, **line)
 
     @staticmethod
     def _tell(now: float | None, **line: str) -> None:

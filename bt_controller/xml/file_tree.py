@@ -16,7 +16,7 @@ from bt_controller.imports import described
 from bt_controller.xml.check import check
 from bt_controller.xml.document import document
 from bt_controller.xml.faults import Faults
-from bt_controller.xml.source import read
+from bt_controller.xml.source import Element, read
 from bt_controller.xml.translation import SUBTREE, in_order, translate
 from bt_controller.xml.wiring import examine, unread
 
@@ -35,12 +35,14 @@ class FileTree:
         main: The ID of the outermost tree.
         labels: The name and the origin of each node, in the order of py_trees' ``iterate``.
         texts: The initial blackboard entries of its subtrees.
+        files: The files that it was read from.
     """
 
     main: str
     translation: Translation
     labels: tuple[tuple[str, Origin], ...]
     texts: Mapping[str, str]
+    files: tuple[str, ...]
 
     def build(self) -> Behaviour:
         """Return the root of a new tree, on the blackboard in use."""
@@ -80,13 +82,14 @@ def load_file(
     faults.raise_any()
     translation = translate(calls, faults)
     faults.raise_any()
-    result = _labelled(found.main, translation)
+    files = dict.fromkeys(element.origin.file for element in root.iter() if isinstance(element, Element))
+    result = _labelled(found.main, translation, tuple(files))
     unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
     return result, unset, (*faults.warnings, *unknown)
 
 
-def _labelled(main: str, translation: Translation) -> FileTree:
+def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> FileTree:
     labels = []
     texts = {}
     for part, namespace in translation.parts(main):
@@ -94,7 +97,7 @@ def _labelled(main: str, translation: Translation) -> FileTree:
             texts.update({f"{namespace}{key}": text for key, text in part.texts.items()})
         else:
             labels.append((part.shown, part.origin))
-    return FileTree(main, translation, tuple(labels), texts)
+    return FileTree(main, translation, tuple(labels), texts, files)
 
 
 def _tried(

@@ -64,6 +64,11 @@ class Child:
         """The last lines of its stderr."""
         return "\n".join(self._complaints)
 
+    @property
+    def said(self) -> str:
+        """The last lines of its stderr without the name of the program, to be told by another."""
+        return "\n".join(line.removeprefix("hmrsim: ") for line in self._complaints)
+
     def code(self, timeout: float) -> int:
         """Return its exit code; terminate it if it does not end by itself within *timeout* wall seconds."""
         try:

@@ -29,6 +29,7 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
+from hmrsim.world.files import find
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.settings import ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -71,7 +72,7 @@ def demo(args: argparse.Namespace) -> int:
     session = read_settings(args, SessionOptions)
     check_port(view)
     check_page(view, session)
-    check_writable(trace)
+    check_writable(trace, [find(_WORLD)])
     screen = JsonLines() if args.json else Screen(sys.stdout)
     demo = _Demo(settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
@@ -134,7 +135,7 @@ class _Demo:
         self._screen.summary(story, time.monotonic() - began, units, succeeded=code == 0)
         for child in (simulator, controller) if code else ():
             if failure := child.code(_LOOK):
-                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.complaints}")
+                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.said}")
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
 
     def _run_arguments(self) -> list[str]:
@@ -157,7 +158,7 @@ class _Demo:
         ready = self._next(_START_SECONDS)
         if not ready:
             simulator.code(_LOOK)
-            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.complaints}")
+            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.said}")
         return dict(ready)
 
     def _follow(self, story: Story) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
-from hmrsim.errors import HmrsimError, RecordingError, SettingsError, TraceError, WorldError
+from hmrsim.errors import HmrsimError, OutputError, RecordingError, SettingsError, TraceError, WorldError
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -42,6 +42,7 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WorldError: ExitCode.WRONG_USE,
     SettingsError: ExitCode.WRONG_USE,
     TraceError: ExitCode.WRONG_USE,
+    OutputError: ExitCode.WRONG_USE,
     RecordingError: ExitCode.WRONG_USE,
     BadOptions: ExitCode.WRONG_USE,
     PortTaken: ExitCode.WRONG_USE,

@@ -15,6 +15,7 @@ from hmrsim.cli.targets import check_target, write_whole
 from hmrsim.cli.world_options import add_world_options
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.program.command_line import ENVIRONMENT
+from hmrsim.program.outputs import check_outputs
 from hmrsim.world import World
 from hmrsim.world.formats import choose
 from hmrsim.world.route_graph import to_geojson
@@ -60,6 +61,7 @@ def _convert(args: argparse.Namespace) -> int:
     if args.out != _STDOUT:
         check_target(out, force=args.force)
     loaded = read_world(args, argument="in")
+    check_outputs([("OUT", args.out)], loaded.files)
     show_warnings(loaded)
     text = _WRITERS[to](loaded.world, out)
     left = _left_out(loaded.world) if to == "geojson" else {}

@@ -13,6 +13,7 @@ from hmrsim.cli.world_options import add_world_options
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import THEMES, Drawing
 from hmrsim.program.command_line import ENVIRONMENT
+from hmrsim.program.outputs import check_outputs
 
 _EXAMPLES: Final = f"""\
 OUT's suffix chooses the format: .svg, or .png, which needs the extra `png` (pip install 'hmrsim[png]'). Without -o the
@@ -83,6 +84,7 @@ def _render(args: argparse.Namespace) -> int:
     if args.output != _STDOUT:
         check_target(out, force=True)
     loaded = read_world(args)
+    check_outputs([("-o", args.output)], loaded.files)
     show_warnings(loaded)
     overlay = None
     if args.bottlenecks:

@@ -14,11 +14,13 @@ from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.rosout import told
 from hmrsim.cli.run_recording import account
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.recording.listening import Listener
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
@@ -30,6 +32,7 @@ _GRACE: Final = 5.0
 
 def record(args: argparse.Namespace) -> int:
     """Record what a simulator publishes; return the exit code."""
+    check_outputs([("OUT.mcap", args.file)], [session_options(args).zenoh_config])
     signals: list[int] = []
     with on_signals(signals.append), connected(args) as (client, _), RecordingFile(args.file) as file:
         recorder = Recorder(file, told)

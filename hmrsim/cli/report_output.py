@@ -12,26 +12,29 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.tracing import errors_of, lines_of
-from hmrsim.errors import TraceError, printable, reason_of
+from hmrsim.errors import printable
+from hmrsim.program.inputs import check_regular
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
 from hmrsim.report import of_recording, of_trace, report_of
 from hmrsim.report.page import page_of
-from hmrsim.report.tables import tables_of
+from hmrsim.report.tables import table_names, tables_of
 from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
     from hmrsim.report import Report, ReportInput
 
 _MCAP: Final = b"\x89MCAP"
-_STDOUT: Final = "-"
 
 
 def report(args: argparse.Namespace) -> int:
     """Write the report of a run as the options say; return the exit code."""
-    if args.json and args.output == _STDOUT:
+    if args.json and args.output == STDOUT:
         raise WrongUse("hmrsim report: -o - and --json both write to the standard output; give -o a file")
-    if args.output not in (None, _STDOUT):
-        _check_writable(args.file, Path(args.output))
+    tables = [args.csv / name for name in table_names()] if args.csv is not None else []
+    check_outputs([("-o", args.output), *(("--csv", table) for table in tables)], [args.file])
+    if args.output not in (None, STDOUT):
+        _check_writable(Path(args.output))
     if args.csv is not None:
         _check_folder(args.csv)
     collect_rarely()
@@ -58,28 +61,26 @@ def _check_folder(directory: Path) -> None:
     """Check that a folder exists or can be created, and that files can be written in it.
 
     Raises:
-        WrongUse: They can't.
+        OutputError: They can't.
     """
     nearest = next(each for each in (directory, *directory.parents) if each.exists())
     if not nearest.is_dir():
-        raise WrongUse(_unwritable("--csv", directory, NotADirectoryError(errno.ENOTDIR, "not a directory")))
+        raise unwritable(f"--csv {directory}", NotADirectoryError(errno.ENOTDIR, "not a directory"))
     if not os.access(nearest, os.W_OK | os.X_OK):
-        raise WrongUse(_unwritable("--csv", directory, PermissionError(errno.EACCES, "permission denied")))
+        raise unwritable(f"--csv {directory}", PermissionError(errno.EACCES, "permission denied"))
 
 
-def _check_writable(source: Path, output: Path) -> None:
+def _check_writable(output: Path) -> None:
     """Check, before a long run is replayed, that a page can be written there.
 
     Raises:
-        WrongUse: It can't, or it would overwrite the file to read.
+        OutputError: It can't.
     """
-    there = output.exists()
-    if there and source.exists() and output.samefile(source):
-        raise WrongUse(f"hmrsim report: -o {output}: is the file to read; name another")
     try:
+        there = output.exists()
         output.open("ab").close()
     except OSError as error:
-        raise WrongUse(_unwritable("-o", output, error)) from None
+        raise unwritable(f"-o {output}", error) from None
     if not there:
         output.unlink()
 
@@ -91,8 +92,7 @@ def _read(path: Path) -> ReportInput:
         TraceError: It can't be read, or is neither a trace nor a recording.
     """
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            raise TraceError("is not a regular file; it is read twice")
+        check_regular(path)
         with path.open("rb") as file:
             begins = file.read(len(_MCAP))
         if begins == _MCAP:
@@ -102,7 +102,7 @@ def _read(path: Path) -> ReportInput:
 
 def _write_page(output: str, report: Report, source: ReportInput) -> None:
     page = page_of(report, source.definition)
-    if output == _STDOUT:
+    if output == STDOUT:
         show(page)
     else:
         _write(Path(output), page, "-o")
@@ -112,7 +112,7 @@ def _write_tables(directory: Path, report: Report) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise WrongUse(_unwritable("--csv", directory, error)) from None
+        raise unwritable(f"--csv {directory}", error) from None
     for name, text in tables_of(report).items():
         _write(directory / name, text, "--csv")
 
@@ -121,8 +121,4 @@ def _write(path: Path, text: str, option: str) -> None:
     try:
         path.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise WrongUse(_unwritable(option, path, error)) from None
-
-
-def _unwritable(option: str, path: Path, error: OSError) -> str:
-    return f"hmrsim report: {option} {path}: can't be written: {reason_of(error)}"
+        raise unwritable(f"{option} {path}", error) from None

@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import plugins
-from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
@@ -24,6 +24,7 @@ from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.log_options import ServerLogOptions
+from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
 from hmrsim.settings.arguments import read_settings
@@ -67,9 +68,11 @@ def run(args: argparse.Namespace) -> int:
     run, wires = asked.run, ros2_wires(asked.ros2)
     check_port(asked.view)
     check_page(asked.view, asked.session)
-    if asked.trace and asked.record and asked.trace.resolve() == asked.record.resolve():
-        raise WrongUse(f"--trace and --record are both {asked.record}; name two files")
     loaded = read_world(args, below=asked.below)
+    check_outputs(
+        [("--trace", asked.trace), ("--record", asked.record)],
+        [*loaded.files, args.settings, asked.session.zenoh_config],
+    )
     show_warnings(loaded)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")

@@ -15,6 +15,7 @@ from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.program.log_options import log_level, logging_to_stderr
+from hmrsim.program.outputs import check_outputs
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.run import SimulateSettings
@@ -48,7 +49,9 @@ def simulate(args: argparse.Namespace) -> int:
     loaded = read_world(args)
     show_warnings(loaded)
     settings = read_settings(args, SimulateSettings)
-    trace = TraceFile(read_settings(args, TraceSettings).trace, loaded.world, settings)
+    path = read_settings(args, TraceSettings).trace
+    check_outputs([("--trace", path)], loaded.files)
+    trace = TraceFile(path, loaded.world, settings)
     tally = _Tally()
     logs = [EventLog()] if log_level(args) <= logging.INFO else []
     simulator = Simulator(loaded.world, settings, [tally, *logs, *trace.sinks])

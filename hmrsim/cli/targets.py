@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import WrongUse
-from hmrsim.errors import reason_of
+from hmrsim.program.outputs import unwritable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +31,8 @@ def write_whole(out: Path, content: bytes) -> None:
     """Write a file as a whole or not at all.
 
     Raises:
-        WrongUse: It can't be written.
+        OutputError: It can't be written.
+        WriteError: The disk is full.
     """
     target = out.resolve()
     draft = target.with_name(f".{target.name}.{os.getpid()}")
@@ -42,4 +43,4 @@ def write_whole(out: Path, content: bytes) -> None:
         finally:
             draft.unlink(missing_ok=True)
     except OSError as error:
-        raise WrongUse(f"{out}: can't be written: {reason_of(error)}") from None
+        raise unwritable(str(out), error) from None

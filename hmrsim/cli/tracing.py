@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import IO, TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
+from hmrsim.program.inputs import check_regular
+from hmrsim.program.outputs import TextOutput, check_outputs
 from hmrsim.trace.writer import Header, Trace
 
 if TYPE_CHECKING:
@@ -17,25 +19,21 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
+_OPTION: Final = "--trace"
+
 _MAX_CHARACTERS: Final = 64 * 1024 * 1024
 """Maximum length of a line; a world takes less, and all other lines much less."""
 
 
-def check_writable(path: Path | None) -> None:
-    """Check that a trace can be written there, if one is wanted.
+def check_writable(path: Path | None, inputs: Sequence[Path]) -> None:
+    """Check that a trace can be written there, if one is wanted; *inputs* are the files that are read.
 
     Raises:
-        TraceError: It can't.
+        OutputError: It can't.
     """
+    check_outputs([(_OPTION, path)], inputs)
     if path is not None:
-        _opened(path).close()
-
-
-def _opened(path: Path) -> IO[str]:
-    try:
-        return path.open("w", encoding="ascii", newline="\n")
-    except OSError as error:
-        raise TraceError(f"--trace {path}: can't be written: {reason_of(error)}") from None
+        TextOutput(_OPTION, path).close()
 
 
 @contextmanager
@@ -61,6 +59,7 @@ def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
 
 def lines_of(path: Path) -> Iterator[str]:
     """Yield the lines of a trace."""
+    check_regular(path)
     with path.open(encoding="utf-8", newline="\n") as file:
         yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
 
@@ -78,7 +77,7 @@ class TraceFile:
     def __init__(self, path: Path | None, world: World, settings: RunSettings) -> None:
         self._path = path
         self._trace = Trace(Header.of(world, settings), self._write)
-        self._file: IO[str] | None = None
+        self._file: TextOutput | None = None
         self.sinks: tuple[Trace, ...] = () if path is None else (self._trace,)
 
     @contextmanager
@@ -86,12 +85,13 @@ class TraceFile:
         """Write the trace of what a simulator does from here to the end of the context, where it is complete.
 
         Raises:
-            TraceError: The file can't be written.
+            OutputError: It is no file to write to.
+            WriteError: The disk is full.
         """
         if self._path is None:
             yield
             return
-        with _opened(self._path) as self._file:
+        with TextOutput(_OPTION, self._path) as self._file:
             self.flush()
             try:
                 yield
@@ -112,4 +112,3 @@ class TraceFile:
             raise AssertionError
         # Whole lines, flushed at once, so that a reader finds them during the run and after a crash.
         self._file.write(text)
-        self._file.flush()

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from hmrsim.errors import printable, reason_of
+from hmrsim.program.outputs import NO_SPACE
 
 if TYPE_CHECKING:
     Completer = Callable[..., Iterable[str]]
@@ -36,9 +37,6 @@ _OF_ONE_RUN: Final = frozenset(
 _EXPECTED: Final[Mapping[object, str]] = {int: "a whole number", float: "a number"}
 
 _HELP: Final = {"-h", "--help"}
-
-_NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
-"""Errors of writing to a full disk, or to a closed file."""
 
 _DONE: Final = 0
 _FAILED: Final = 1
@@ -223,7 +221,7 @@ def run_program(program: str, run: Callable[[], int]) -> int:
         if error.errno == errno.ENAMETOOLONG:
             print(f"{program}: {printable(str(error.filename))}: {reason_of(error)}", file=sys.stderr)  # noqa: T201
             return _WRONG_USE
-        if error.filename is not None or error.errno not in _NO_SPACE:
+        if error.filename is not None or error.errno not in NO_SPACE:
             raise
         _mute_stdout()
         with suppress(OSError):

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from hmrsim.report.model import Report, Robot
 
 
+def table_names() -> tuple[str, ...]:
+    """Return the names of the tables' files."""
+    return tuple(f"{name}.csv" for name in _HEADERS)
+
+
 def tables_of(report: Report) -> dict[str, str]:
     """Return the text of each table by the name of its file."""
     rows: dict[str, Iterable[Mapping[str, Any]]] = {

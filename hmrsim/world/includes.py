@@ -53,7 +53,8 @@ def read_all(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Merged:
         WorldError: The file itself can't be read; the problems of the others are in the result.
     """
     merged = Merged(Source(file, read_document(path, file, options)))
-    reader = _Includes(merged, options, {_real(path)}, [merged.root.document])
+    merged.paths.add(_real(path))
+    reader = _Includes(merged, options, merged.paths, [merged.root.document])
     reader.add(merged.root, (_real(path),))
     merged.complete = merged.complete and all(document.complete for document in reader.documents)
     merged.problems += _not_taken(options, reader.documents, complete=merged.complete)

@@ -9,6 +9,8 @@ from hmrsim.diagnostics import Finding, dotted, shown
 from hmrsim.errors import Problem
 
 if TYPE_CHECKING:
+    import pathlib
+
     from hmrsim.diagnostics import Path
     from hmrsim.world.formats import Document
 
@@ -41,12 +43,14 @@ class Merged:
         root: The file that the others are added to.
         data: The top-level keys of a world.
         problems: The problems of the files themselves.
+        paths: The files themselves.
         complete: Whether all files could be read, so that a missing name is an error.
     """
 
     root: Source
     data: dict[str, Any] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    paths: set[pathlib.Path] = field(default_factory=set)
     complete: bool = True
     _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
 

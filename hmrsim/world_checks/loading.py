@@ -29,6 +29,7 @@ class LoadedWorld:
     """A world that can be run.
 
     Attributes:
+        files: Those that it was read from: *path*, and what it includes.
         warnings: What can be run but is unlikely to be meant.
         hash: SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same.
     """
@@ -37,6 +38,7 @@ class LoadedWorld:
     path: Path
     warnings: tuple[Problem, ...]
     hash: str
+    files: tuple[Path, ...] = ()
 
 
 def load_world(
@@ -75,7 +77,7 @@ def load_world(
     problems = _in_order(problems, file)
     if valid.world is None or any(problem.severity == "error" for problem in problems):
         raise WorldError(problems)
-    return LoadedWorld(valid.world, path, tuple(problems), world_hash(valid.world))
+    return LoadedWorld(valid.world, path, tuple(problems), world_hash(valid.world), tuple(sorted(merged.paths)))
 
 
 def world_of(data: dict[str, Any], source: str) -> World:

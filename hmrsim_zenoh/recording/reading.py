@@ -11,6 +11,7 @@ from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 from hmrsim.errors import RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.program.inputs import check_regular
 from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
@@ -149,6 +150,7 @@ class Recording:
 
     def _records(self) -> Iterator[Any]:
         try:
+            check_regular(self.path)
             with self.path.open("rb") as file:
                 yield from records(file, self.path.stat().st_size)
         except OSError as error:

@@ -9,8 +9,9 @@ from typing import IO, TYPE_CHECKING, Final, NamedTuple, Self
 from mcap.writer import Writer
 
 from hmrsim import __version__
-from hmrsim.errors import HmrsimError, RecordingError, reason_of
+from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.program.outputs import unwritable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,10 +46,11 @@ class RecordingFile:
         reproducible: Whether the same messages have to produce the same file: chunks then end by simulated time.
 
     Raises:
-        RecordingError: The file can't be opened.
+        OutputError: The file can't be opened.
     """
 
     def __init__(self, path: Path, *, reproducible: bool = False) -> None:
+        self.path = path
         self._file = _opened(path)
         self._reproducible = reproducible
         self._writer = Writer(self._file)
@@ -166,7 +168,7 @@ class RecordingFile:
             HmrsimError: One could not.
         """
         if self._error is not None:
-            raise HmrsimError(f"the recording can't be written: {reason_of(self._error)}")
+            raise unwritable(str(self.path), self._error)
 
     def failed(self, error: OSError) -> None:
         """Keep an error for `check`."""
@@ -185,11 +187,11 @@ class _Failing:
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         if isinstance(error, OSError):
             self._file.failed(error)
-            raise HmrsimError(f"the recording can't be written: {reason_of(error)}") from None
+            raise unwritable(str(self._file.path), error) from None
 
 
 def _opened(path: Path) -> IO[bytes]:
     try:
         return path.open("wb")
     except OSError as error:
-        raise RecordingError(f"{path}: can't be written: {reason_of(error)}") from None
+        raise unwritable(str(path), error) from None

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from hmrsim.errors import reason_of
+from hmrsim.program.inputs import check_regular
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
@@ -311,6 +313,13 @@ def base_config(config_file: Path | None) -> zenoh.Config:
     """
     if config_file is None:
         return zenoh.Config()
+    try:
+        # Zenoh would wait for a pipe without letting go of the interpreter.
+        check_regular(config_file)
+    except FileNotFoundError:
+        pass  # Zenoh says so
+    except OSError as error:
+        raise BadOptions(f"{config_file}: can't be read: {reason_of(error)}") from None
     try:
         return zenoh.Config.from_file(config_file)
     except zenoh.ZError as error:

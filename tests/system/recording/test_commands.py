@@ -218,6 +218,6 @@ def test_a_full_disk_ends_the_run(start):
     code, _, err = end(start("run", "scenario1", *FREE_PORT, "--record", "/dev/full", "--log-level", "error"))
 
     assert 1 == code
-    assert ["recording to /dev/full", "hmrsim: the recording can't be written: no space left on device"] == (
+    assert ["recording to /dev/full", "hmrsim: /dev/full: can't be written: no space left on device"] == (
         err.splitlines()
     )

@@ -131,7 +131,9 @@ def test_a_tree_can_be_drawn_without_running_it(capsys):
 def test_a_file_that_can_not_be_written_is_exit_2(option, capsys):
     """One line, with the option and the file."""
     assert 2 == run("--quiet", option, "nowhere/x")
-    assert f"bt-controller: {option} nowhere/x: no such file or directory\n" == capsys.readouterr().err
+    assert (
+        f"bt-controller: {option} nowhere/x: can't be written: no such file or directory\n" == capsys.readouterr().err
+    )
 
 
 def test_a_picture_that_can_not_be_drawn_is_said_before_the_run(monkeypatch, capsys):

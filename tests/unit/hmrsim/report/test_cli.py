@@ -124,7 +124,7 @@ def test_a_pipe_is_not_read(tmp_path, capsys):
     os.mkfifo(path)
     code = main(["report", str(path)])
 
-    assert (2, f"hmrsim: {path}: is not a regular file; it is read twice\n") == (code, capsys.readouterr().err)
+    assert (2, f"hmrsim: {path}: can't be read: is not a regular file\n") == (code, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("line", ["NaN", '{"kind":"status","stamp":{"sec":NaN,"nanosec":0}}', "[" * 100_000, "{", "7"])
@@ -195,7 +195,7 @@ def test_where_nothing_can_be_written_is_known_first(tmp_path, capsys, option):
     there.touch()
     main(["report", str(tmp_path / "none"), option, str(there / "x")])
 
-    assert f"hmrsim report: {option} {there}/x: can't be written: not a directory\n" == capsys.readouterr().err
+    assert f"hmrsim: {option} {there}/x: can't be written: not a directory\n" == capsys.readouterr().err
 
 
 def test_a_page_over_what_it_is_of(file, capsys):
@@ -204,7 +204,7 @@ def test_a_page_over_what_it_is_of(file, capsys):
     before = path.read_bytes()
     code = main(["report", str(path), "-o", str(path)])
 
-    assert (2, f"hmrsim report: -o {path}: is the file to read; name another\n") == (code, capsys.readouterr().err)
+    assert (2, f"hmrsim: -o {path}: this command reads that file; name another\n") == (code, capsys.readouterr().err)
     assert before == path.read_bytes()
 
 
@@ -231,7 +231,7 @@ def test_where_nothing_can_be_written(file, capsys, option):
     path = file(ALONE)
     code = main(["report", str(path), option, str(path / "x")])
 
-    assert (2, f"hmrsim report: {option} {path}/x: can't be written: not a directory\n") == (
+    assert (2, f"hmrsim: {option} {path}/x: can't be written: not a directory\n") == (
         code,
         capsys.readouterr().err,
     )

@@ -1,0 +1,210 @@
+"""No output is a file that the same command reads, or another output; a full disk is one line that names the file."""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import bt_controller.cli
+from hmrsim.cli import entry, main
+from hmrsim.program.command_line import LazyParser
+
+WORLD = """\
+include: [more.yaml]
+waypoints: {a: {at: [0, 0]}, b: {at: [4, 0]}}
+lanes: [[a, b]]
+robots: {wall_e: {at: a, script: [Go b]}}
+"""
+
+TREE = """\
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <include path="more.xml"/>
+  <BehaviorTree ID="Main"><SubTree ID="More"/></BehaviorTree>
+</root>
+"""
+MORE = '<root BTCPP_format="4"><BehaviorTree ID="More"><AlwaysSuccess/></BehaviorTree></root>'
+
+MODULE = "import py_trees\n\ndef tree():\n    return py_trees.behaviours.Success('fine')\n"
+
+PROGRAMS = {"hmrsim": main, "bt-controller": bt_controller.cli.main}
+
+CASES = [
+    ("hmrsim simulate w.yaml --trace {}", "w.yaml"),
+    ("hmrsim simulate w.yaml --trace {}", "more.yaml"),
+    ("hmrsim run w.yaml --trace {}", "w.yaml"),
+    ("hmrsim run w.yaml --record {}", "more.yaml"),
+    ("hmrsim run w.yaml --settings settings.yaml --trace {}", "settings.yaml"),
+    ("hmrsim run w.yaml --zenoh-config zenoh.json5 --record {}", "zenoh.json5"),
+    ("hmrsim record {} --zenoh-config zenoh.json5", "zenoh.json5"),
+    ("hmrsim map convert w.yaml {} --to yaml --force", "w.yaml"),
+    ("hmrsim map convert w.yaml {} --to yaml --force", "more.yaml"),
+    ("hmrsim map render w.yaml --output {}", "w.yaml"),
+    ("hmrsim report run.jsonl --output {}", "run.jsonl"),
+    ("bt-controller check tree.xml --dot {}", "tree.xml"),
+    ("bt-controller check tree.xml --svg {}", "more.xml"),
+    ("bt-controller check a_tree:tree --dot {}", "a_tree.py"),
+    ("bt-controller run tree.xml --robot wall_e --svg {}", "tree.xml"),
+    ("bt-controller run tree.xml --robot wall_e --zenoh-config zenoh.json5 --transitions {}", "zenoh.json5"),
+]
+
+TWICE = [
+    "hmrsim run w.yaml --trace out --record ./out",
+    "hmrsim report run.jsonl -o tables/goals.csv --csv tables",
+    "bt-controller check tree.xml --dot out --svg out",
+    "bt-controller run tree.xml --robot wall_e --dot out --transitions out",
+]
+
+FULL = [
+    "hmrsim simulate w.yaml --trace /dev/full",
+    "hmrsim report run.jsonl -o /dev/full",
+    "bt-controller check tree.xml --dot /dev/full",
+]
+
+
+def _symbolic(path: Path) -> str:
+    Path("link.svg").symlink_to(path)
+    return "link.svg"
+
+
+def _hard(path: Path) -> str:
+    Path("hard.svg").hardlink_to(path)
+    return "hard.svg"
+
+
+WAYS: list[Callable[[Path], str]] = [
+    str,
+    lambda path: str(path.absolute()),
+    lambda path: f"../{Path.cwd().name}/{path}",
+    _symbolic,
+    _hard,
+]
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder with files of each kind, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    texts = {"w.yaml": WORLD, "more.yaml": "places: {p: {at: [1, 1]}}\n", "a_tree.py": MODULE}
+    texts |= {"tree.xml": TREE, "more.xml": MORE, "settings.yaml": "seed: 3\n", "zenoh.json5": "{}"}
+    for name, text in texts.items():
+        Path(name).write_text(text)
+    main(["simulate", "w.yaml", "--trace", "run.jsonl"])
+    shutil.copy("run.jsonl", "goals.csv")
+    return tmp_path
+
+
+@pytest.fixture
+def said(files, capsys):
+    """Return the exit code, the lines on stderr and the files that have changed."""
+
+    def told(line: str) -> tuple[int, list[str], dict[str, bytes]]:
+        before = _contents(files)
+        capsys.readouterr()
+        program, *arguments = line.split()
+        code = PROGRAMS[program](arguments)
+        changed = {name: content for name, content in _contents(files).items() if before.get(name) != content}
+        return code, capsys.readouterr().err.splitlines(), changed
+
+    return told
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+@pytest.mark.parametrize(("line", "name"), CASES)
+def test_no_input_is_overwritten(said, line, name):
+    """By whatever path: one line that says so, exit 2, and all files are as they were."""
+    for way in WAYS if "map render" not in line else WAYS[-2:]:
+        code, lines, changed = said(line.format(way(Path(name))))
+
+        assert (2, 1, {}) == (code, len(lines), changed), lines
+        assert "this command reads that file" in lines[0]
+
+
+def test_no_table_is_written_over_what_is_read(said):
+    """The names of tables are known before."""
+    code, lines, changed = said("hmrsim report goals.csv --csv .")
+
+    assert (2, ["hmrsim: --csv goals.csv: this command reads that file; name another"], {}) == (code, lines, changed)
+
+
+@pytest.mark.parametrize("line", TWICE)
+def test_two_outputs_are_two_files(said, line):
+    """One line that names both options, exit 2, and nothing is written."""
+    code, lines, changed = said(line)
+
+    assert (2, 1, {}) == (code, len(lines), changed), lines
+    assert "name two files" in lines[0]
+
+
+@pytest.mark.parametrize("line", FULL)
+def test_a_full_disk_is_one_line(said, line):
+    """It names the file; exit 1."""
+    code, lines, _ = said(line)
+
+    assert (1, 1) == (code, len(lines)), lines
+    assert "/dev/full: can't be written: no space left on device" in lines[0]
+
+
+@pytest.mark.usefixtures("files")
+def test_what_was_written_before_the_disk_was_full_can_be_read(said, capsys):
+    """The trace is replayed, and reported on, to its last whole line."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, limits[1]))
+    try:
+        code, lines, _ = said("hmrsim simulate warehouse --trace cut.jsonl")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (1, ["hmrsim: --trace cut.jsonl: can't be written: file too large"]) == (code, lines)
+
+    assert (0, 0) == (main(["replay", "cut.jsonl"]), main(["report", "cut.jsonl"]))
+    assert "the trace is truncated there" in capsys.readouterr().out
+
+
+def test_streams_may_be_shared(said):
+    """Two outputs may both go to nowhere."""
+    code, lines, _ = said("hmrsim run w.yaml --trace /dev/null --record /dev/null --connect tcp/127.0.0.1:9")
+
+    assert (3, False) == (code, "name two files" in lines[0])
+
+
+def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
+    """Yield the command and the option of each argument that names a file or a folder."""
+    if isinstance(parser, LazyParser):
+        parser.load()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _files_of(command)
+        elif any(word in str(action.metavar) for word in ("FILE", "DIR", "OUT", "MCAP", "mcap")):
+            yield parser.prog, action.option_strings[-1] if action.option_strings else str(action.metavar)
+
+
+INPUTS = {"--settings", "--zenoh-config", "FILE", "TRACE|MCAP", "RECORDING.mcap"}
+
+
+def test_each_output_is_tried():
+    """A command that gets an output has a case above, or is the demo, whose world is a shipped one."""
+    lines = [*(line for line, _ in CASES), *TWICE]
+    outputs = {
+        (command, option)
+        for parser in (entry._parser(), bt_controller.cli._parser())
+        for command, option in _files_of(parser)
+        if option not in INPUTS
+    }
+
+    assert {("hmrsim demo", "--trace")} == {
+        (command, option)
+        for command, option in outputs
+        if not any(
+            line.startswith(f"{command} ") and (option in line or (option[0] != "-" and " {}" in line))
+            for line in lines
+        )
+    }
