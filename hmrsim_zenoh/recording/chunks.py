@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 MAX_UNPACKED: Final = 64 << 20
 """The largest unpacked chunk in bytes; hmrsim's chunks have 1 MiB and at most one more message."""
 
+_FREE_BYTES: Final = 16 << 20
+_MAX_RATIO: Final = 100
+"""Unpacked bytes of a file are at most so many more than *_FREE_BYTES*; those of an idle world are 21 times as many."""
+
+_FREE_MESSAGES: Final = 100_000
+_BYTES_PER_MESSAGE: Final = 2
+"""Messages of a file are at most so many more than *_FREE_MESSAGES*; those of an idle world have 30 bytes each."""
+
 BROKEN: Final = (
     McapError, struct.error, ValueError, LookupError, OverflowError, EOFError, MemoryError, zstandard.ZstdError,
     RuntimeError,
@@ -32,6 +40,10 @@ BROKEN: Final = (
 _HEAD: Final = struct.Struct("<BQ")
 _MESSAGE: Final = struct.Struct("<HIQQ")
 
+_DECLARATIONS: Final[dict[int, type[Channel | Schema]]] = {Opcode.CHANNEL: Channel, Opcode.SCHEMA: Schema}
+_ID_BYTES: Final = 2
+"""A channel and a schema begin with their ids."""
+
 
 class Piece(NamedTuple):
     """A message: its channel, its time in nanoseconds, its bytes."""
@@ -39,6 +51,51 @@ class Piece(NamedTuple):
     channel: int
     time: int
     data: bytes
+
+
+class TooMuch(Exception):
+    """A file unpacks to more than one of its size may: it was made to keep its readers busy."""
+
+
+class Budget:
+    """What reading a file once may unpack.
+
+    Args:
+        size: Of the file in bytes.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._bytes = _FREE_BYTES + _MAX_RATIO * size
+        self._messages = _FREE_MESSAGES + size // _BYTES_PER_MESSAGE
+        self._known: set[tuple[int, bytes]] = set()
+
+    def unpack(self, size: int) -> None:
+        """Count unpacked bytes.
+
+        Raises:
+            TooMuch: They are too many.
+        """
+        self._bytes -= size
+        if self._bytes < 0:
+            raise TooMuch(f"it unpacks to more than {_MAX_RATIO} times its size")
+
+    def message(self) -> None:
+        """Count a message.
+
+        Raises:
+            TooMuch: They are too many.
+        """
+        self._messages -= 1
+        if self._messages < 0:
+            raise TooMuch(f"it has more than a message for each {_BYTES_PER_MESSAGE} bytes")
+
+    def is_new(self, opcode: int, number: bytes) -> bool:
+        """Return whether a channel or a schema is declared for the first time: each chunk repeats those it needs."""
+        key = opcode, number
+        if key in self._known:
+            return False
+        self._known.add(key)
+        return True
 
 
 def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
@@ -55,22 +112,23 @@ def records(file: IO[bytes], size: int) -> Iterator[McapRecord]:
             raise ValueError("not MCAP") from None
 
 
-def unpacked(chunk: Chunk) -> Iterator[Piece | Channel | Schema]:
-    """Yield the records of a chunk.
+def unpacked(chunk: Chunk, budget: Budget) -> Iterator[Piece | Channel | Schema]:
+    """Yield the messages of a chunk, and the channels and schemas that were not declared before.
 
     Raises:
         ValueError: The chunk is damaged or too large.
+        TooMuch: All chunks are.
     """
     try:
-        data = _data(chunk)
+        data = _data(chunk, budget)
         if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
             raise ValueError("a chunk with a wrong checksum")
-        yield from _within(memoryview(data))
+        yield from _within(memoryview(data), budget)
     except BROKEN as error:
         raise ValueError(str(error)) from None
 
 
-def _within(data: memoryview) -> Iterator[Piece | Channel | Schema]:
+def _within(data: memoryview, budget: Budget) -> Iterator[Piece | Channel | Schema]:
     at = 0
     while at < len(data):
         opcode, length = _HEAD.unpack_from(data, at)
@@ -80,15 +138,16 @@ def _within(data: memoryview) -> Iterator[Piece | Channel | Schema]:
             raise ValueError("a record is longer than its chunk")
         at += length
         if opcode == Opcode.MESSAGE:
+            budget.message()
             channel, _, time, _ = _MESSAGE.unpack_from(body)
             yield Piece(channel, time, bytes(body[_MESSAGE.size :]))
-        elif opcode == Opcode.CHANNEL:
-            yield Channel.read(ReadDataStream(BytesIO(body)))
-        elif opcode == Opcode.SCHEMA:
-            yield Schema.read(ReadDataStream(BytesIO(body)))
+        elif opcode not in _DECLARATIONS:
+            raise ValueError("a record that does not belong in a chunk")
+        elif budget.is_new(opcode, bytes(body[:_ID_BYTES])):
+            yield _DECLARATIONS[opcode].read(ReadDataStream(BytesIO(body)))
 
 
-def _data(chunk: Chunk) -> bytes:
+def _data(chunk: Chunk, budget: Budget) -> bytes:
     size = chunk.uncompressed_size
     if size > MAX_UNPACKED:
         raise ValueError(f"a chunk of {size} bytes")
@@ -96,10 +155,13 @@ def _data(chunk: Chunk) -> bytes:
         case "zstd":
             if zstandard.get_frame_parameters(chunk.data).content_size not in (size, zstandard.CONTENTSIZE_UNKNOWN):
                 raise ValueError("a chunk of the wrong size")
+            budget.unpack(size)
             data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=size)
         case "lz4":
+            budget.unpack(size)
             data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
         case "":
+            budget.unpack(len(chunk.data))
             data = chunk.data
         case other:
             raise ValueError(f"unknown compression {other!r}")

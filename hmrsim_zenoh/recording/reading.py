@@ -12,7 +12,7 @@ from hmrsim.errors import RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.program.inputs import check_regular
-from hmrsim_zenoh.recording.chunks import Piece, records, unpacked
+from hmrsim_zenoh.recording.chunks import Budget, Piece, TooMuch, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
@@ -136,11 +136,14 @@ class Recording:
                 topics[piece.id] = piece.topic
 
     def _pieces(self) -> Iterator[Piece | Channel | Schema]:
+        budget = Budget(self._size())
         for record in self._records():
             match record:
                 case Chunk():
                     try:
-                        yield from unpacked(record)
+                        yield from unpacked(record, budget)
+                    except TooMuch as error:
+                        raise RecordingError(f"{self.path}: not a recording: {error}") from None
                     except ValueError:
                         self.truncated = True
                 case Message():
@@ -148,11 +151,17 @@ class Recording:
                 case Channel() | Schema():
                     yield record
 
+    def _size(self) -> int:
+        try:
+            return self.path.stat().st_size
+        except OSError as error:
+            raise RecordingError(f"{self.path}: can't be read: {reason_of(error)}") from None
+
     def _records(self) -> Iterator[Any]:
         try:
             check_regular(self.path)
             with self.path.open("rb") as file:
-                yield from records(file, self.path.stat().st_size)
+                yield from records(file, self._size())
         except OSError as error:
             raise RecordingError(f"{self.path}: can't be read: {reason_of(error)}") from None
         except ValueError:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import io
 import json
 import random
+import struct
+import time
 from collections import Counter
 
 import pytest
 import zstandard
+from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
@@ -17,7 +20,7 @@ from hmrsim.errors import RecordingError
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, records, unpacked
+from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, Budget, records, unpacked
 from tests.simulation import SMALL_WORLD
 from tests.unit.hmrsim_zenoh.recording.conftest import record_to
 
@@ -190,7 +193,7 @@ def test_a_bomb_is_not_unpacked(claimed):
     data = b"".join(packer.compress(bytes(1 << 20)) for _ in range(1 << 7)) + packer.flush()
 
     with pytest.raises(ValueError, match="a chunk of"):
-        list(unpacked(Chunk("zstd", data, 0, 0, 0, claimed)))
+        list(unpacked(Chunk("zstd", data, 0, 0, 0, claimed), Budget(1 << 30)))
 
 
 class _Small(io.BytesIO):
@@ -216,12 +219,52 @@ def test_a_record_longer_than_its_chunk_is_none():
     data = b"\5" + (1 << 62).to_bytes(8, "little")
 
     with pytest.raises(ValueError, match="longer than its chunk"):
-        list(unpacked(Chunk("", data, 0, 0, 0, len(data))))
+        list(unpacked(Chunk("", data, 0, 0, 0, len(data)), Budget(1 << 30)))
 
 
 def test_our_chunks_are_far_from_the_limit(path):
     """A mebibyte, and what its last message had."""
     assert max(chunk.uncompressed_size for chunk in chunks(path)) < MAX_UNPACKED // 8
+
+
+def _record(opcode: int, body: bytes) -> bytes:
+    return struct.pack("<BQ", opcode, len(body)) + body
+
+
+def _packed(data: bytes) -> bytes:
+    """Return a chunk, compressed."""
+    packed = zstandard.ZstdCompressor(level=19).compress(data)
+    head = struct.pack("<QQQI", 0, 10, len(data), 0) + struct.pack("<I", 4) + b"zstd"
+    return _record(Opcode.CHUNK, head + struct.pack("<Q", len(packed)) + packed)
+
+
+_TINY = _record(Opcode.MESSAGE, struct.pack("<HIQQ", 999, 0, 5, 5))
+
+
+@pytest.mark.uncovered
+@pytest.mark.parametrize(
+    ("chunk", "error"),
+    [
+        (_TINY * 20_000, "it has more than a message for each 2 bytes"),
+        (_record(0x90, bytes(8 << 20)), "it unpacks to more than 100 times its size"),
+    ],
+)
+def test_a_small_file_of_much_is_refused(path, chunk, error):
+    """Many chunks of the same, which take a minute to read through."""
+    whole = path.read_bytes()
+    path.write_bytes(whole[: whole.rindex(_record(Opcode.DATA_END, bytes(4)))] + _packed(chunk) * 150)
+    began = time.process_time()
+    with pytest.raises(RecordingError, match=error):
+        list(open_recording(path).samples())
+
+    assert time.process_time() - began < 10.0
+
+
+def test_a_recording_of_nothing_but_time_is_read(tmp_path):
+    """What compresses best of all that a simulator records is far from the limit."""
+    path = record_to(tmp_path / "idle.mcap", until=60.0)
+
+    assert 500 < sum(1 for _ in open_recording(path)._messages(lambda _topic: True))
 
 
 @pytest.mark.parametrize("seed", range(25))
