@@ -44,8 +44,8 @@ class WaypointGraph:
         self.waypoints = world.points
         self.lanes = Lanes(world)
         self._closed: frozenset[Lane] = frozenset()
-        self._planner = Planner(self.lanes)
-        self._planners = OrderedDict({self._closed: self._planner})
+        self._current: Planner | None = None
+        self._planners: OrderedDict[frozenset[Lane], Planner] = OrderedDict()
 
     @cached_property
     def ids(self) -> RouteIds:
@@ -60,7 +60,14 @@ class WaypointGraph:
     @closed.setter
     def closed(self, lanes: frozenset[Lane]) -> None:
         self._closed = lanes
-        self._planner = self._planner_without(lanes)
+        self._current = None
+
+    @property
+    def _planner(self) -> Planner:
+        """The planner without the closed lanes; made when it is needed, as many lanes may close at one instant."""
+        if self._current is None:
+            self._current = self._planner_without(self._closed)
+        return self._current
 
     def speed_limit(self, lane: Lane) -> float:
         """Return the speed limit of a lane; infinite without one."""

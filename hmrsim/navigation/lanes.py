@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.route import Leg, Route
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World
@@ -88,7 +89,7 @@ class Lanes:
         # A door off the lanes is a wall for a later position: whether it will be open then is not known.
         self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
         self._closed: dict[tuple[Point, Point], None] = {}
-        self._closed_doors = Obstacles((), ())
+        self._doors: Obstacles | None = None
         names = sorted(world.waypoints)
         points = [world.points[name] for name in names]
         index = {name: i for i, name in enumerate(names)}
@@ -115,6 +116,14 @@ class Lanes:
         self.at = {point: i for i, point in enumerate(points) if self.out[i] or self.into[i]}
         self.limited = any(edge.ride or edge.speed_limit < math.inf for edge in self.edges)
         self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
+
+    @cached_property
+    def _grid(self) -> SegmentGrid:
+        return SegmentGrid([(edge.leg.start, edge.leg.end) for edge in self.driven])
+
+    def crossed_by(self, a: Point, b: Point) -> list[Edge]:
+        """Return the driven edges that a straight line meets, in order."""
+        return [self.driven[i] for i in self._grid.crossings(a, b)]
 
     def check(self, point: Point, end: End = TARGET) -> None:
         """Check that a robot can be at *point*.
@@ -152,7 +161,14 @@ class Lanes:
             self._closed.pop(at, None)
         else:
             self._closed[at] = None
-        self._closed_doors = Obstacles(self._closed, ())
+        self._doors = None
+
+    @property
+    def _closed_doors(self) -> Obstacles:
+        """The doors that are closed now; made when they are asked for, as many may close at one instant."""
+        if self._doors is None:
+            self._doors = Obstacles(self._closed, ())
+        return self._doors
 
     def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
         """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".

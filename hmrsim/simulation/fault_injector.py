@@ -48,6 +48,9 @@ class InternalFault(Spell):
     error: str
 
 
+_MAX_DIGITS: Final = 10
+"""Digits of a number that is given to a fault in its name are fewer."""
+
 _INTERNAL: Final = FaultType(name="internal_error", settings=InternalFault, begin=lambda _case: lambda: None)
 
 
@@ -110,15 +113,14 @@ class FaultInjector:
         self._seed = 0
         self._count: Counter[tuple[str, str]] = Counter()
         self._reserved: set[str] = set()
-        self._free: dict[str, int] = {}
-        """For each kind a number below which all made names are taken."""
-        self._active: dict[InjectedFault, None] = {}
+        self._next: dict[str, int] = {}
+        self._active: dict[int, InjectedFault] = {}
 
     def begin(self, world: World, seed: int) -> None:
         """Schedule the faults of a world, from now on; none may be active or scheduled."""
         self._seed = seed
         self._count.clear()
-        self._free.clear()
+        self._next.clear()
         stated = [
             (faults()[fault.type], faults()[fault.type].settings.model_validate(fault.model_extra or {}))
             for fault in world.faults
@@ -135,7 +137,7 @@ class FaultInjector:
 
     def end_all_on(self, name: str) -> None:
         """End the faults of a robot that is about to be removed; they may begin again on another of its name."""
-        for injected in [each for each in self._active if each.settings.subject == name]:
+        for injected in [each for each in self._active.values() if each.settings.subject == name]:
             if injected.over is not None:
                 self._env.abandon(injected.over)
                 injected.over = None
@@ -144,7 +146,7 @@ class FaultInjector:
 
     def active_on(self, name: str) -> list[str]:
         """Return the kinds of fault that are active on a robot or a door."""
-        return sorted({injected.fault.name for injected in self._active if injected.settings.subject == name})
+        return sorted({injected.fault.name for injected in self._active.values() if injected.settings.subject == name})
 
     def inject(self, fault: AnyFault, settings: Occurrence) -> str | list[Finding]:
         """Inject a fault at its time, or now if it has none; return its name, or why it is impossible."""
@@ -161,7 +163,7 @@ class FaultInjector:
     def mark(self, robot: str, error: str) -> None:
         """Mark a robot that a bug has hit, until that is cleared; once for each error."""
         mark = InternalFault(robot=robot, error=error)
-        if robot in self._roster.robots and all(injected.settings != mark for injected in self._active):
+        if robot in self._roster.robots and all(injected.settings != mark for injected in self._active.values()):
             self._begin(self._add(_INTERNAL, mark))
 
     def clear(self, name: str) -> None:
@@ -172,23 +174,27 @@ class FaultInjector:
         whose = (settings.subject, fault.name)
         self._count[whose] += 1
         chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
-        name = settings.name or self._made_name(fault.name)
+        name = settings.name or self._free_name(fault)
         # Not for cryptography: the numbers have to be the same in each run.
         injected = InjectedFault(name, fault, settings, random.Random(chance), random.Random(f"{chance}/what"))
         self.known[name] = injected
         return injected
 
-    def _made_name(self, kind: str) -> str:
-        for number in count(self._free.get(kind, 1)):
-            name = f"{kind}_{number}"
+    def _free_name(self, fault: AnyFault) -> str:
+        """Return the name with the least number that no fault has."""
+        for number in count(self._next.get(fault.name, 1)):
+            name = f"{fault.name}_{number}"
             if name not in self.known and name not in self._reserved:
-                self._free[kind] = number
+                self._next[fault.name] = number + 1
                 return name
         raise AssertionError
 
     def _forget(self, injected: InjectedFault) -> None:
+        """Forget a fault; its name is free again."""
         del self.known[injected.name]
-        self._free.pop(injected.fault.name, None)
+        kind, _, number = injected.name.rpartition("_")
+        if kind in self._next and number.isdecimal() and len(number) < _MAX_DIGITS:
+            self._next[kind] = min(self._next[kind], max(1, int(number)))
 
     def _schedule(self, injected: InjectedFault) -> None:
         settings, now = injected.settings, self._env.now
@@ -216,7 +222,7 @@ class FaultInjector:
             self._after(injected)
             return
         injected.end = end
-        self._active[injected] = None
+        self._active[id(injected)] = injected
         seconds = self._seconds(injected)
         if seconds is not None:
             injected.over = Timeout(self._env, seconds)
@@ -254,7 +260,7 @@ class FaultInjector:
             self._end(injected)
 
     def _end(self, injected: InjectedFault) -> None:
-        del self._active[injected]
+        del self._active[id(injected)]
         end, injected.end = injected.end, None
         if end is not None:
             self._guarded(injected, end)
@@ -272,7 +278,7 @@ class FaultInjector:
         """Return the settings of the other faults of a kind that are active on the same subject."""
         return [
             other.settings
-            for other in self._active
+            for other in self._active.values()
             if other is not injected
             and (other.fault, other.settings.subject) == (injected.fault, injected.settings.subject)
         ]

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from hmrsim.geometry import MAX_COORDINATE, crosses, distance
+from hmrsim.geometry import MAX_COORDINATE, distance
 from hmrsim.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -25,6 +26,12 @@ ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 
 CHARGER = "charger"
 """The type of docks that charge batteries, of any power."""
+
+MAX_STOPS = 200
+"""Maximum number of stops of a lift, which has a ride from each stop to each other one."""
+
+MAX_RIDES = 100_000
+"""Maximum number of rides of all lifts."""
 
 PIXEL_SPEED = 300.0
 """Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
@@ -185,6 +192,12 @@ class Door(Model):
     stays_open: Seconds | None = 3.0
 
 
+def _few_stops(stops: tuple[str, ...]) -> tuple[str, ...]:
+    if len(stops) > MAX_STOPS:
+        raise ValueError(f"{len(stops)} stops are more than the maximum of {MAX_STOPS}")
+    return stops
+
+
 class Lift(Model):
     """A lift, in which robots ride between waypoints, one per level.
 
@@ -196,7 +209,7 @@ class Lift(Model):
         capacity: How many robots may ride at once.
     """
 
-    stops: Annotated[tuple[Name, ...], Field(min_length=2)]
+    stops: Annotated[tuple[Name, ...], Field(min_length=2), AfterValidator(_few_stops)]
     at: Name | None = None
     travel_time: Positive = 5.0
     door_time: Seconds = 2.0
@@ -304,6 +317,13 @@ class FaultEntry(_Open):
     type: Name
 
 
+def _few_rides(lifts: dict[str, Lift]) -> dict[str, Lift]:
+    rides = sum(len(lift.stops) * (len(lift.stops) - 1) for lift in lifts.values())
+    if rides > MAX_RIDES:
+        raise ValueError(f"{rides} rides from stop to stop are more than the maximum of {MAX_RIDES}")
+    return lifts
+
+
 class World(Model):
     """A map with its entities, robots and faults."""
 
@@ -320,7 +340,7 @@ class World(Model):
     places: dict[Name, Place] = {}
     docks: dict[Name, Dock] = {}
     doors: dict[Name, Door] = {}
-    lifts: dict[Name, Lift] = {}
+    lifts: Annotated[dict[Name, Lift], AfterValidator(_few_rides)] = {}
     items: dict[Name, Item] = {}
     robot_types: dict[Name, RobotType] = {}
     robots: dict[RosName, RobotSpec] = {}
@@ -399,11 +419,11 @@ class World(Model):
 
     def _doors_on_lanes(self) -> dict[frozenset[str], tuple[str, ...]]:
         found: dict[frozenset[str], tuple[str, ...]] = {}
+        names, grid = [*self.doors], SegmentGrid([door.at for door in self.doors.values()])
         for lane in self.lanes if self.doors else ():
-            a, b = self.points[lane.from_], self.points[lane.to]
-            crossed = tuple(name for name, door in self.doors.items() if crosses(a, b, *door.at))
+            crossed = grid.crossings(self.points[lane.from_], self.points[lane.to])
             if crossed:
-                found[frozenset((lane.from_, lane.to))] = crossed
+                found[frozenset((lane.from_, lane.to))] = tuple(names[i] for i in crossed)
         return found
 
     def point(self, at: Point | str) -> Point:

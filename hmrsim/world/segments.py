@@ -19,12 +19,16 @@ _MAX_PIECES = 100_000
 
 _MIN_SIZE = 1e-6
 
+_HAIR = 1e-9
+"""Share of a cell by which a line is wider, as is what rounding may move it, a share of its coordinates."""
+_ROUNDING = 1e-14
+
 
 class SegmentGrid:
     """Segments sorted into square cells, about as many as make a cell hold one segment.
 
     Args:
-        segments: The segments, at least one.
+        segments: The segments.
 
     Attributes:
         looked: How many cells and segments were looked at in all, which is what the answers cost.
@@ -34,10 +38,13 @@ class SegmentGrid:
         self.looked = 0
         self._segments = segments
         xs, ys = ([point[axis] for segment in segments for point in segment] for axis in (0, 1))
-        self._low, self._high = (min(xs), min(ys)), (max(xs), max(ys))
+        self._low, self._high = (
+            (min(xs, default=0.0), min(ys, default=0.0)),
+            (max(xs, default=0.0), max(ys, default=0.0)),
+        )
         extent = max(self._high[0] - self._low[0], self._high[1] - self._low[1])
         length = math.fsum(distance(a, b) for a, b in segments)
-        self._size = max(extent / (2.0 * math.sqrt(len(segments))), length / _MAX_PIECES, _MIN_SIZE)
+        self._size = max(extent / (2.0 * math.sqrt(max(1, len(segments)))), length / _MAX_PIECES, _MIN_SIZE)
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
         for i, (a, b) in enumerate(segments):
             for cell in self._along(a, b):
@@ -45,12 +52,20 @@ class SegmentGrid:
 
     def first_crossing(self, a: Point, b: Point) -> int | None:
         """Return the least index of the segments that the line from *a* to *b* meets; None for none."""
-        near: set[int] = set()
+        return next(iter(self.crossings(a, b)), None)
+
+    def crossings(self, a: Point, b: Point) -> list[int]:
+        """Return the indices of the segments that the line from *a* to *b* meets, in order."""
+        return sorted(i for i in self.near(a, b) if crosses(a, b, *self._segments[i]))
+
+    def near(self, a: Point, b: Point) -> set[int]:
+        """Return the indices of all segments in the cells around the line from *a* to *b*."""
+        found: set[int] = set()
         for cell in self._along(*self._clipped(a, b)):
             here = self._cells.get(cell, ())
-            near.update(here)
+            found.update(here)
             self.looked += 1 + len(here)
-        return min((i for i in near if crosses(a, b, *self._segments[i])), default=None)
+        return found
 
     def _clipped(self, a: Point, b: Point) -> Segment:
         """Return the part of a line that is near the segments, or one of its ends if there is none."""
@@ -69,8 +84,9 @@ class SegmentGrid:
         seen: set[tuple[int, int]] = set()
         for i in range(pieces):
             (x0, y0), (x1, y1) = between(a, b, i / pieces), between(a, b, (i + 1) / pieces)
-            for x in range(self._cell(min(x0, x1)), self._cell(max(x0, x1)) + 1):
-                for y in range(self._cell(min(y0, y1)), self._cell(max(y0, y1)) + 1):
+            hair = self._size * _HAIR + _ROUNDING * max(abs(x0), abs(x1), abs(y0), abs(y1))
+            for x in range(self._cell(min(x0, x1) - hair), self._cell(max(x0, x1) + hair) + 1):
+                for y in range(self._cell(min(y0, y1) - hair), self._cell(max(y0, y1) + hair) + 1):
                     if (x, y) not in seen:
                         seen.add((x, y))
                         yield x, y

@@ -8,8 +8,9 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, Path, instead, warning
-from hmrsim.geometry import SAME_PLACE, crosses, distance, foot
+from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Door, Lift, World
@@ -19,8 +20,15 @@ if TYPE_CHECKING:
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors and warnings of the doors and lifts of a world."""
     yield from _check_names(world)
+    points = world.points
+    lanes = SegmentGrid(
+        [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
+        if world.doors
+        else []
+    )
     for name, door in world.doors.items():
-        yield from _check_door(world, name, door, lost)
+        yield from _check_door(world, name, door, lanes, lost)
+    yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
         frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes)
     }
@@ -44,33 +52,34 @@ def _check_names(world: World) -> Iterator[Finding]:
                 yield Finding((kind, name), f"{other}.{name} has this name already; choose another", name)
 
 
-def _check_door(world: World, name: str, door: Door, lost: Lost) -> Iterator[Finding]:
+def _check_door(world: World, name: str, door: Door, lanes: SegmentGrid, lost: Lost) -> Iterator[Finding]:
     path: Path = ("doors", name)
     if distance(*door.at) <= SAME_PLACE:
         yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
         return
-    ends = [(world.points.get(lane.from_), world.points.get(lane.to)) for lane in world.lanes]
-    if not any(a and b and crosses(a, b, *door.at) for a, b in ends) and not lost:
+    if lanes.first_crossing(*door.at) is None and not lost:
         yield warning((*path, "at"), "no lane leads through it", [*map(list, door.at)])
     for i, opener in enumerate(door.opens_for or ()):
         known = [*world.robots, *world.robot_types, *BUILT_IN_TYPES]
         if opener not in known and not lost.has(opener, "robots", "robot_types"):
             message = f"no robot or robot type {opener!r}{instead(opener, known)}"
             yield Finding((*path, "opens_for", i), message, opener)
-    if not door.open:
-        yield from _check_standing(world, name, door)
 
 
-def _check_standing(world: World, name: str, door: Door) -> Iterator[Finding]:
+def _check_standing(world: World) -> Iterator[Finding]:
     """Yield an error for each robot that starts in a closed door."""
-    for other, robot in world.robots.items():
+    closed = [(name, door) for name, door in world.doors.items() if not door.open and distance(*door.at) > SAME_PLACE]
+    grid = SegmentGrid([door.at for _, door in closed])
+    for other, robot in world.robots.items() if closed else ():
         try:
             at = world.point(robot.at)
         except KeyError:
             continue
-        if distance(at, foot(at, *door.at)) <= SAME_PLACE:
-            message = f"({at[0]:g}, {at[1]:g}) is in the closed door {name!r}; start it elsewhere, or open the door"
-            yield Finding(("robots", other, "at"), message, robot.at)
+        (x, y), hair = at, 2 * SAME_PLACE
+        for name, door in (closed[i] for i in sorted(grid.near((x - hair, y - hair), (x + hair, y + hair)))):
+            if distance(at, foot(at, *door.at)) <= SAME_PLACE:
+                message = f"({x:g}, {y:g}) is in the closed door {name!r}; start it elsewhere, or open the door"
+                yield Finding(("robots", other, "at"), message, robot.at)
 
 
 def _check_stops(world: World, name: str, lift: Lift, lost: Lost) -> Iterator[Finding]:

@@ -28,13 +28,13 @@ class There:
 
     Attributes:
         robots: The components of each robot, by its name.
-        lanes: The waypoints where each lane begins and ends, in each direction in which it can be driven.
+        lanes: Its keys are the waypoints where each lane begins and ends, in each direction in which it can be driven.
         doors: The names of the doors.
         cells: How many cells the battery of a robot has, by its name; None if it has no battery.
     """
 
     robots: Mapping[str, Collection[str]]
-    lanes: Collection[tuple[str, ...]]
+    lanes: Mapping[tuple[str, str], object]
     doors: Collection[str]
     cells: Mapping[str, int | None]
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.actions import registry as actions
 from hmrsim.events import texts
 from hmrsim.faults import registry as faults
-from hmrsim.geometry import crosses, distance
+from hmrsim.geometry import distance
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.world.model import BUILT_IN_TYPES, Solid, Waypoint
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Door, RobotSpec, World
@@ -35,6 +36,7 @@ def resolved(world: World) -> dict[str, Any]:
     Lengths and speeds are in the world's unit; a capacity of None is any number.
     """
     waypoint_capacity, lane_capacity = _capacities(world)
+    grid = SegmentGrid([(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes])
     return {
         "name": world.name,
         "units": world.units,
@@ -78,7 +80,7 @@ def resolved(world: World) -> dict[str, Any]:
             for name, dock in world.docks.items()
         ],
         "doors": [
-            {"name": name, **door.model_dump(mode="json"), "lanes": _lanes_through(world, door)}
+            {"name": name, **door.model_dump(mode="json"), "lanes": _lanes_through(world, grid, door)}
             for name, door in world.doors.items()
         ],
         "lifts": [
@@ -130,10 +132,6 @@ def _capacities(world: World) -> tuple[int | None, int | None]:
     return getattr(settings, "waypoint_capacity", None), getattr(settings, "lane_capacity", None)
 
 
-def _lanes_through(world: World, door: Door) -> list[tuple[str, str]]:
-    points = world.points
-    return [
-        (lane.from_, lane.to)
-        for lane in world.lanes
-        if crosses(points[lane.from_], points[lane.to], door.at[0], door.at[1])
-    ]
+def _lanes_through(world: World, grid: SegmentGrid, door: Door) -> list[tuple[str, str]]:
+    lanes = (world.lanes[i] for i in grid.crossings(*door.at))
+    return [(lane.from_, lane.to) for lane in lanes]

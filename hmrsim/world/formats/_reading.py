@@ -14,8 +14,11 @@ from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.formats._part import BadPart, Part
 from hmrsim.world.yaml_text import Lines, Unreadable, line_of, read
 
-_MAX_VALUES = 2_000_000
+_MAX_VALUES = 500_000
 """Values in a JSON file, more or less."""
+
+_MAX_LINED = 50_000
+"""Values of a JSON file whose lines are found for errors, which takes several times as long as to read it."""
 
 _Value = TypeVar("_Value")
 
@@ -96,7 +99,8 @@ def of_json(text: str, file: str) -> Reading:
         WorldError: It is none, or too much of it.
     """
     try:
-        if sum(map(text.count, ",[{")) > _MAX_VALUES:
+        values = sum(map(text.count, ",[{"))
+        if values > _MAX_VALUES:
             raise _refused(file, f"has more than {_MAX_VALUES} values")
         value = json.loads(text, parse_constant=_not_finite)
     except json.JSONDecodeError as error:
@@ -106,7 +110,7 @@ def of_json(text: str, file: str) -> Reading:
         raise _refused(file, "is nested too deep") from None
     except ValueError as error:
         raise _refused(file, f"is not valid JSON: {error}") from None
-    return _of_mapping(Reading(value, lambda: _lines_of(as_yaml(text))), file)
+    return _of_mapping(Reading(value, lambda: _lines_of(as_yaml(text)) if values <= _MAX_LINED else None), file)
 
 
 def of_yaml(text: str, file: str) -> Reading:

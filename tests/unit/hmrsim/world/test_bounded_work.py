@@ -1,0 +1,111 @@
+"""Valid worlds of many parts take time in proportion to their size, and what can't is limited."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any
+
+import pytest
+
+from hmrsim.errors import WorldError
+from hmrsim.geometry import crosses
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.world.model import MAX_RIDES, MAX_STOPS
+from hmrsim.world_checks.loading import world_of
+from hmrsim.world_checks.resolved import resolved
+
+N = 1_500
+MOST_SECONDS = 10.0
+"""Processor time; each takes about a second, and took half a minute where it grew with the square."""
+
+
+def _line(count: int) -> dict[str, Any]:
+    lanes = [[f"w{i}", f"w{i + 1}"] for i in range(count - 1)]
+    return {"waypoints": {f"w{i}": [2.0 * i, 0.0] for i in range(count)}, "lanes": lanes}
+
+
+def _closing(lane: list[str], at: float) -> dict[str, Any]:
+    return {"type": "lane_closed", "lane": lane, "at": at, "until": at + 1.0}
+
+
+def _door(x: float) -> dict[str, Any]:
+    return {"at": [[x, -1.0], [x, 1.0]]}
+
+
+SHAPES = {
+    "faults one after the other": _line(2) | {"faults": [_closing(["w0", "w1"], float(i)) for i in range(N)]},
+    "faults at one instant": _line(N) | {"faults": [_closing([f"w{i}", f"w{i + 1}"], 1.0) for i in range(N - 1)]},
+    "doors on one lane": _line(2) | {"doors": {f"d{i}": _door(0.5 + i / N) for i in range(N)}},
+    "doors on many lanes": _line(N) | {"doors": {f"d{i}": _door(2.0 * i + 1.0) for i in range(N)}},
+    "robots before doors": _line(N)
+    | {
+        "robots": {f"r{i}": {"at": f"w{i}"} for i in range(N)},
+        "doors": {f"d{i}": _door(2.0 * i + 1.0) for i in range(N)},
+    },
+}
+
+
+@pytest.mark.uncovered
+@pytest.mark.parametrize("shape", SHAPES)
+def test_many_parts_take_time_in_proportion(shape):
+    """To load, to begin, and to run for ten seconds."""
+    began = time.process_time()
+    simulator = Simulator(world_of(SHAPES[shape], "test"), RunSettings(), [])
+    simulator.advance(10.0)
+
+    assert time.process_time() - began < MOST_SECONDS
+
+
+def test_a_lift_has_a_maximum_of_stops():
+    """One more is an error that says so."""
+    stops = [f"w{i}" for i in range(MAX_STOPS + 1)]
+    with pytest.raises(WorldError) as caught:
+        world_of(_line(MAX_STOPS + 1) | {"lifts": {"lift": {"stops": stops}}}, "test")
+
+    assert [f"test: lifts.lift.stops: {MAX_STOPS + 1} stops are more than the maximum of {MAX_STOPS}"] == [
+        str(problem) for problem in caught.value.problems
+    ]
+
+
+def test_all_lifts_have_a_maximum_of_rides():
+    """From stop to stop, of all together."""
+    lifts = {f"l{i}": {"stops": [f"w{j}" for j in range(MAX_STOPS)]} for i in range(3)}
+    with pytest.raises(WorldError, match=f"rides from stop to stop are more than the maximum of {MAX_RIDES}"):
+        world_of(_line(MAX_STOPS) | {"lifts": lifts}, "test")
+
+
+def test_lanes_through_a_door_are_those_that_cross_it():
+    """Found without a look at each lane: also where a door only touches one, is along one, or on none."""
+    at = [((1, -1), (1, 1)), ((2, 0), (2, 5)), ((0.5, 0), (9.5, 0)), ((4, 1), (6, 1)), ((3, -1e6), (3, 1e6))]
+    world = world_of(
+        _line(10) | {"doors": {f"d{i}": {"at": list(map(list, ends))} for i, ends in enumerate(at)}}, "test"
+    )
+    points = world.points
+
+    assert [
+        [(lane.from_, lane.to) for lane in world.lanes if crosses(points[lane.from_], points[lane.to], *door.at)]
+        for door in world.doors.values()
+    ] == [door["lanes"] for door in resolved(world)["doors"]]
+
+
+def test_long_names_are_cut_in_messages():
+    """The path and the text of a problem stay readable."""
+    with pytest.raises(WorldError) as caught:
+        world_of(json.loads(json.dumps({"x" * 300_000: 1, "lanes": [["y" * 300_000, "z"]]})), "test")
+
+    assert max(len(str(problem)) for problem in caught.value.problems) < 2_000
+
+
+def test_names_of_faults_are_given_again():
+    """The least number that is free, also after faults have ended."""
+    world = world_of(_line(2) | {"faults": [_closing(["w0", "w1"], float(at)) for at in (1, 2, 9)]}, "test")
+    simulator = Simulator(world, RunSettings(), [])
+    before = [*simulator.fault_injector.known]
+    simulator.advance(5.0)
+
+    assert (["lane_closed_1", "lane_closed_2", "lane_closed_3"], ["lane_closed_3"]) == (
+        before,
+        [*simulator.fault_injector.known],
+    )
