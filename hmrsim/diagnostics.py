@@ -18,6 +18,9 @@ _SHOWN = 60
 _COMPARED = 300
 """Maximum number of names that are compared to find a similar one, as comparing is slow."""
 
+_MAX_STEP = 200
+"""Characters of a name that a path shows; a longer one is not compared with others."""
+
 MAX_FINDINGS = 1_000
 """Maximum number of findings that are reported."""
 
@@ -48,7 +51,7 @@ def warning(path: Path, message: str, value: object = None) -> Finding:
 
 def dotted(path: Path) -> str:
     """Return a path as it is shown, such as ``lanes.1.to``."""
-    return ".".join(str(step) for step in path)
+    return ".".join(_cut(str(step), _MAX_STEP) for step in path)
 
 
 def shown(value: object) -> str:
@@ -66,11 +69,17 @@ def shown(value: object) -> str:
 
 def shortened(text: str) -> str:
     """Return a text, truncated if it is long."""
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
+    return _cut(text, _SHOWN)
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[:most]}…"
 
 
 def meant(wanted: str, known: Iterable[str]) -> str | None:
     """Return the most similar name; None if none is similar."""
+    if len(wanted) > _MAX_STEP:
+        return None
     names = list(known)
     near = [name for name in names if abs(len(name) - len(wanted)) <= 3 and name[:1] == wanted[:1]]  # noqa: PLR2004
     alike = difflib.get_close_matches(wanted, near[:_COMPARED] or names[:_COMPARED], n=1)

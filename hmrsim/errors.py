@@ -33,6 +33,10 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+_MAX_MESSAGE = 1_000
+"""Characters of a problem's message that are shown."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """A problem of a world file or a settings file.
@@ -56,7 +60,8 @@ class Problem:
     def __str__(self) -> str:
         """Return ``file:line: path: message``, as compilers write it."""
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return printable(": ".join(part for part in (place, self.path, self.message) if part))
+        message = self.message if len(self.message) <= _MAX_MESSAGE else f"{self.message[:_MAX_MESSAGE]}…"
+        return printable(": ".join(part for part in (place, self.path, message) if part))
 
 
 class _FileError(HmrsimError):

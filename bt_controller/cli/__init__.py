@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
+from hmrsim.errors import printable
 from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, run_program
 
 _COMMANDS: Final = {
@@ -40,8 +41,8 @@ def _main(argv: Sequence[str] | None) -> int:
 
         if (known := exit_code(error)) is None:
             raise
-        for line in str(error).splitlines():
-            print(f"bt-controller: {line}", file=sys.stderr)
+        for line in str(error).rstrip("\n").split("\n"):
+            print(f"bt-controller: {printable(line)}", file=sys.stderr)
         return known
     return code
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from bt_controller.core.ports import Given
 from bt_controller.loading.trees import load
+from hmrsim.errors import printable
 
 if TYPE_CHECKING:
     from bt_controller.loading.trees import Plan
@@ -22,5 +23,5 @@ def tree_of(args: argparse.Namespace) -> Plan:
     values = {key: Given(text, key) for key, text in args.values}
     plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
     for line in plan.doubts:
-        print(f"bt-controller: warning: {line}", file=sys.stderr)
+        print(f"bt-controller: warning: {printable(line)}", file=sys.stderr)
     return plan

@@ -10,6 +10,7 @@ from bt_controller.cli._codes import DONE
 from bt_controller.cli._trees import tree_of
 from bt_controller.cli._watching import check_files, draw
 from bt_controller.running.mission import Mission
+from hmrsim.errors import printable
 
 
 def check(args: argparse.Namespace) -> int:
@@ -18,7 +19,7 @@ def check(args: argparse.Namespace) -> int:
     check_files(args, plan)
     nodes = Mission("robot", plan).snapshot(None).nodes
     for line in plan.unset:
-        print(f"bt-controller: {line}", file=sys.stderr)
+        print(f"bt-controller: {printable(line)}", file=sys.stderr)
     draw(args, {args.tree: nodes}, statuses=False)
     if args.dot == "-":
         return DONE

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
-from hmrsim.errors import HmrsimError, OutputError, RecordingError, SettingsError, TraceError, WorldError
+from hmrsim.errors import HmrsimError, OutputError, RecordingError, SettingsError, TraceError, WorldError, printable
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -61,7 +61,9 @@ def code_of(error: HmrsimError) -> ExitCode:
 
 
 def text_of(error: HmrsimError) -> str:
-    """Return the message of *error* for the terminal; one that begins with a file or a field gets no other prefix."""
-    if isinstance(error, (WorldError, SettingsError, WrongUse)):
-        return str(error)
-    return "\n".join(f"hmrsim: {line}" for line in str(error).splitlines())
+    """Return the message of *error* for the terminal; one that begins with a file or a field gets no other prefix.
+
+    Control characters are escaped: parts of it may be from a file or from another process.
+    """
+    prefix = "" if isinstance(error, (WorldError, SettingsError, WrongUse)) else "hmrsim: "
+    return "\n".join(f"{prefix}{printable(line)}" for line in str(error).rstrip("\n").split("\n"))

@@ -92,7 +92,7 @@ class _HeaderLine(BaseModel):
     hmrsim: str
     seed: int
     seed_given: bool
-    step_size: float = Field(ge=1e-9)
+    step_size: float = Field(ge=1e-9, allow_inf_nan=False)
     run_id: str = ""
     world: _World
 

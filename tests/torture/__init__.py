@@ -1,0 +1,1 @@
+"""Damaged input for everything that reads some; `python -m tests.torture.files --help`."""
