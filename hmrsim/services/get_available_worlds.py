@@ -26,7 +26,8 @@ def _serve(_simulator: Simulator, request: GetAvailableWorlds.Request) -> GetAva
         return _Response(result=failed("worlds have no tags here", Result.RESULT_FEATURE_UNSUPPORTED))
     result = OK
     if request.additional_sources:
-        why = f"unknown sources: {', '.join(request.additional_sources)}; files are loaded by their path"
+        sources = ", ".join(request.additional_sources)
+        why = f"unknown sources: {sources}; files are loaded by their path, with --allow-files"
         if not request.continue_on_error:
             return _Response(result=failed(why, Result.RESULT_NOT_FOUND))
         result = Result(result=Result.RESULT_OK, error_message=why)

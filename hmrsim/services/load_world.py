@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.diagnostics import dotted
+from hmrsim.diagnostics import dotted, instead, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.interfaces.simulation_interfaces import LoadWorld, Result, SimulatorFeatures
 from hmrsim.services import Service
@@ -13,10 +13,13 @@ from hmrsim.services._worlds import resource_of
 from hmrsim.simulation.reset import load
 from hmrsim.world.formats.native import FORMAT
 from hmrsim.world.options import AS_IT_IS
+from hmrsim.world.shipped import shipped_maps
 from hmrsim.world.writing import to_json
 from hmrsim.world_checks.loading import load_world, world_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
@@ -24,18 +27,48 @@ _SOURCE: Final = "resource_string"
 _Response = LoadWorld.Response
 
 
-def _recorded(_simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Request | LoadWorld.Response:
+def _recorded(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Request | LoadWorld.Response:
     """Return the request with the world itself in it, or at once the response with the world's problems."""
     if not request.uri and not request.resource_string:
-        why = "neither uri nor resource_string is given; expected a file, the name of a shipped world, or its text"
+        why = "neither uri nor resource_string is given; expected the name of a shipped world, a file, or its text"
         return _Response(result=failed(why, _Response.NO_RESOURCE))
     try:
-        world = load_world(request.uri.removeprefix("file://")).world if request.uri else _read(request.resource_string)
+        world = load_world(_source(simulator, request.uri)).world if request.uri else _read(request.resource_string)
+    except PermissionError as error:
+        return _Response(result=failed(str(error), Result.RESULT_NOT_FOUND))
     except WorldError as error:
         missing = any(problem.message.startswith("no such file") for problem in error.problems)
         code = Result.RESULT_NOT_FOUND if missing else _Response.RESOURCE_PARSE_ERROR
-        return _Response(result=failed(str(error), code))
+        # Where the folder is, is no client's business.
+        text = str(error).replace(f"{simulator.allow_files}/", "") if simulator.allow_files else str(error)
+        return _Response(result=failed(text, code))
     return LoadWorld.Request(resource_string=to_json(world))
+
+
+def _source(simulator: Simulator, uri: str) -> str | Path:
+    """Return the shipped world or the file that a client names.
+
+    Raises:
+        PermissionError: It is no file that clients may load, whether there is one or not.
+    """
+    worlds = shipped_maps()
+    if uri in worlds:
+        return uri
+    name, folder = uri.removeprefix("file://"), simulator.allow_files
+    if folder is None:
+        raise PermissionError(
+            f"no shipped world {shown(uri)}{instead(uri, worlds)}; files can be loaded only of a simulator that was "
+            "started with --allow-files DIR"
+        )
+    try:
+        path = (folder / name).resolve()
+    except (OSError, ValueError, RuntimeError):
+        path = folder.parent
+    if not path.is_relative_to(folder) or path == folder:
+        raise PermissionError(
+            f"{shown(uri)} is neither a shipped world{instead(uri, worlds)} nor a file of the folder of --allow-files"
+        )
+    return path
 
 
 def _read(text: str) -> World:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from hmrsim.quantities import REAL_TIME_FACTOR
@@ -42,6 +43,18 @@ def _check_step(value: float) -> float:
     if value < _NANOSECOND:
         raise ValueError(f"{value:g} s is less than a nanosecond")
     return value
+
+
+def _existing_folder(path: Path | None) -> Path | None:
+    if path is None:
+        return None
+    try:
+        found = path.resolve(strict=True)
+    except (OSError, ValueError, RuntimeError):
+        found = None
+    if found is None or not found.is_dir():
+        raise ValueError(f"{str(path)!r} is not a folder")
+    return found
 
 
 class RunSettings(Settings):
@@ -153,6 +166,16 @@ class RunSettings(Settings):
         int,
         Option("reject larger requests", "BYTES", unit="bytes", group="server", more_than=0, read=count),
     ] = MAX_PAYLOAD
+    allow_files: Annotated[
+        Path | None,
+        Option(
+            "let clients load worlds from files of this folder by load_world",
+            "DIR",
+            group="server",
+            default_text="shipped worlds and text only",
+            check=_existing_folder,
+        ),
+    ] = None
     strict: Annotated[
         bool, Option("end the run at the first bug of a plug-in, where else only its goal ends", group="server")
     ] = False

@@ -112,6 +112,7 @@ class Simulator:
         processed: Events processed since the start. It depends on neither subscribers nor clocks, so that
             (number of events, command) says exactly when a command came.
         generation: How often time was reset.
+        allow_files: The folder whose files clients may load worlds from; None for none.
     """
 
     def __init__(
@@ -128,6 +129,7 @@ class Simulator:
         self.world = world
         self._own_seed = settings.seed
         self._salt = settings.goal_id_salt
+        self.allow_files = settings.allow_files
         self._services = services
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 
 import pytest
+from pydantic import ValidationError
 
 from hmrsim.actions import registry as actions
+from hmrsim.diagnostics import shown
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.settings.run import RunSettings
 from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate
 
@@ -113,14 +115,84 @@ def test_an_own_seed_stays(make_run):
     assert 7 == run.simulator.seed
 
 
-@pytest.mark.parametrize(
-    "uri", ["scenario1", str(shipped_maps()["scenario1"]), f"file://{shipped_maps()['scenario1']}"]
-)
-def test_by_name_or_path(run, uri):
-    """Of a shipped world, or any file."""
-    answer = load(run, uri=uri)
+def test_by_name(run):
+    """Of a shipped world."""
+    answer = load(run, uri="scenario1")
 
     assert (1, "scenario 1") == (answer.result.result, answer.world.name)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with worlds, beside a file that is no client's business."""
+    inside = tmp_path / "worlds"
+    (inside / "deep").mkdir(parents=True)
+    (inside / "other.yaml").write_text(OTHER)
+    (inside / "deep" / "other.yaml").write_text(OTHER)
+    (inside / "wrong.yaml").write_text("include: [../secret.yaml]\n")
+    (tmp_path / "secret.yaml").write_text("password: 1234\n")
+    (inside / "link.yaml").symlink_to(tmp_path / "secret.yaml")
+    (inside / "away").symlink_to(tmp_path)
+    (inside / "round").symlink_to("round")
+    return inside
+
+
+@pytest.mark.parametrize("uri", ["other.yaml", "deep/../deep/other.yaml", "{}/other.yaml", "file://{}/other.yaml"])
+def test_a_file_of_the_folder_that_is_allowed(make_run, folder, uri):
+    """By a path relative to it, or by an absolute one."""
+    answer = load(make_run(allow_files=folder), uri=uri.format(folder))
+
+    assert (1, "other") == (answer.result.result, answer.world.name), answer.result.error_message
+
+
+OUTSIDE = ["../secret.yaml", "../none.yaml", "{}/../secret.yaml", "/etc/passwd", "/etc/none", "link.yaml", "round", "."]
+OUTSIDE += [
+    "away/secret.yaml",
+    "away/none.yaml",
+    "file:///etc/passwd",
+    "file:///etc/none",
+    "~/.netrc",
+    "\0",
+    "x/" * 3000,
+]
+
+
+@pytest.mark.parametrize("uri", [*OUTSIDE, "{}/other.yaml", "other.yaml"])
+def test_no_file_is_read_unless_that_is_allowed(run, folder, uri):
+    """In the same words whether there is one or not."""
+    uri = uri.format(folder)
+    result = load(run, uri=uri).result
+
+    assert 2 == result.result
+    assert f"no shipped world {shown(uri)}" in result.error_message
+    assert result.error_message.endswith("only of a simulator that was started with --allow-files DIR")
+
+
+@pytest.mark.parametrize("uri", OUTSIDE)
+def test_no_file_outside_the_folder_is_read(make_run, folder, uri):
+    """In the same words whether there is one or not, also by a link that leads out of it."""
+    uri = uri.format(folder)
+    result = load(make_run(allow_files=folder), uri=uri).result
+
+    assert 2 == result.result
+    assert f"{shown(uri)} is neither a shipped world" in result.error_message
+    assert "1234" not in result.error_message
+
+
+def test_no_file_of_the_folder_includes_one_outside(make_run, folder):
+    """As in any world."""
+    result = load(make_run(allow_files=folder), uri="wrong.yaml").result
+
+    assert 103 == result.result
+    assert result.error_message.startswith(
+        "wrong.yaml:1: include.0: '../secret.yaml' is outside the folder of this file"
+    )
+
+
+def test_the_folder_has_to_be_there(tmp_path):
+    """When the simulator is started, not at the first request."""
+    with pytest.raises(ValidationError, match="none' is not a folder"):
+        RunSettings(allow_files=tmp_path / "none")
 
 
 def test_what_is_loaded_can_be_loaded_again(run):
@@ -137,8 +209,8 @@ def test_what_is_loaded_can_be_loaded_again(run):
     ("request_", "code", "why"),
     [
         ({}, 102, "neither uri nor resource_string is given"),
-        ({"uri": "hospitl"}, 2, "hospitl: no such file, and no shipped world of that name; did you mean 'hospital'"),
-        ({"uri": "/no/such/world.yaml"}, 2, "/no/such/world.yaml: no such file"),
+        ({"uri": "hospitl"}, 2, "no shipped world 'hospitl'; did you mean 'hospital'"),
+        ({"uri": "/no/such/world.yaml"}, 2, "no shipped world '/no/such/world.yaml'"),
         ({"resource_string": "robots: ["}, 103, "resource_string:"),
         ({"resource_string": "just text"}, 103, "resource_string:1: expected a mapping"),
         ({"resource_string": "include: [/etc/passwd]"}, 103, "include: a text can't include files"),
