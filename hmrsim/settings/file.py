@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from hmrsim.diagnostics import Finding, dotted, shown
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, dotted, shown
 from hmrsim.errors import Problem, SettingsError, WorldError
 from hmrsim.settings.model import together
 from hmrsim.world.files import read_text
@@ -48,7 +48,10 @@ def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
             Problem(file, dotted(each.path), each.message, each.line or line_of(lines, each.path), each.value)
             for each in wrong
         ]
-        raise SettingsError(sorted(problems, key=lambda problem: problem.line or 0))
+        problems.sort(key=lambda problem: problem.line or 0)
+        more = len(problems) - MAX_FINDINGS
+        last = [Problem(file, "", f"and {more} more")] if more > 0 else []
+        raise SettingsError([*problems[:MAX_FINDINGS], *last])
     return found
 
 

@@ -18,6 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 import hmrsim
 from hmrsim.actions import registry as actions
+from hmrsim.diagnostics import dotted, shown
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
@@ -31,6 +32,8 @@ from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.sinks import Sink
 
@@ -207,13 +210,16 @@ def _parsed(text: str, number: int) -> _Line:
         return _Line.model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(str(step) for step in first["loc"])
-        raise TraceError(f"line {number}: {': '.join(filter(None, (where, first['msg'])))}") from None
+        raise TraceError(f"line {number}: {_said(first)}") from None
+
+
+def _said(error: ErrorDetails) -> str:
+    return ": ".join(filter(None, (dotted(error["loc"]), error["msg"])))
 
 
 def _known_service(name: str) -> str:
     if name not in services():
-        raise ValueError(f"no service {name!r}")
+        raise ValueError(f"no service {shown(name)}")
     return name
 
 
@@ -224,13 +230,12 @@ def _command(line: _Line, number: int) -> Command:
         TraceError: It stands for none.
     """
     if line.command not in _COMMANDS:
-        raise TraceError(f"line {number}: no command {line.command!r}; there are {', '.join(_COMMANDS)}")
+        raise TraceError(f"line {number}: no command {shown(line.command)}; there are {', '.join(_COMMANDS)}")
     try:
         return _COMMANDS[line.command].model_validate(line.model_extra).command()
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(str(step) for step in first["loc"])
-        raise TraceError(f"line {number}: {line.command}: {': '.join(filter(None, (where, first['msg'])))}") from None
+        raise TraceError(f"line {number}: {line.command}: {_said(first)}") from None
 
 
 class _Recorded(BaseModel):

@@ -146,15 +146,7 @@ def test_a_file_of_the_folder_that_is_allowed(make_run, folder, uri):
 
 
 OUTSIDE = ["../secret.yaml", "../none.yaml", "{}/../secret.yaml", "/etc/passwd", "/etc/none", "link.yaml", "round", "."]
-OUTSIDE += [
-    "away/secret.yaml",
-    "away/none.yaml",
-    "file:///etc/passwd",
-    "file:///etc/none",
-    "~/.netrc",
-    "\0",
-    "x/" * 3000,
-]
+OUTSIDE += ["away/secret.yaml", "away/none.yaml", "file:///etc/passwd", "file:///etc/none", "\0"]
 
 
 @pytest.mark.parametrize("uri", [*OUTSIDE, "{}/other.yaml", "other.yaml"])
