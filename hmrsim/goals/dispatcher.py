@@ -54,7 +54,8 @@ class _Report:
         self._dispatcher.sample_feedback(self._goal, source)
 
     def on_failure(self, make: Callable[[int, str], Message]) -> None:
-        self._goal.failure = make
+        if not self._goal.status.terminal:
+            self._goal.failure = make
 
 
 class Dispatcher:
@@ -315,7 +316,12 @@ class Dispatcher:
             self.send_feedback(goal, feedback, last=True)
 
     def sample_feedback(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        """Publish feedback of *source* at the feedback rate, and once more when the goal ends."""
+        """Publish feedback of *source* at the feedback rate, and once more when the goal ends; none if it has ended.
+
+        A goal that is canceled at the instant of its acceptance has ended when its process begins.
+        """
+        if goal.status.terminal:
+            return
         goal.sample, goal.sampled_from = source, self._env.now
         if self._interest.feedback:
             self._start_sampling(goal, source)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import replace
 
@@ -20,6 +21,7 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
 from tests.simulation import simulate
 
@@ -493,6 +495,13 @@ class TestFeedback:
         kinds = [type(event).__name__ for time, event in log.events if time == 1.05]
         assert kinds.index("FeedbackSent") < kinds.index("GoalChanged", kinds.index("Answered"))
         assert 1.05 == log.feedback(A)[-1][0]
+
+    def test_a_goal_that_ends_before_its_process_begins_is_not_sampled(self, make_run):
+        """Canceled at the instant of its acceptance: nothing of it is due later."""
+        run = make_run(topics=frozenset({Topic.FEEDBACK}))
+        run((1.0, go()), (1.0, cancel(A, action="navigate_to_pose")), until=5.0)
+
+        assert math.inf == run.simulator.telemetry.next_due
 
     def test_no_feedback_is_made_without_a_subscriber(self, make_run):
         """The action is not even asked."""
