@@ -58,15 +58,24 @@ class MobileBase(DrivingVehicle):
 
     def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
         """Wait until its motion or the open lanes change, or for some seconds."""
-        change = self._motion_changes() | self._admission.lanes_change()
-        if seconds == math.inf:
-            yield change
-            return
-        over = self._env.timeout(seconds)
+        woken = Event(self._env)
+
+        def wake(_event: Event) -> None:
+            if not woken.triggered:
+                woken.succeed()
+
+        # No condition of simpy: if its process were interrupted it would stay with events that may never happen.
+        over = self._env.timeout(seconds) if seconds < math.inf else None
+        events = [event for event in (self._motion_changes(), self._admission.lanes_change(), over) if event]
+        for event in events:
+            event.callbacks.append(wake)
         try:
-            yield over | change
+            yield woken
         finally:
-            if not over.processed:
+            for event in events:
+                if not event.processed:
+                    event.callbacks.remove(wake)
+            if over is not None and not over.processed:
                 self._env.abandon(over)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:

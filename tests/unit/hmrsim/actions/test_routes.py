@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hmrsim.actions._route_tracking import RouteTracker
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.nav2_msgs import ComputeAndTrackRoute, ComputeRoute, FollowPath, NavigateToPose
 from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal
@@ -190,6 +192,15 @@ class TestComputeAndTrackRoute:
 
         assert (3.0, "CANCELED") == log.changes(A)[-1]
         assert (30.0, "SUCCEEDED") == log.changes(B)[-1]
+
+    def test_one_that_was_canceled_is_forgotten(self, make_run):
+        """No event that may never happen keeps it."""
+        run = make_run(WORLD, topics=frozenset())
+        for _ in range(3):
+            run((0.0, track(20, 0, ident=None)), (0.0, CancelGoal("r", "compute_and_track_route")))
+        gc.collect()
+
+        assert [] == [one for one in gc.get_objects() if isinstance(one, RouteTracker)]
 
     def test_another_one_preempts_it(self, make_run):
         """As Nav2's servers have one at a time; a robot's base is left alone."""
