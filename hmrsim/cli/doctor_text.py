@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable
 from hmrsim_zenoh.doctor.problem import some
-from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
+from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
@@ -198,7 +198,11 @@ def _offer(snapshot: Snapshot, domain: Domain) -> str:
     if domain is snapshot.ros and snapshot.simulator is not None:
         names, lost = snapshot.simulator.names.actions, set(snapshot.simulator.lost)
         gone = sum(robot in lost for robot, _ in names.values())
-        told += f"; {len(names) - gone - len(incomplete_actions(snapshot))} of {len(names)} action names whole"
+        later = len(later_actions(snapshot))
+        whole = len(names) - gone - later - len(incomplete_actions(snapshot))
+        told += f"; {whole} of {len(names)} action names whole"
+        if later:
+            told += f", {later} when a client looks for them"
     return f"{told}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
 
 

@@ -28,17 +28,33 @@ _APART: Final = "start the simulator with another --ros-domain-id"
 
 
 def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
-    """Return the missing parts of each incomplete action of the simulator in the domain."""
+    """Return the missing parts of each incomplete action of the simulator in the domain.
+
+    In a large fleet, actions other than `FIRST` are declared when a client looks for them.
+    """
+    return {name: parts for name, parts in _missing(snapshot).items() if not _is_later(snapshot, name, parts)}
+
+
+def later_actions(snapshot: Snapshot) -> list[str]:
+    """Return the actions that are declared when a client looks for them."""
+    return [name for name, parts in _missing(snapshot).items() if _is_later(snapshot, name, parts)]
+
+
+def _is_later(snapshot: Snapshot, name: str, missing: list[str]) -> bool:
+    actions = snapshot.simulator.names.actions if snapshot.simulator else {}
+    return len(missing) == len(_PARTS) and actions[name][1] != FIRST
+
+
+def _missing(snapshot: Snapshot) -> dict[str, list[str]]:
     if snapshot.simulator is None:
         return {}
     there = {(endpoint.name, endpoint.kind) for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)}
     found = {}
-    for action, (robot, served) in snapshot.simulator.names.actions.items():
+    for action, (robot, _) in snapshot.simulator.names.actions.items():
         if robot in snapshot.simulator.lost:
             continue
         missing = [part for part, kind in _PARTS.items() if (f"{action}/_action/{part}", kind) not in there]
-        # In a large fleet, other actions are declared as a whole when a client looks for them.
-        if missing and (served == FIRST or len(missing) < len(_PARTS)):
+        if missing:
             found[action] = missing
     return found
 

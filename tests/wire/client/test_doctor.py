@@ -9,7 +9,7 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim_zenoh.doctor import Simulator, Snapshot, problems
 from hmrsim_zenoh.doctor.problem import some
-from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions
+from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.ros2.codec.types import action_type
 from hmrsim_zenoh.ros2.keys import NO_HASH, Endpoint, Kind, Node, Token
 
@@ -278,6 +278,14 @@ def test_missing_parts_of_an_action():
     assert {"/wall_e/wait": ["cancel_goal", "status"]} == incomplete_actions(
         network(tokens={0: (SERVED[0], *SERVED[2:4])})
     )
+
+
+def test_actions_that_are_declared_later():
+    """One that is missing as a whole is no problem: in a large fleet, it is declared when a client looks for it."""
+    snapshot = network(tokens={0: tuple(action_tokens("/wall_e/spin"))})
+
+    assert {} == incomplete_actions(snapshot)
+    assert ["/wall_e/wait"] == later_actions(snapshot)
 
 
 @pytest.mark.parametrize(("count", "words"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3 and 2 more")])
