@@ -100,6 +100,15 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
             "planner_plugins": NodeParameter(["GridBased"], "The valid planner_id; it may be omitted."),
             "GridBased.plugin": NodeParameter(f"hmrsim/{robot.planner}", "graph: the world's lanes; or external."),
         },
+        "route_server": {
+            "route_frame": frames["global_frame"],
+            "base_frame": frames["robot_base_frame"],
+        },
+        "smoother_server": {
+            "smoother_plugins": NodeParameter(
+                ["simple_smoother", "route_smoother"], "The valid smoother_id; it may be omitted."
+            ),
+        },
         "controller_server": {
             "odom_topic": NodeParameter("odom", "The topic of odometry."),
             "controller_plugins": NodeParameter(["FollowPath"], "The valid controller_id; it may be omitted."),

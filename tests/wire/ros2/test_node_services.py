@@ -16,7 +16,7 @@ from tests.wire.ros2.test_end_to_end import LONG, hosting
 DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
 NODES = [
     *("amcl", "bt_navigator", "planner_server", "controller_server", "behavior_server", "waypoint_follower"),
-    *("docking_server", "move_group", "base_driver"),
+    *("docking_server", "route_server", "smoother_server", "move_group", "base_driver"),
 ]
 
 
