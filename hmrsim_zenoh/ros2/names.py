@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.keys import Node
+from hmrsim_zenoh.ros2.per_robot import cached_per_robot
 
 if TYPE_CHECKING:
     from hmrsim.services import AnyService
@@ -47,9 +48,6 @@ _WITHOUT_LIFECYCLE: Final = frozenset({"move_group", OTHER_NODE})
 
 _ROS_SERVICES: Final = "simulation_interfaces/"
 """The package of those services of the world that ROS has, too."""
-
-MAX_CACHED: Final = 4096
-"""The number of robots whose names are cached."""
 
 _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.items() for action in actions})
 
@@ -148,20 +146,20 @@ def _spelled(robot: str, action: str) -> list[str]:
 
 
 # Cached, since a robot may come to hundreds of others whose names do not change.
-@lru_cache(MAX_CACHED)
+@cached_per_robot
 def named_actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
     """Return robot and action by each ROS name of a robot's actions, without aliases."""
     return {name: (robot, action) for action in actions for name in _spelled(robot, action)}
 
 
-@lru_cache(MAX_CACHED)
+@cached_per_robot
 def lifecycle_of(robot: str, actions: tuple[str, ...]) -> Mapping[str, Node]:
     """Return the nodes of a robot with these actions by their lifecycle services."""
     nodes = [node for node in nodes_of(robot, actions) if has_lifecycle(node)]
     return {f"{node.full_name}/{LIFECYCLE_SERVICE}": node for node in nodes}
 
 
-@lru_cache(MAX_CACHED)
+@cached_per_robot
 def nodes_of(robot: str, actions: tuple[str, ...]) -> tuple[Node, ...]:
     """Return the nodes of a robot with these actions."""
     names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION, OTHER_NODE])

@@ -21,6 +21,7 @@ from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.peers import Peers, numbered
+from hmrsim_zenoh.ros2.per_robot import trim
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
@@ -156,6 +157,7 @@ class Ros2Server:
         names = names_of(simulator)
         if self._publications.follow(names, lost):
             self._catalog.follow(names)
+            trim(len(simulator.robots))
             if self._peers is not None:
                 self._peers.look()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -144,10 +145,16 @@ class Server:
 
     def follow(self) -> None:
         """Serve the current robots and publish the latched topics to their subscribers."""
-        self._keys = replace(self._keys, aliases=self._description.aliases)
-        self._requests = self._read_by(self._keys, serves=self._description.serves)
-        self._feedback_keys.clear()
-        self._status_keys.clear()
+        serves = self._description.serves
+        before, self._keys = self._keys, replace(self._keys, aliases=self._description.aliases)
+        self._requests = self._read_by(self._keys, serves=serves)
+        for known in (self._feedback_keys, self._status_keys):
+            again = before.aliases != self._keys.aliases
+            for target in [target for target in known if again or target[0] not in serves]:
+                self._undeclare(*known.pop(target))
+        there = {*serves, WORLD}
+        for topic in [topic for topic in self._topic_keys if self._keys.owner(topic) not in there]:
+            self._undeclare(self._topic_keys.pop(topic))
         for topic, (mime, payload) in self._fixed.items():
             if self._interest.in_key(self._keys.world(topic)):
                 self._put(self._key_of(self._keys.world(topic)), payload(), mime, reliable=True)
@@ -324,6 +331,13 @@ class Server:
         if topic not in self._topic_keys:
             self._topic_keys[topic] = self._declared(topic)
         return self._topic_keys[topic]
+
+    def _undeclare(self, *keys: zenoh.KeyExpr | str) -> None:
+        """Undeclare keys that are not used any more: Zenoh would keep them."""
+        for key in keys:
+            if isinstance(key, zenoh.KeyExpr):
+                with suppress(zenoh.ZError):
+                    self._session.undeclare(key)
 
     def _declared(self, key: str) -> zenoh.KeyExpr | str:
         """Return a key in the form that is fastest for Zenoh.

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.names import (
     LIFECYCLE_SERVICE,
-    MAX_CACHED,
     WORLD_NODE,
     lifecycle_of,
     named_actions,
     nodes_of,
 )
 from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
+from hmrsim_zenoh.ros2.per_robot import cached_per_robot
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
     BATTERY_STATE,
@@ -132,7 +132,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
 
 
 # Cached, since a robot may come to hundreds of others that do not change.
-@lru_cache(MAX_CACHED)
+@cached_per_robot
 def _parts_of(
     robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]
 ) -> _RobotParts:
