@@ -46,6 +46,7 @@ _BATCH: Final = 512
 """Lines that are buffered while no client waits for an answer."""
 
 _encode = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False).encode
+_encode_in_order = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 
 
 @dataclass(frozen=True)
@@ -82,11 +83,13 @@ class Header:
         return cls(__version__, seed, settings.seed is not None, *content, settings.step_size, settings.goal_id_salt)
 
     def line(self) -> str:
-        """Return the line, without its end."""
-        world = {"name": self.name, "hash": self.hash, "definition": self.definition}
-        run = {"seed": self.seed, "seed_given": self.seed_given, "step_size": self.step_size, "world": world}
-        run |= {"run_id": self.run_id} if self.run_id else {}
-        return _encode({"kind": "header", "contract": self.contract, "hmrsim": self.version, **run})
+        """Return the line, without its end; parts of the world keep their order, which is that of their ids."""
+        run: dict[str, Any] = {"run_id": self.run_id} if self.run_id else {}
+        run |= {"seed": self.seed, "seed_given": self.seed_given, "step_size": self.step_size}
+        world = {"definition": self.definition, "hash": self.hash, "name": self.name}
+        return _encode_in_order(
+            {"contract": self.contract, "hmrsim": self.version, "kind": "header", **run, "world": world}
+        )
 
 
 class Trace:
