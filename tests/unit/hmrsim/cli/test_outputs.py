@@ -187,7 +187,7 @@ def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
             yield parser.prog, action.option_strings[-1] if action.option_strings else str(action.metavar)
 
 
-INPUTS = {"--settings", "--zenoh-config", "FILE", "TRACE|MCAP", "RECORDING.mcap"}
+INPUTS = {"--allow-files", "--settings", "--zenoh-config", "FILE", "TRACE|MCAP", "RECORDING.mcap"}
 
 
 def test_each_output_is_tried():

@@ -117,3 +117,13 @@ def test_options_that_do_not_go_together_are_told_also_of_a_file(tmp_path, monke
 
     assert 2 == main(["run", "scenario1", "--settings", "s.yaml"])
     assert "hmrsim: --ros-domain-id is for --ros2; add that\n" == capsys.readouterr().err
+
+
+def test_problems_of_a_settings_file_are_limited(tmp_path, capsys):
+    """A thousand of them are told, and how many more there are."""
+    path = tmp_path / "settings.yaml"
+    path.write_text("seed: 1\n" * 3_000)
+    code = main(["run", "scenario1", "--settings", str(path)])
+    lines = capsys.readouterr().err.splitlines()
+
+    assert (2, 1_001, f"{path}: and 1999 more") == (code, len(lines), lines[-1])
