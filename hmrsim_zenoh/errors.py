@@ -60,7 +60,7 @@ class RequestError(HmrsimError):
         try:
             body = json.loads(payload)
             error, details = body["error"], [dict(item) for item in body.get("details", ())]
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             return cls(payload[:_MAX_SHOWN].decode(errors="replace"))
         return cls(str(error), details)
 

@@ -6,13 +6,14 @@ A segment that has never been a lane counts as open: the planner has considered 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.nodes.paths import point_of
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
+from hmrsim_zenoh.wire.descriptions import plain_values
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav_msgs import Path
@@ -44,7 +45,7 @@ class OpenLanes:
         """
         received = self._client.get(self._client.keys.world("route_graph"))
         if received != self._received:
-            self._received, self._open = received, frozenset(_ways(json.loads(received)))
+            self._received, self._open = received, _open_ways(received)
             self._known |= self._open
 
     def closed_legs(self, path: Path) -> list[int]:
@@ -60,6 +61,19 @@ class OpenLanes:
             if any(way != leaving and (_is_on(leg, way) or _is_on(way, leg)) for way in closed):
                 found.append(index)
         return found
+
+
+def _open_ways(received: bytes) -> frozenset[Way]:
+    """Return the lanes of a route graph as it was received.
+
+    Raises:
+        UnreadableError: It is none.
+    """
+    graph = plain_values("the route graph", received)
+    try:
+        return frozenset(_ways(graph))
+    except (LookupError, TypeError):
+        raise UnreadableError("the route graph is not in Nav2's GeoJSON format") from None
 
 
 def _ways(graph: Any) -> Iterator[Way]:

@@ -21,6 +21,7 @@ from hmrsim.cli.services import services
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
+from hmrsim_zenoh.wire.descriptions import plain_values
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.options import ENVIRONMENT
@@ -193,10 +194,7 @@ def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> U
 
 
 def _print(answer: bytes, *, as_json: bool) -> None:
-    try:
-        data: Any = json.loads(answer)
-    except ValueError as error:
-        raise HmrsimError(f"the response is not valid JSON: {error}") from None
+    data = plain_values("the response", answer)
     if as_json:
         show_json(data)
     else:

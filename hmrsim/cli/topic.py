@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import queue
 from collections.abc import Iterator
 from contextlib import suppress
@@ -12,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli import listing, topic_hz
 from hmrsim.cli.connection import connected, look_for_simulator
 from hmrsim.cli.connection_options import add_connection_options
-from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.wire.descriptions import plain_values
 from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
 
 if TYPE_CHECKING:
@@ -121,10 +121,7 @@ def _payloads(
 
 
 def _print(payload: bytes, *, as_json: bool) -> None:
-    try:
-        data: Any = json.loads(payload)
-    except ValueError as error:
-        raise WrongUse(f"the message is not valid JSON: {error}") from None
+    data = plain_values("the message", payload)
     if as_json:
         show_json(data)
     else:

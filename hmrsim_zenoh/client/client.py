@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import re
 import threading
@@ -35,6 +34,7 @@ from hmrsim_zenoh.errors import (
     SimulatorNotFound,
     Unreachable,
 )
+from hmrsim_zenoh.wire.descriptions import WorldInfo, described
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, enclave_of, open_client
@@ -137,13 +137,8 @@ class Client:
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
         """
-        body = self.get(self.keys.world("info"), timeout)
-        try:
-            info = json.loads(body)
-        except ValueError as error:
-            raise UnreadableError(f"{self.keys.world('info')}: {error}") from None
-        if not isinstance(info, dict):
-            raise UnreadableError(f"{self.keys.world('info')}: a JSON object is expected, got {body[:80]!r}")
+        key = self.keys.world("info")
+        info = described(key, self.get(key, timeout), WorldInfo)
         self._meet(str(info.get("run_id") or ""))
         return info
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from contextlib import suppress
@@ -16,6 +15,7 @@ from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
+from hmrsim_zenoh.wire.descriptions import SessionsInfo, TimeInfo, TreeInfo, described
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.session import enclave_of, encrypted
 
@@ -104,7 +104,9 @@ def _simulator(client: Client, timeout: float) -> Simulator:
     first = _time(client, timeout)
     robots = {keys.owner(token) for token in _tokens(client, keys.alive("*"))}
     participants = {token.rpartition("/")[2] for token in _tokens(client, keys.participants())}
-    trees = {keys.owner(key): _read(key, body) for key, body in client.get_all(keys.trees(), timeout).items()}
+    trees = {
+        keys.owner(key): described(key, body, TreeInfo) for key, body in client.get_all(keys.trees(), timeout).items()
+    }
     info, sessions = client.info(timeout), _sessions(client, timeout)
     # Time that has not moved within this interval counts as standing still.
     time.sleep(max(0.0, begin + _WATCH - time.monotonic()))
@@ -124,24 +126,16 @@ def _names(client: Client, timeout: float) -> dict[str, str]:
     """Return the names on the certificates of the sessions that are connected to the simulator."""
     key = client.keys.world("sessions")
     try:
-        found = _read(key, client.get(key, timeout)).get("sessions", ())
-        return {str(one["session"]): str(one["name"]) for one in found}
-    except (RequestError, Unreachable, TypeError, KeyError, AttributeError):
+        found = described(key, client.get(key, timeout), SessionsInfo).get("sessions", ())
+        return {one["session"]: one["name"] for one in found}
+    except (RequestError, Unreachable, UnreadableError):
         # A simulator with access control of its own configuration does not say.
         return {}
 
 
 def _time(client: Client, timeout: float) -> dict[str, Any]:
     key = client.keys.world("time/state")
-    return _read(key, client.get(key, timeout))
-
-
-def _read(key: str, body: bytes) -> dict[str, Any]:
-    try:
-        found = json.loads(body)
-    except ValueError as error:
-        raise UnreadableError(f"{key}: {error}") from None
-    return found if isinstance(found, dict) else {}
+    return described(key, client.get(key, timeout), TimeInfo)
 
 
 def _sessions(client: Client, timeout: float) -> list[str]:

@@ -49,7 +49,7 @@ def mutated(content: bytes, random: Random, other: bytes) -> bytes:
     """Return a file with a few changes; *other* is another file of its kind, from which parts are taken."""
     if random.random() < 0.4 and (data := _parsed(content)) is not None:
         for _ in range(random.choice((1, 1, 1, 2, 5))):
-            data = _other_value(data, random)
+            data = with_other_value(data, random)
         return _written(data, random)
     for _ in range(random.choice((1, 1, 1, 2, 3, 8))):
         content = random.choice(_CHANGES)(content, random, other)
@@ -82,7 +82,7 @@ def _written(data: Any, random: Random) -> bytes:
     return json.dumps(data, ensure_ascii=random.random() < 0.5).encode()
 
 
-def _other_value(data: Any, random: Random) -> Any:
+def with_other_value(data: Any, random: Random) -> Any:
     """Return values with one change, at any depth."""
     inner = list(data) if isinstance(data, dict) else list(range(len(data))) if isinstance(data, list) else []
     if not inner or random.random() < 0.05:
@@ -91,7 +91,7 @@ def _other_value(data: Any, random: Random) -> Any:
     where = random.choice(inner)
     what = random.random()
     if what < 0.75:
-        copy[where] = _other_value(copy[where], random)
+        copy[where] = with_other_value(copy[where], random)
     elif what < 0.85:
         del copy[where]
     elif what < 0.95:
