@@ -19,8 +19,29 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+MAX_SECONDS: Final = 1e9
+"""The greatest finite number of seconds to wait: operating systems take no more than a few times as many."""
+
+MAX_COUNT: Final = 1_000_000_000
+"""The greatest number of things that an option can ask for."""
+
+_SHOWN: Final = 60
+_MAX_DIGITS: Final = 100
+
 FOR_EVER: Final = -1
 """The value of a timeout that never ends."""
+
+
+def shortened(text: str) -> str:
+    """Return a text of an option as an error shows it."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
+
+
+def count(text: str) -> int:
+    """Return a whole number greater than 0."""
+    if not text.isdecimal() or len(text) > _MAX_DIGITS or not 0 < int(text) <= MAX_COUNT:
+        raise ValueError(f"{shortened(text)!r} is not a whole number greater than 0, up to {MAX_COUNT}")
+    return int(text)
 
 
 @dataclass(frozen=True)
@@ -84,7 +105,7 @@ class Option:
             why = f"is not greater than {self.more_than:g}"
         elif self.at_least is not None and value < self.at_least:
             why = f"is less than {self.at_least:g}"
-        elif self.at_most is not None and value > self.at_most:
+        elif self.at_most is not None and value > self.at_most and math.isfinite(value):
             why = f"is greater than {self.at_most:g}"
         if why:
             raise ValueError(f"{shown} {why}{f'; {self.hint}' if self.hint else ''}")

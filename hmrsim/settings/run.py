@@ -9,22 +9,21 @@ from typing import Annotated, Any, Final, Literal
 
 from hmrsim.quantities import REAL_TIME_FACTOR
 from hmrsim.settings.model import Settings
-from hmrsim.settings.option import Option
+from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS, Option, count
 from hmrsim.settings.payload import MAX_PAYLOAD
 
 TIME_STANDS: Final = "time advances only while robots are active"
 
 _NANOSECOND: Final = 1e-9
 _PARTICIPANT: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_RATE: Final[dict[str, Any]] = {"metavar": "HZ", "unit": "Hz, of simulated time", "group": "server", "more_than": 0}
-_TIMEOUT: Final[dict[str, Any]] = {"metavar": "S", "unit": "wall seconds"}
-
-
-def count(text: str) -> int:
-    """Return a whole number greater than 0."""
-    if not text.isdecimal() or int(text) == 0:
-        raise ValueError(f"{text!r} is not a whole number greater than 0")
-    return int(text)
+_RATE: Final[dict[str, Any]] = {
+    "metavar": "HZ",
+    "unit": "Hz, of simulated time",
+    "group": "server",
+    "more_than": 0,
+    "at_most": 1e6,
+}
+_TIMEOUT: Final[dict[str, Any]] = {"metavar": "S", "unit": "wall seconds", "at_most": MAX_SECONDS}
 
 
 def _participants(text: str) -> int | tuple[str, ...]:
@@ -129,6 +128,7 @@ class RunSettings(Settings):
             unit="simulated seconds",
             group="time",
             more_than=0,
+            at_most=MAX_SECONDS,
             check=_check_step,
         ),
     ] = 0.1
@@ -160,11 +160,21 @@ class RunSettings(Settings):
         ),
     ] = 900.0
     keep_results: Annotated[
-        int, Option("results of ended goals that are kept per robot", "N", group="server", more_than=0, read=count)
+        int,
+        Option(
+            "results of ended goals that are kept per robot",
+            "N",
+            group="server",
+            more_than=0,
+            at_most=MAX_COUNT,
+            read=count,
+        ),
     ] = 1000
     max_payload: Annotated[
         int,
-        Option("reject larger requests", "BYTES", unit="bytes", group="server", more_than=0, read=count),
+        Option(
+            "reject larger requests", "BYTES", unit="bytes", group="server", more_than=0, at_most=MAX_COUNT, read=count
+        ),
     ] = MAX_PAYLOAD
     allow_files: Annotated[
         Path | None,

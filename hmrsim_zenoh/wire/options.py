@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 
 from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.option import Option
+from hmrsim.settings.option import MAX_SECONDS, Option, shortened
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
@@ -43,8 +43,11 @@ def _seconds(text: str, what: str = "time") -> float:
         seconds = float(text)
     except ValueError:
         seconds = math.nan
-    if not (seconds > 0 and math.isfinite(seconds)):
-        raise ValueError(f"{text!r} is not a valid {what}; expected a number of seconds greater than 0")
+    if not 0 < seconds <= MAX_SECONDS:
+        raise ValueError(
+            f"{shortened(text)!r} is not a valid {what}; expected a number of seconds greater than 0, up to "
+            f"{MAX_SECONDS:g}"
+        )
     return seconds
 
 
@@ -103,7 +106,13 @@ class SessionOptions:
     timeout: Annotated[
         float,
         Option(
-            "wall seconds to reach a simulator", "S", unit="wall seconds", group="session", more_than=0, read=_seconds
+            "wall seconds to reach a simulator",
+            "S",
+            unit="wall seconds",
+            group="session",
+            more_than=0,
+            at_most=MAX_SECONDS,
+            read=_seconds,
         ),
     ] = 5.0
     secure: Annotated[
