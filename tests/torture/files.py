@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import faulthandler
+import importlib
 import io
 import multiprocessing
 import os
@@ -210,6 +211,8 @@ def _worker(seed: int, numbers: range, kinds: tuple[str, ...], queue: multiproce
 def findings(seed: int, count: int, kinds: tuple[str, ...] = (), begin: int = 0) -> Iterator[Finding]:
     """Try so many cases in processes, one after the other, and yield what is wrong."""
     samples()
+    # Loaded once for all processes: on a busy machine it takes longer than a case may.
+    importlib.import_module("hmrsim.cli.map_network")
     context = multiprocessing.get_context("fork")
     number = begin
     while number < begin + count:

@@ -37,6 +37,7 @@ _VALUES: Final[tuple[Any, ...]] = (
     *("", "x", "x" * 5_000, "\x00", "\x1b[2J", [], {}, [[]], {"a": 1}, [0, 0], [1e308, -1e308], ["a"] * 1_000),
 )
 _MAX_DEPTH: Final = 2_000
+_MAX_BYTES: Final = 2_000_000
 _DEEP: Final = (
     *('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "),
     *("&a [*a, ", "(", '<mxCell id="x">', "  "),
@@ -52,7 +53,7 @@ def mutated(content: bytes, random: Random, other: bytes) -> bytes:
             data = with_other_value(data, random)
         return _written(data, random)
     for _ in range(random.choice((1, 1, 1, 2, 3, 8))):
-        content = random.choice(_CHANGES)(content, random, other)
+        content = random.choice(_CHANGES)(content, random, other)[:_MAX_BYTES]
     return content
 
 
