@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import errno
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -23,6 +24,9 @@ from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
     from hmrsim.report import Report, ReportInput
+
+_CONTROL: Final = re.compile("[\x7f-\x9f]")
+"""Control characters that JSON allows in texts; a terminal acts on them."""
 
 _MCAP: Final = b"\x89MCAP"
 
@@ -48,7 +52,7 @@ def report(args: argparse.Namespace) -> int:
     if args.csv is not None:
         _write_tables(args.csv, report)
     if args.json:
-        show(report.model_dump_json())
+        show(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", report.model_dump_json()))
     elif args.output is None and args.csv is None:
         # Loads rich, which takes 60 ms and is needed for text output only.
         from hmrsim.cli.report_text import show_summary  # noqa: PLC0415

@@ -242,3 +242,15 @@ def test_two_that_want_the_standard_output(file, capsys):
     code = main(["report", str(file(ALONE)), "-o", "-", "--json"])
 
     assert (2, True) == (code, "both write to the standard output" in capsys.readouterr().err)
+
+
+def test_control_characters_of_a_trace_are_escaped_in_json(file, capsys):
+    """Also those that JSON allows in texts."""
+    path = file(ALONE)
+    text = path.read_text()
+    name = json.loads(text.splitlines()[0])["world"]["name"]
+    path.write_text(text.replace(f'"name":"{name}"', '"name":"a\u009b31mb\u007f"'), encoding="utf-8")
+    main(["report", str(path), "--json"])
+    out = capsys.readouterr().out
+
+    assert ("a\u009b31mb\u007f", True) == (json.loads(out)["world"]["name"], "a\\u009b31mb\\u007f" in out)
