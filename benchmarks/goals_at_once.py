@@ -95,10 +95,12 @@ def _json_status(payload: bytes) -> int:
 @contextmanager
 def _ros(server: Served, robots: list[str]) -> Iterator[list[Send]]:
     with open_session(server.endpoint) as session:
-        Graph(session).when([f"/{robot}/wait" for robot in robots])
+        graph = Graph(session)
         senders = [RosGoalSender(session, robot, "wait", _ENTITIES * at) for at, robot in enumerate(robots)]
         for sender in senders:
             sender.subscribe()
+        # In a large fleet servers are declared when a client looks for them.
+        graph.when([f"/{robot}/wait" for robot in robots])
         yield [sender.right_behind for sender in senders]
 
 

@@ -72,7 +72,7 @@ def demo(args: argparse.Namespace) -> int:
     session = read_settings(args, SessionOptions)
     check_port(view)
     check_page(view, session)
-    check_writable(trace, [find(_WORLD)])
+    check_writable(trace, [find(_WORLD)] if trace else ())
     screen = JsonLines() if args.json else Screen(sys.stdout)
     demo = _Demo(settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
