@@ -223,6 +223,7 @@ class Host:
                 simulator,
                 self._server.inbox,
                 planner=self._server.planner,
+                hurries=lambda: self._description.hurries,
                 prefix=self._keys.prefix,
                 max_payload=settings.max_payload,
             )

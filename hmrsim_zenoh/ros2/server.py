@@ -7,7 +7,7 @@ runs in the simulation thread.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -34,11 +34,9 @@ from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 if TYPE_CHECKING:
     import zenoh
 
-    from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
-    from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.wires import Wire
@@ -55,6 +53,7 @@ def open_servers(
     inbox: QueryInbox,
     *,
     planner: Planner,
+    hurries: Callable[[], bool],
     prefix: str,
     max_payload: int,
 ) -> list[Ros2Server]:
@@ -75,9 +74,8 @@ def open_servers(
             wire,
             simulator,
             inbox=inbox,
-            actions=all_actions(),
-            services=all_services(),
             planner=planner,
+            hurries=hurries,
             max_payload=max_payload,
         )
         for wire in wires
@@ -89,6 +87,7 @@ class Ros2Server:
 
     Args:
         session: An open session, which the caller closes.
+        hurries: Returns whether time may pass faster than the wall's.
         max_payload: The largest request in bytes.
     """
 
@@ -99,15 +98,16 @@ class Ros2Server:
         simulator: Simulator,
         *,
         inbox: QueryInbox,
-        actions: Mapping[str, AnyAction],
-        services: Mapping[str, AnyService],
         planner: Planner,
+        hurries: Callable[[], bool],
         max_payload: int,
     ) -> None:
+        actions, services = all_actions(), all_services()
         self._submit = simulator.submit
         self._planner = planner
         self._wire = wire
         self._inbox = inbox
+        self._hurries = hurries
         self._changes_reported = 0
         self._looked = -1
         self._looked_for_feedback = [-1, -1]
@@ -210,7 +210,10 @@ class Ros2Server:
             self._report(self._publications.look())
 
     def _look_for_feedback(self, *, of_world: bool) -> None:
-        if self._inbox.taken > self._looked_for_feedback[of_world]:
+        """Likewise of a goal's feedback; in real time subscribers of other topics are soon noticed anyway."""
+        if self._hurries():
+            self._look()
+        elif self._inbox.taken > self._looked_for_feedback[of_world]:
             self._looked_for_feedback[of_world] = self._inbox.arrived()
             self._report(self._publications.look_for_feedback(of_world=of_world))
 

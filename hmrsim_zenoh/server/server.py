@@ -204,8 +204,13 @@ class Server:
             self._report(self._interest.look())
 
     def _look_for_goals(self) -> None:
-        """Likewise of a goal's topics: a client that subscribes and then sends it must see all of it."""
-        if self.inbox.taken > max(self._looked, self._looked_for_goals):
+        """Likewise of a goal's topics: a client that subscribes and then sends it must see all of it.
+
+        In real time subscribers of other topics are soon noticed anyway.
+        """
+        if self._description.hurries:
+            self._look()
+        elif self.inbox.taken > max(self._looked, self._looked_for_goals):
             self._looked_for_goals = self.inbox.arrived()
             self._report(self._interest.look(_OF_GOALS))
 

@@ -10,6 +10,7 @@ from pydantic_core import to_json
 
 import hmrsim
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.route_graph import to_geojson
@@ -48,6 +49,12 @@ class Description:
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
         self._view: bytes | None = None
+
+    @property
+    def hurries(self) -> bool:
+        """Whether time may pass faster than the wall's."""
+        time = self._time()
+        return time.clock == LOCKSTEP or not 0.0 < time.real_time_factor <= 1.0
 
     def forget(self) -> None:
         """Drop the cached descriptions."""

@@ -149,7 +149,7 @@ class TestRun:
             (
                 "HMRSIM_TIMEOUT",
                 "soon",
-                "HMRSIM_TIMEOUT: 'soon' is not a valid time; expected a number of seconds greater than 0",
+                "HMRSIM_TIMEOUT: 'soon' is not a valid time; expected a number of seconds greater than 0, up to 1e+09",
             ),
             ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; did you mean 'peer'?"),
         ],
