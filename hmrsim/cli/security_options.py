@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 from pathlib import Path
 from typing import Final
 
@@ -18,21 +17,6 @@ VARIABLE: Final = "HMRSIM_SECURE"
 def add_keystore(parser: argparse.ArgumentParser) -> None:
     """Add the keystore's folder."""
     parser.add_argument("keystore", type=Path, metavar="DIR", help="the folder of the keystore")
-
-
-def folder_of_environment() -> Path:
-    """Return the folder that the environment names.
-
-    Raises:
-        WrongUse: It names none.
-    """
-    named = os.environ.get(VARIABLE, "")
-    if not named:
-        # Loads the errors of sessions, for which no --help waits.
-        from hmrsim.cli.exits import WrongUse  # noqa: PLC0415
-
-        raise WrongUse(f"no keystore; name its folder DIR, or set {VARIABLE}=DIR")
-    return Path(named)
 
 
 def add_days(parser: argparse.ArgumentParser) -> None:

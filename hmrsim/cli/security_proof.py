@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.security_options import folder_of_environment
+from hmrsim.cli.security_folder import folder_of_environment
 from hmrsim.cli.security_store import keystore
 from hmrsim.settings.arguments import read_settings
 from hmrsim_zenoh.security.check import attempts
