@@ -7,6 +7,7 @@ import re
 import socket
 from typing import Final
 
+from hmrsim.errors import reason_of
 from hmrsim_zenoh.errors import BadOptions
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
@@ -82,5 +83,5 @@ def with_port(endpoint: str) -> str:
             probe.bind((host, 0))
             port = probe.getsockname()[1]
     except OSError as error:
-        raise BadOptions(f"--listen {endpoint!r}: {error.strerror}") from None
+        raise BadOptions(f"--listen {endpoint!r}: {reason_of(error)}") from None
     return f"{match['protocol']}/{address['host']}:{port}{match['rest'] or ''}"
