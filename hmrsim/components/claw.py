@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.components import Component, Settings
-from hmrsim.quantities import SECONDS
+from hmrsim.interfaces.quantities import SECONDS
 
 if TYPE_CHECKING:
     from hmrsim.items import Item

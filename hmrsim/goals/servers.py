@@ -16,10 +16,10 @@ from hmrsim.actions import FRAMES, Flaw, unknown_frame
 from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
+from hmrsim.interfaces.quantities import flaw
 from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import WORLD, GoalStatus, Verdict
 from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
-from hmrsim.quantities import flaw
 
 if TYPE_CHECKING:
     import simpy

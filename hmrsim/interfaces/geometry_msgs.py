@@ -7,8 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from hmrsim.interfaces.message import Array, Float32, Float64, Message, String
+from hmrsim.interfaces.quantities import ROTATION
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.quantities import ROTATION
 
 _COVARIANCE_SIZE = 36
 

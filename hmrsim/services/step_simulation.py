@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hmrsim.interfaces.quantities import SECONDS
 from hmrsim.interfaces.simulation_interfaces import SimulatorFeatures, StepSimulation
-from hmrsim.quantities import SECONDS
 from hmrsim.services import Service
 from hmrsim.services._results import OK, failed, of_steps
 

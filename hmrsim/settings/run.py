@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from hmrsim.quantities import REAL_TIME_FACTOR
+from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.settings.model import Settings
 from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS, Option, count
 from hmrsim.settings.payload import MAX_PAYLOAD

@@ -22,6 +22,7 @@ from hmrsim.events.participants import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.quantities import flaw
 from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.answers import Refused
@@ -44,7 +45,6 @@ from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.sinks import CommandSink, Moment
 from hmrsim.protocol.topics import Topic
-from hmrsim.quantities import flaw
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster

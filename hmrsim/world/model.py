@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from hmrsim.geometry import MAX_COORDINATE, distance
-from hmrsim.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
+from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
 from hmrsim.world.segments import SegmentGrid
 

@@ -11,12 +11,12 @@ from pydantic import AfterValidator, Field
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
+from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.protocol.answers import CancelResponse, GoalResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, SendGoal
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim.quantities import REAL_TIME_FACTOR
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
 from hmrsim_zenoh.wire.texts import check_texts

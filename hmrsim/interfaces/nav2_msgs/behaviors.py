@@ -10,7 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, PoseStamped
 from hmrsim.interfaces.message import Bool, Float32, Message, String, UInt16
 from hmrsim.interfaces.nav2_msgs.messages import Codes
-from hmrsim.quantities import ANGLE, SECONDS, SIGNED_SPEED
+from hmrsim.interfaces.quantities import ANGLE, SECONDS, SIGNED_SPEED
 
 
 class Wait:

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from hmrsim.interfaces.message import Bool, Message, String, UInt8, UInt64
+from hmrsim.interfaces.quantities import STEPS
 from hmrsim.interfaces.simulation_interfaces import messages
 from hmrsim.interfaces.simulation_interfaces.messages import (
     Result,
@@ -15,7 +16,6 @@ from hmrsim.interfaces.simulation_interfaces.messages import (
     TagsFilter,
     WorldResource,
 )
-from hmrsim.quantities import STEPS
 
 
 class GetSimulatorFeatures:

@@ -7,7 +7,7 @@ import pytest
 from hmrsim.interfaces.geometry_msgs import PoseStamped, Quaternion
 from hmrsim.interfaces.nav2_msgs import DriveOnHeading, FollowPath, NavigateToPose, Spin
 from hmrsim.interfaces.nav_msgs import Path
-from hmrsim.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNED_SPEED, flaw
+from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNED_SPEED, flaw
 
 
 @pytest.mark.parametrize(
