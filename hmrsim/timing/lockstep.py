@@ -68,6 +68,11 @@ class LockstepCoordinator:
         return self._participants.names
 
     @property
+    def thinks(self) -> bool:
+        """Whether a participant has yet to ask to advance."""
+        return bool(self._participants.thinking)
+
+    @property
     def waiting_for(self) -> tuple[str, ...]:
         """The participants that have yet to ask to advance, or to join for the first time."""
         thinking = [each.name for each in self._participants.thinking]

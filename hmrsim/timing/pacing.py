@@ -292,7 +292,8 @@ class Pacing:
             case CheckWatchdog():
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
-        if self._end_on_loss and lockstep.lost:
+        # Time stands while another thinks; it is told of the end when it asks to advance.
+        if self._end_on_loss and lockstep.lost and not lockstep.thinks:
             self._over = True
 
     def _let_move(self, command: Join | Advance) -> None:

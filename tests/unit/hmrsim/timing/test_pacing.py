@@ -15,7 +15,7 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import Advance, GetResult, SendGoal
 from hmrsim.protocol.inbox import Inbox
 from hmrsim.protocol.outputs import EventStamped
-from hmrsim.protocol.time import Join
+from hmrsim.protocol.time import Join, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.pacing import Pacing
@@ -239,6 +239,19 @@ class TestLockstep:
         kinds = [event.kind for _, event in run.log.events if isinstance(event, EventStamped)]
 
         assert ["participant_dropped", "participant_joined"] == sorted(kinds)
+
+    def test_one_that_thinks_at_a_loss_is_told_of_the_end(self):
+        """The run ends when it asks to advance, and not before."""
+        inbox = Inbox()
+        for name in ("nurse", "porter"):
+            inbox.put(Join(name, name))
+        inbox.put(TokenSeen("nurse", alive=True))
+        inbox.put(TokenSeen("nurse", alive=False))
+        asked = Advance("porter", 0, reply_to="asked")
+        run, pacing = in_lockstep(inbox, participants=2, on_participant_loss="end", on_wait=[lambda: inbox.put(asked)])
+        pacing.run()
+
+        assert "end" == run.log.answer("asked").reason
 
 
 class TestInbox:
