@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-import select
-import signal
-import socket
+import queue
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
-from hmrsim.program.signals import SIGNALS, exit_code_of, on_signals
+from hmrsim.program.signals import exit_code_of, on_signals
 
 _PATIENCE: Final = 4.0
 """Wall seconds for a regular stop: longer than the grace period of canceled goals."""
@@ -32,44 +30,29 @@ def on_interrupt(stop: Callable[[], None], give_up: Callable[[], None]) -> Itera
         give_up: Does what can be done without the main thread; then the process ends.
     """
     numbers: list[int] = []
-    ear, mouth = socket.socketpair()
-    with ear, mouth, on_signals(lambda _number: None):
-        mouth.setblocking(False)
-        before = signal.set_wakeup_fd(mouth.fileno(), warn_on_full_buffer=False)
-        watch = threading.Thread(target=_watch, args=(ear, numbers, stop, give_up), daemon=True)
+    heard: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(heard.put):
+        watch = threading.Thread(target=_watch, args=(heard, numbers, stop, give_up), daemon=True)
         watch.start()
         try:
             yield numbers
         finally:
-            signal.set_wakeup_fd(before)
-            mouth.send(bytes([_OVER]))
+            heard.put(_OVER)
             watch.join()
 
 
-def _watch(ear: socket.socket, numbers: list[int], stop: Callable[[], None], give_up: Callable[[], None]) -> None:
-    first = _next(ear, None)
+def _watch(
+    heard: queue.SimpleQueue[int], numbers: list[int], stop: Callable[[], None], give_up: Callable[[], None]
+) -> None:
+    first = heard.get()
     if first == _OVER:
         return
     numbers.append(first)
     stop()
-    with suppress(TimeoutError):
-        if _next(ear, _PATIENCE) == _OVER:
+    with suppress(queue.Empty):
+        if heard.get(timeout=_PATIENCE) == _OVER:
             return
     # Whatever happens now must not keep the process alive.
     with suppress(Exception):
         give_up()
     os._exit(exit_code_of(first))
-
-
-def _next(ear: socket.socket, timeout: float | None) -> int:
-    """Return the next of the signals that mean an end, or `_OVER`; other signals' handlers are others' business.
-
-    Raises:
-        TimeoutError: None came in *timeout* wall seconds.
-    """
-    while True:
-        if not select.select([ear], [], [], timeout)[0]:
-            raise TimeoutError
-        number = ear.recv(1)[0]
-        if number in (*SIGNALS, _OVER):
-            return number

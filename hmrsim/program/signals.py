@@ -1,10 +1,11 @@
-"""Ctrl-C and SIGTERM as calls."""
+"""Ctrl-C and SIGTERM as calls, also while the main thread waits."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
@@ -43,14 +44,35 @@ def leave(code: int) -> None:
 
 @contextmanager
 def on_signals(call: Callable[[int], None]) -> Iterator[None]:
-    """Call with the signal's number on SIGINT and SIGTERM; in the main thread only.
+    """Call with the signal's number on SIGINT and SIGTERM, in a thread of its own; in the main thread only.
 
-    The call interrupts the main thread at any point, so it must take no lock:
-    ``list.append`` and ``SimpleQueue.put`` are safe, ``Event.set`` is not.
+    Python calls a handler in the main thread, when that next runs Python code: not at all where the signal came just
+    before it began to wait for a queue.
     """
-    before = {number: signal.signal(number, lambda number, _frame: call(number)) for number in SIGNALS}
+    heard, written = os.pipe()
+    os.set_blocking(written, False)
+    listener = threading.Thread(target=_listen, args=(heard, call), name="signals", daemon=True)
+    listener.start()
+    descriptor = signal.set_wakeup_fd(written, warn_on_full_buffer=False)
+    before = {number: signal.signal(number, _go_on) for number in SIGNALS}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+        signal.set_wakeup_fd(descriptor)
+        os.close(written)
+        listener.join()
+
+
+def _go_on(_number: int, _frame: object) -> None:
+    """Handle a signal in the main thread, where it has nothing to do."""
+
+
+def _listen(heard: int, call: Callable[[int], None]) -> None:
+    """Call with the numbers that Python writes as signals come, until the other end is closed."""
+    with open(heard, "rb", buffering=0) as numbers:
+        while number := numbers.read(1):
+            # Other signals' handlers are others' business.
+            if number[0] in SIGNALS:
+                call(number[0])

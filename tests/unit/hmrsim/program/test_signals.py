@@ -1,0 +1,50 @@
+"""Signals as calls."""
+
+import queue
+import signal
+import threading
+
+import pytest
+
+from hmrsim.program.signals import SIGNALS, on_signals
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_is_heard_while_the_main_thread_waits(number):
+    """Also one that does not interrupt it: it came to another thread, or just before the wait."""
+    heard: queue.SimpleQueue[int] = queue.SimpleQueue()
+    waits = threading.Event()
+
+    def send() -> None:
+        waits.wait()
+        signal.pthread_kill(threading.get_ident(), number)
+
+    with on_signals(heard.put):
+        threading.Thread(target=send).start()
+        waits.set()
+
+        assert number == heard.get(timeout=10.0)
+
+
+def test_the_inner_of_two_hears_and_then_the_outer():
+    """The start of a program ends it by a signal, until what it starts has a way of its own."""
+    outer: queue.SimpleQueue[int] = queue.SimpleQueue()
+    inner: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(outer.put):
+        with on_signals(inner.put):
+            signal.raise_signal(signal.SIGTERM)
+        assert signal.SIGTERM == inner.get_nowait()
+        assert outer.empty()
+
+        signal.raise_signal(signal.SIGINT)
+    assert signal.SIGINT == outer.get_nowait()
+
+
+def test_handlers_are_as_before():
+    """At the end of the context."""
+    before = [signal.getsignal(number) for number in SIGNALS]
+    with on_signals(lambda _number: None):
+        pass
+
+    assert [signal.getsignal(number) for number in SIGNALS] == before
+    assert signal.set_wakeup_fd(-1) == -1
