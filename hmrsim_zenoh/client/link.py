@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
 
@@ -26,6 +27,9 @@ Answer = bytes | RequestError | None
 
 # Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
 _TIMED_OUT = b"Timeout"
+
+_LOOK: Final = 1.0
+"""Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
 
 
 class Failing(Protocol):
@@ -93,11 +97,15 @@ class Call:
 
     def wait(self, timeout: float) -> bool:
         """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
-        if not self._ended:
+        limit = time.monotonic() + timeout
+        while not self._ended:
+            left = max(0.0, limit - time.monotonic())
             try:
-                reply = self._replies.get(timeout=max(0.0, min(timeout, threading.TIMEOUT_MAX)))
+                reply = self._replies.get(timeout=min(left, _LOOK))
             except Empty:
-                return False
+                if left <= _LOOK:
+                    return False
+                continue
             self._ended = True
             answer = None if reply is None else _answer(reply)
             self.answer = self._silence() if answer is None else answer

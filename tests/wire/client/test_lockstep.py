@@ -321,11 +321,11 @@ def test_a_reset_ends_what_is_under_way(client, options, wait):
 
 def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
     """The time for its acceptance begins when the simulator could have answered."""
-    with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=0.2) as client:
+    with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=1.0) as client:
         assert thinker.now == 0.0
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(1))
         with pytest.raises(GoalTimeout, match="it goes on"):
-            goal.result(0.5)
+            goal.result(1.2)
         thinker.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
 
         assert goal.result(SOON).total_elapsed_time == Duration(sec=1)

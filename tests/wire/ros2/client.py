@@ -336,7 +336,7 @@ class ActionClient:
 
     def __init__(self, client: RosClient, name: str, type_: ActionType, goal: type[Message]) -> None:
         self.name, self.type = name, type_
-        self._graph, self._goal = client.graph, goal
+        self._graph, self._goal, self._session = client.graph, goal, client.session
         self.send_goal = client.service(f"{name}/_action/send_goal", type_.send_goal)
         self.cancel_goal = client.service(f"{name}/_action/cancel_goal", type_.cancel_goal)
         self.get_result = client.service(f"{name}/_action/get_result", type_.get_result)
@@ -351,6 +351,8 @@ class ActionClient:
             *(("SS", each.name, each.type.dds_name) for each in services),
             *(("MP", f"{self.name}/_action/{topic}", type_.dds_name) for topic, type_ in topics),
         )
+        # The simulator is the router: when it answers, it knows of the subscriptions that were declared before.
+        list(self._session.liveliness().get("@ros2_lv/of/nothing"))
         return self
 
     def send(self, goal: dict[str, Any], goal_id: bytes | None = None) -> RosGoal:
