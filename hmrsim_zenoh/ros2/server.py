@@ -24,7 +24,7 @@ from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.per_robot import trim
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
+from hmrsim_zenoh.ros2.requests.handlers import SendGoalHandler
 from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
 from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.requests import Requests
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Address
+    from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.external_planner import Planner
     from hmrsim_zenoh.server.inbox import QueryInbox
@@ -110,7 +111,7 @@ class Ros2Server:
         self._hurries = hurries
         self._changes_reported = 0
         self._looked = -1
-        self._looked_for_feedback = [-1, -1]
+        self._looked_for_feedback: dict[str, int] = {}
         names = names_of(simulator)
         self._catalog = Catalog(names, wire.distros, actions=actions, services=services, simulator=simulator)
         self._waiting = PendingResults()
@@ -187,10 +188,9 @@ class Ros2Server:
         if isinstance(answer, GoalResponse) and not answer.accepted:
             self._requests.log_rejection(pending.client, pending.handler.name, f"rejected: {answer.error_msg}")
         pending.answer(answer)
-        if isinstance(answer, GoalResponse):
+        if isinstance(pending.handler, SendGoalHandler):
             # A client that subscribes and then sends a goal must see all of it. Status is published anyway.
-            of_world = isinstance(pending.handler, ActionHandler) and pending.handler.robot == WORLD
-            self._look_for_feedback(of_world=of_world)
+            self._look_for_feedback(pending.handler)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         commands = self._requests.decode(query)
@@ -209,13 +209,14 @@ class Ros2Server:
             self._looked = self._inbox.arrived()
             self._report(self._publications.look())
 
-    def _look_for_feedback(self, *, of_world: bool) -> None:
-        """Likewise of a goal's feedback; in real time subscribers of other topics are soon noticed anyway."""
+    def _look_for_feedback(self, handler: ActionHandler) -> None:
+        """Likewise of an action's feedback; in real time subscribers of other topics are soon noticed anyway."""
+        action = handler.action.name
         if self._hurries():
             self._look()
-        elif self._inbox.taken > self._looked_for_feedback[of_world]:
-            self._looked_for_feedback[of_world] = self._inbox.arrived()
-            self._report(self._publications.look_for_feedback(of_world=of_world))
+        elif self._inbox.taken > self._looked_for_feedback.get(action, -1):
+            self._looked_for_feedback[action] = self._inbox.arrived()
+            self._report(self._publications.look_for_feedback(action, of_world=handler.robot == WORLD))
 
     def _report(self, changes: int) -> None:
         if changes != self._changes_reported:

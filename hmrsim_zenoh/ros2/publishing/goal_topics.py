@@ -25,11 +25,6 @@ _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
 _KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
 
 
-def kind_of(*, of_world: bool) -> str:
-    """Return the kind of keys of the feedback of robots' actions, or of the world's."""
-    return _OF_WORLD if of_world else _OF_ROBOTS
-
-
 class _Layout(NamedTuple):
     """The feedback topic in one layout, which one or several distributions have."""
 
@@ -71,6 +66,11 @@ class GoalTopics:
         if topic is Topic.FEEDBACK:
             return any(self._interest[kind] for kind in _KINDS)
         return topic is Topic.STATUS
+
+    def kinds(self, action: str, *, of_world: bool) -> list[str]:
+        """Return the kinds of keys of an action's feedback: of any, and of each of its layouts that has been sent."""
+        sent = [kind for _, kind in self._patterns(action, of_world=of_world) if kind in self._interest]
+        return [_OF_WORLD if of_world else _OF_ROBOTS, *sent]
 
     def begin(self, robot: str, names: Names) -> None:
         """Publish empty status lists for all actions of a robot."""
@@ -122,12 +122,15 @@ class GoalTopics:
 
     def _layouts(self, event: FeedbackSent, names: Names) -> Iterator[_Layout]:
         called = names.called(event.robot, event.action)
-        for type_ in self._endpoints.feedback_types(event.action):
-            kind = _OF_WORLD if event.robot == WORLD else _OF_ROBOTS
-            pattern = self._wire.key(kind, type_.dds_name, type_.hash)
+        for type_, pattern in self._patterns(event.action, of_world=event.robot == WORLD):
             if pattern not in self._interest:
                 self._interest.watch(pattern, pattern)
             yield _Layout(type_, pattern, self._of(called, "feedback", type_, DEFAULT_QOS))
+
+    def _patterns(self, action: str, *, of_world: bool) -> Iterator[tuple[MessageType, str]]:
+        """Yield the layouts of an action's feedback, each with the kind of its keys."""
+        for type_ in self._endpoints.feedback_types(action):
+            yield type_, self._wire.key(_OF_WORLD if of_world else _OF_ROBOTS, type_.dds_name, type_.hash)
 
     def _of(self, names: Iterable[str], role: str, type_: MessageType, qos: str) -> list[Publisher]:
         return [

@@ -129,9 +129,9 @@ class Publications:
         """Check for new subscribers; return how often anything has changed."""
         return self._interest.look()
 
-    def look_for_feedback(self, *, of_world: bool) -> int:
-        """Check for new subscribers to the feedback of robots' actions, or of the world's; likewise."""
-        return self._interest.look((goal_topics.kind_of(of_world=of_world),))
+    def look_for_feedback(self, action: str, *, of_world: bool) -> int:
+        """Check for new subscribers to the feedback of an action, of robots or of the world; likewise."""
+        return self._interest.look(self._goals.kinds(action, of_world=of_world))
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has to be sampled for a subscriber; statuses always are needed."""

@@ -76,6 +76,18 @@ def test_feedback_is_there_for_each_distribution(fast, ros):
     }
 
 
+def test_all_feedback_of_a_goal_comes_in_a_layout_that_is_new(live, ros):
+    """A client of another distribution subscribes and sends a goal that ends at once, while another listens."""
+    name, here, type_ = "/wall_e/navigate_to_pose", goal_to(1, 2), "nav2_msgs::action::dds_::NavigateToPose"
+    other = ros(live).action(name).wait()
+    assert other.wait_for_feedback(other.send(here).id)
+    node = ros(live, "lyrical")
+    node.graph.wait_for(("MP", f"{name}/_action/feedback", f"{type_}_FeedbackMessage_"))
+    drive = node.action(name)
+
+    assert drive.wait_for_feedback(drive.send(here).id)
+
+
 @pytest.mark.parametrize("distro", FEEDBACK_HASHES)
 def test_goals_that_distributions_have_differently(fast, ros, distro):
     """Each gets there by its own layouts of goal, feedback and result: no two have the same of all three."""
