@@ -9,13 +9,13 @@ from simpy import Event
 from hmrsim.errors import GoalRejected
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
+    from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult, SendGoal
 
 
 class CutOff(set[str]):
     """The unreachable robots: requests are rejected, and results are withheld. Their scripts continue."""
 
-    def reach(self, command: SendGoal | CancelGoal | GetResult) -> bool:
+    def reach(self, command: SendGoal | CancelGoal | GetResult | ChangeState) -> bool:
         """Return whether a request reaches its robot; requests of the robot's own script always do."""
         return command.robot not in self or isinstance(command.reply_to, Event)
 

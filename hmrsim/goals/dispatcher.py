@@ -441,7 +441,8 @@ class Dispatcher:
 
     def change_state(self, command: ChangeState) -> None:
         """Change the state of a node, and answer; goals end when it is active no longer."""
-        changed = self.servers.serves(command.robot) and self.nodes.change(command)
+        there = self.servers.serves(command.robot) and self.cut_off.reach(command)
+        changed = there and self.nodes.change(command)
         if changed and self.nodes.of(command.robot, command.node) != ACTIVE:
             for goal in list(self.servers.active(command.robot)):
                 if goal.server.action.name in command.actions:

@@ -73,6 +73,9 @@ class ReplyTo(Protocol):
     def answer(self, answer: Any) -> None:
         """Send the answer to the command."""
 
+    def refuse(self, text: str) -> None:
+        """Reject the request; *text* is the reason, if the response has a field for it."""
+
 
 @dataclass(frozen=True)
 class Handler(ABC):

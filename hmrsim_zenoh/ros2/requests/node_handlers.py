@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.goals.connectivity import no_connection
 from hmrsim.goals.node_states import ACTIVE, NAMES, TRANSITIONS
 from hmrsim.interfaces.lifecycle_msgs import ChangeState as ChangeStateService
 from hmrsim.interfaces.lifecycle_msgs import (
@@ -91,8 +92,15 @@ class NodeHandler(Handler):
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
         """Answer at once; there are no commands."""
-        reply_to.answer(request)
+        if self._robot in self.simulator.dispatcher.cut_off:
+            reply_to.refuse(no_connection(self._robot))
+        else:
+            reply_to.answer(request)
         return []
+
+    @property
+    def _robot(self) -> str:
+        return self.node.namespace[1:]
 
     @property
     def _parameters(self) -> dict[str, NodeParameter]:
@@ -100,7 +108,7 @@ class NodeHandler(Handler):
 
     @property
     def _state(self) -> int:
-        return self.simulator.dispatcher.nodes.of(self.node.namespace[1:], self.node.name)
+        return self.simulator.dispatcher.nodes.of(self._robot, self.node.name)
 
 
 class GetParametersHandler(NodeHandler):
@@ -251,7 +259,7 @@ class ChangeStateHandler(NodeHandler):
         if number is None:
             reply_to.answer(False)
             return []
-        return [ChangeState(self.node.namespace[1:], self.node.name, self.actions, number, reply_to)]
+        return [ChangeState(self._robot, self.node.name, self.actions, number, reply_to)]
 
     def answer(self, changed: object) -> Message:
         """Return whether the state has changed."""

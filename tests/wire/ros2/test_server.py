@@ -328,16 +328,18 @@ def test_a_robot_that_comes():
 
 
 def test_a_robot_without_a_connection():
-    """Its tokens go and come again; in between its goals are not accepted."""
+    """Its tokens go and come again; in between its goals are not accepted, and its nodes' states are unknown."""
     with serving() as host, RosClient(host.endpoints[0]) as client:
         wait = client.action(WAIT).wait()
+        state = client.service("/wall_e/amcl/get_state", get_state()).wait()
         ask_json(client, "_world/inject_fault", {"type": "messages_lost", "robot": "wall_e"})
         client.graph.wait(lambda tokens: not any("/%wall_e/" in token for token in tokens))
-        lost = wait.send(LONG).accepted
+        lost = wait.send(LONG).accepted, state.call(CDR + b"\0")["current_state"]["id"]
         ask_json(client, "_world/clear_fault", {"type": "messages_lost"})
         wait.wait()
 
-        assert (False, True) == (lost, wait.send(LONG).accepted)
+        assert (False, 0) == lost
+        assert (True, 3) == (wait.send(LONG).accepted, state.call(CDR + b"\0")["current_state"]["id"])
 
 
 def test_the_end():

@@ -63,6 +63,15 @@ def test_a_transition_from_another_state_does_nothing(run):
     assert log.answer(A).accepted
 
 
+def test_a_robot_without_a_connection_keeps_its_states(run):
+    """Its clients reach none of its nodes until the connection is back."""
+    run.ask("inject_fault", {"type": "messages_lost", "robot": "wall_e", "at": 1.0, "until": 6.0})
+    log = run((2.0, DEACTIVATE), (7.0, wait(A)))
+
+    assert log.answer("changed") is False
+    assert log.answer(A).accepted
+
+
 def test_a_robot_that_is_not_there_has_no_states(run):
     """A request that comes too late changes nothing for a robot of that name that is spawned later."""
     log = run((0.0, DEACTIVATE._replace(robot="nobody")))
