@@ -12,6 +12,7 @@ from __future__ import annotations
 import logging
 import re
 import threading
+from collections import Counter
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -71,18 +72,20 @@ class Peers:
         self._lock = threading.Lock()
         # The tokens of remote clients and subscribers by their gids.
         self._others: dict[bytes, Token] = {}
-        self._sessions: set[str] = set()
+        # The number of the tokens of each remote session, without those of its services, and what watches these.
+        self._sessions: Counter[str] = Counter()
+        self._services: dict[str, Any] = {}
         self._liveliness = session.liveliness()
         self._subscribers = [
             self._watch(keys.tokens_of(domain, kind)) for kind in (Kind.CLIENT, Kind.SUBSCRIBER, Kind.NODE)
         ]
 
-    def look(self) -> None:
-        """Check the known endpoints again, after the served names have changed."""
+    def look(self, new: Callable[[str], bool]) -> None:
+        """Check the known endpoints with new names again, after the served names have changed."""
         with self._lock:
             others = list(self._others.values())
         for token in others:
-            if token.endpoint is not None:
+            if token.endpoint is not None and new(token.endpoint.name):
                 self._asked(token.endpoint.name)
                 self._compare(token, token.endpoint)
 
@@ -103,9 +106,8 @@ class Peers:
 
     def close(self) -> None:
         """Stop watching."""
-        for subscriber in list(self._subscribers):
-            with suppress(zenoh.ZError):
-                subscriber.undeclare()
+        for watch in (*self._subscribers, *list(self._services.values())):
+            _end(watch)
 
     def _watch(self, pattern: str, *, own_thread: bool = True) -> Any:
         handler = zenoh.handlers.Callback(self._on_sample, indirect=own_thread)
@@ -131,10 +133,10 @@ class Peers:
         if token is None:
             self._say_unreadable(text)
         elif token.session != self._own:
-            self._watch_services(token.session)
             if token.endpoint is None:
-                return
-            if token.endpoint.kind in _WHAT:
+                self._session_came(token.session)
+            elif token.endpoint.kind in _WHAT:
+                self._session_came(token.session)
                 with self._lock:
                     if len(self._others) < _MAX_ENDPOINTS:
                         self._others[keys.gid(text)] = token
@@ -143,24 +145,44 @@ class Peers:
             elif token.endpoint.kind is Kind.SERVICE:
                 self._contest(token, token.endpoint)
 
-    def _watch_services(self, session: str) -> None:
+    def _session_came(self, session: str) -> None:
+        """Count one more token of a session; its services are watched from the first one on."""
         with self._lock:
-            if session in self._sessions or len(self._sessions) >= _MAX_SESSIONS:
+            known = session in self._sessions
+            if not known and len(self._sessions) >= _MAX_SESSIONS:
                 return
-            self._sessions.add(session)
-        if _SESSION.fullmatch(session):
-            pattern = keys.tokens_of(self._domain, Kind.SERVICE, session)
-            self._subscribers.append(self._watch(pattern, own_thread=False))
+            self._sessions[session] += 1
+        if not known and _SESSION.fullmatch(session):
+            watch = self._watch(keys.tokens_of(self._domain, Kind.SERVICE, session), own_thread=False)
+            with self._lock:
+                if session in self._sessions:
+                    self._services[session] = watch
+
+    def _session_went(self, session: str) -> None:
+        """Count one token less of a session; its services are watched until the last one has gone."""
+        with self._lock:
+            if session not in self._sessions:
+                return
+            self._sessions[session] -= 1
+            if self._sessions[session]:
+                return
+            del self._sessions[session]
+            watch = self._services.pop(session, None)
+        _end(watch)
 
     def _went(self, text: str) -> None:
         token = keys.read_token(text)
-        if token is None or token.endpoint is None or token.session == self._own:
+        if token is None or token.session == self._own:
+            return
+        kind = token.endpoint.kind if token.endpoint else Kind.NODE
+        if kind is Kind.SERVICE:
             return
         gid = keys.gid(text)
         with self._lock:
             self._others.pop(gid, None)
-        if token.endpoint.kind is Kind.CLIENT:
+        if kind is Kind.CLIENT:
             self._gone(gid)
+        self._session_went(token.session)
 
     def _compare(self, token: Token, endpoint: Endpoint) -> None:
         served = self._served(endpoint.name)
@@ -190,6 +212,13 @@ class Peers:
         shown = text[:_SHOWN]
         if self._due(shown):
             _log.warning("ROS domain %d: ignored %r, which is not a token of rmw_zenoh", self._domain, shown)
+
+
+def _end(watch: Any) -> None:
+    if watch is not None:
+        # RuntimeError: another thread ends it, too.
+        with suppress(zenoh.ZError, RuntimeError):
+            watch.undeclare()
 
 
 def numbered(who: str) -> str:

@@ -160,7 +160,7 @@ class Ros2Server:
             self._catalog.follow(names)
             trim(len(simulator.robots))
             if self._peers is not None:
-                self._peers.look()
+                self._peers.look(self._publications.is_new)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has a subscriber."""

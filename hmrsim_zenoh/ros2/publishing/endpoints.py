@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
@@ -42,6 +42,9 @@ _MESSAGES: Final[Mapping[str, type[Message]]] = MappingProxyType(
     }
 )
 _QOS: Final = MappingProxyType({AMCL_POSE: LATCHED_QOS, TF: TF_QOS})
+
+_KEPT: Final = 64
+"""Parts whose types are kept."""
 
 T = TypeVar("T", MessageType, ServiceType)
 
@@ -92,6 +95,8 @@ class Endpoints:
         self._roles = cache(self._made_roles)
         self.feedback_types = cache(self._made_feedback_types)
         self.message_type = cache(self._made_message_type)
+        # A client's endpoints come one after the other, those of one part in a row.
+        self.types_of = lru_cache(_KEPT)(self._made_types_of)
 
     @cached_property
     def status_type(self) -> MessageType:
@@ -114,7 +119,7 @@ class Endpoints:
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
-    def types_of(self, part: Part) -> dict[str, set[TypeHash]]:
+    def _made_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of a part by their names; from any thread."""
         found: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):

@@ -55,6 +55,7 @@ class Publications:
     ) -> None:
         self._names = names
         self._lost: frozenset[str] = frozenset()
+        self._new: set[str] = set()
         self._actions = actions
         self._odom = odom
         self._has_tokens = wire.has_types
@@ -79,8 +80,10 @@ class Publications:
     def start(self) -> None:
         """Publish the initial state of new robots, and declare nodes and endpoints in the background."""
         self._topics.forget()
+        self._new.clear()
         for robot in self._names.serves:
             if robot not in self._lost and not self._goals.knows(robot):
+                self._new.add(robot)
                 self._goals.begin(robot, self._names)
                 if robot != WORLD:
                     self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
@@ -118,6 +121,11 @@ class Publications:
         """Return types and hashes of the endpoints with a name; from any thread."""
         part = self._parts.of(name)
         return self._endpoints.types_of(part).get(name, ()) if part else ()
+
+    def is_new(self, name: str) -> bool:
+        """Return whether a name belongs to a robot that has come with the last change."""
+        part = self._parts.of(name)
+        return part is not None and part.robot in self._new
 
     def ask(self, name: str) -> None:
         """Declare what has a name, if it is not declared yet; from any thread."""

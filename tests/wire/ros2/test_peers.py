@@ -113,7 +113,7 @@ def test_the_same_warning_comes_once(network):
     network.declare(hash_=JAZZY)
     network.declare(hash_=JAZZY)
     network.declare(name="/eve/x", hash_=JAZZY)
-    network.peers.look()
+    network.peers.look(lambda _name: True)
 
     assert 1 == len(network.told())
 
@@ -124,7 +124,7 @@ def test_a_client_from_before_the_name_is_reported_on_a_second_look(network):
     network.declare(hash_=JAZZY)
     before = network.told()
     network.served[NAME] = {(TYPE, KILTED)}
-    network.peers.look()
+    network.peers.look(lambda _name: True)
 
     assert (0, 1) == (len(before), len(network.told()))
 
@@ -163,6 +163,30 @@ def test_second_server_of_the_world(network, name):
 
     (told,) = network.warned(1)
     assert "both execute each goal, and a client" in told
+
+
+def test_sessions_that_have_gone_do_not_count(network, monkeypatch):
+    """As each ``ros2`` command has a session of its own: their number is limited."""
+    monkeypatch.setattr("hmrsim_zenoh.ros2.peers._MAX_SESSIONS", 1)
+    others = f"@ros2_lv/{DOMAIN}/{'ab' * 16}/0/1/SC/%/%/x/%x/a::srv::dds_::X_/{OTHER}/::,10:,:,:,,"
+    for token in [network.token(text) for text in (others, others.replace("/0/1/", "/0/2/"))]:
+        token.undeclare()
+    network.told()
+    network.declare()
+    network.declare(Kind.SERVICE)
+
+    assert 1 == len(network.warned(1))
+
+
+def test_names_that_are_not_new_are_not_looked_at_again(network):
+    """Each robot that comes to a large fleet would take time for all clients of the others."""
+    network.declare()
+    network.declare(name="/eve/x")
+    network.told()
+    network.came.clear()
+    network.peers.look(lambda name: name.startswith("/eve/"))
+
+    assert ["/eve/x"] == network.came
 
 
 def test_name_of_a_client(network):

@@ -338,6 +338,18 @@ def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
     assert stage.token("/cart/wait/_action/status")
 
 
+def test_names_of_robots_that_have_come(stage):
+    """Those alone are new, until others come."""
+    stage.start()
+    names = names_of(stage.simulator)
+    seen = []
+    for lost in (("eve",), ()):
+        stage.publications.follow(names, lost)
+        seen.append([stage.publications.is_new(f"/{robot}/odom") for robot in ("eve", "wall_e", "nobody")])
+
+    assert [[False, False, False], [True, False, False]] == seen
+
+
 def test_nothing_changes(stage):
     """The same robots again are no change."""
     names = names_of(stage.simulator)
