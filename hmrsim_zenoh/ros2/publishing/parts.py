@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 FIRST: Final = "navigate_to_pose"
 """The action that is declared for all robots before the rest of any robot."""
 
-MAX_STANDING: Final = 5_000
-"""The largest number of tokens that are declared without being asked for, except for `ALWAYS`: with 5,000, a ROS node
-knows them all in half a second; twice as many take four times as long."""
+MAX_STANDING: Final = 4_000
+"""The largest number of tokens that are declared without being asked for, except for `ALWAYS`: with 4,000, a ROS node
+that comes knows them all in half a second; twice as many take four times as long."""
 
 ALWAYS: Final = 2
 """The number of phases that are declared in any case: the world, and the goals to drive of all robots."""
