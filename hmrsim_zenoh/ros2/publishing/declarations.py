@@ -144,9 +144,11 @@ class Declarations:
                 self._declare(part)
 
     def _declare_asked(self) -> None:
-        """Declare the parts that were asked for."""
+        """Declare the parts that were asked for, until other parts are requested: the rest may be among those."""
         while self._asked and not self._closed:
             with self._changed:
+                if self._wanted is not None:
+                    return
                 part = next(iter(self._asked))
                 del self._asked[part]
             if part in self._existing and part not in self._parts:

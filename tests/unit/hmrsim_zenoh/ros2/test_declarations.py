@@ -278,3 +278,22 @@ def test_what_is_wanted_by_now() -> None:
     declarations._follow(Parts(BOTH).all)
 
     assert [] == network.there
+
+
+def test_what_is_asked_for_while_others_are_declared() -> None:
+    """A robot that comes may be asked for before the thread, which is busy, knows of it."""
+    network = Network()
+    declarations = declared(network, ONE)
+    declarations._wanted = (parts := Parts(BOTH)).all, 0
+    asked = parts.of("/eve/navigate_to_pose/_action/status")
+    assert asked is not None
+    declarations.ask(asked)
+    declarations._declare_asked()
+    before = network.names()
+    wanted = declarations._next()
+    assert wanted is not None
+    declarations._follow(*wanted)
+    declarations._declare_asked()
+
+    assert "/eve/navigate_to_pose/_action/status" not in before
+    assert "/eve/navigate_to_pose/_action/status" in network.names()
