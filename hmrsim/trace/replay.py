@@ -26,6 +26,7 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
 from hmrsim.services import registry as services
+from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.writer import Header, Trace
@@ -95,7 +96,7 @@ class _HeaderLine(BaseModel):
     hmrsim: str
     seed: int
     seed_given: bool
-    step_size: float = Field(ge=1e-9, allow_inf_nan=False)
+    step_size: float = Field(ge=1e-9, le=MAX_SECONDS)
     run_id: str = ""
     world: _World
 

@@ -287,6 +287,13 @@ class TestReplay:
         with pytest.raises(TraceError, match=r"line 1: world: robots.eve.at: no waypoint"):
             replay([header])
 
+    def test_a_step_that_no_run_has_is_refused(self):
+        """Longer than `--step-size` may be."""
+        header = json.loads(traced()[0])
+
+        with pytest.raises(TraceError, match="line 1: no header of a trace"):
+            replay([json.dumps({**header, "step_size": 2.0**64}) + "\n"])
+
     def test_another_contract_is_refused(self):
         """Lines of another version can't be compared."""
         with pytest.raises(TraceError, match="line 1: a trace of contract 99; this is contract 1"):
