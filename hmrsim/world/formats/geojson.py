@@ -108,6 +108,8 @@ def _node(graph: _Graph, node: Part) -> None:
     number = identifier.whole()
     if number in graph.names:
         raise BadPart(identifier, f"{number} is the id of another node, too; ids are unique")
+    if number != len(graph.names):
+        graph.reading.leave_out("ids of nodes that do not count from 0", identifier, done="given anew")
     point = node.want("geometry").want("coordinates").point()
     name = _name(graph, node, number)
     graph.names[number] = name

@@ -65,6 +65,7 @@ def test_what_means_nothing_here_is_told(crossing):
         (7, "further metadata: 1 left out"),
         (8, "operations: 1 left out"),
         (12, "speed limits in percent: 1 taken of 1 m/s"),
+        (14, "ids of nodes that do not count from 0: 3 given anew"),
         (16, "frames other than map: 1 left out"),
         (17, "another node is called 'home', too; this one is called 'node_3'"),
         (19, "features that are neither nodes nor edges: 1 left out"),
@@ -149,6 +150,7 @@ def test_an_edge_to_its_own_start_is_left_out(load):
 
     assert [("node_1", "node_2")] == [(lane.from_, lane.to) for lane in loaded.world.lanes]
     assert [
+        (2, "ids of nodes that do not count from 0: 2 given anew"),
         (4, "leads from 'node_1' to itself; left out, as no robot could drive it"),
         (6, "leads from 'node_2' to itself; left out, as no robot could drive it"),
     ] == [(warning.line, warning.message) for warning in loaded.warnings]
@@ -156,11 +158,14 @@ def test_an_edge_to_its_own_start_is_left_out(load):
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Nav2's graph is not here")
 def test_nav2s_own_graph():
-    """All nodes and edges, without a warning but for the edge that is there twice."""
+    """All nodes and edges; its ids begin at 1, and an edge is there twice."""
     loaded = load_world(REFERENCE / "turtlebot3_graph.geojson")
 
     assert (20, 32) == (len(loaded.world.waypoints), len(loaded.world.lanes))
-    assert {"ways that were there before: 1 left out"} == {warning.message for warning in loaded.warnings}
+    assert {
+        "ids of nodes that do not count from 0: 20 given anew",
+        "ways that were there before: 1 left out",
+    } == {warning.message for warning in loaded.warnings}
 
 
 @pytest.mark.parametrize("graph", nav2_files(".geojson"), ids=lambda path: path.name)
