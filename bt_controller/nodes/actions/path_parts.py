@@ -110,7 +110,7 @@ class GetPoseFromPath(Leaf):
 
     INPUTS: ClassVar = {
         "path": input_port(PATH, "The path", required=False),
-        "index": input_port(INT, "Index of the pose, from 0; negative from the end", default=-1),
+        "index": input_port(INT, "Index of the pose, from 0; negative from the end", default=0),
     }
     OUTPUTS: ClassVar = {"pose": output_port(POSE, "The pose")}
 

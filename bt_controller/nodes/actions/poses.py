@@ -45,6 +45,7 @@ class RemovePassedGoals(Located, Leaf):
     INPUTS: ClassVar = {
         "input_goals": _INPUT_GOALS,
         "radius": input_port(FINITE, "Largest distance of a passed goal, in the world's unit of length", default=0.5),
+        "global_frame": GLOBAL_FRAME,
         "robot_base_frame": BASE_FRAME,
         "input_waypoint_statuses": input_port(_STATUSES, "The waypoint statuses", required=False),
     }

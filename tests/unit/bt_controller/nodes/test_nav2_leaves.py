@@ -163,9 +163,9 @@ class TestConcatenatePaths:
 class TestGetPoseFromPath:
     """One pose of a path."""
 
-    @pytest.mark.parametrize(("index", "x"), [({}, 2.0), ({"index": "0"}, 0.0), ({"index": "-2"}, 1.0)])
+    @pytest.mark.parametrize(("index", "x"), [({}, 0.0), ({"index": "-1"}, 2.0), ({"index": "-2"}, 1.0)])
     def test_the_index_counts_from_either_end(self, node, tree, path, board, index, x):
-        """The default is the last pose."""
+        """The default is the first pose, as in Nav2."""
         assert "S" == tree(node(GetPoseFromPath, path=path((0, 0), (1, 0), (2, 0)), pose="{pose}", **index)).tick()
         assert x == board["/pose"].pose.position.x
 
@@ -202,7 +202,7 @@ class TestRemovePassedGoals:
     def test_the_first_goals_within_the_radius_are_left_out(self, node, tree, topics, board):
         """Up to the first that is not; what comes after that stays, wherever it is."""
         topics.at(1.4, 0.0)
-        ports = {"input_goals": self.GOALS, "output_goals": "{out}", "radius": "0.5"}
+        ports = {"input_goals": self.GOALS, "output_goals": "{out}", "radius": "0.5", "global_frame": "map"}
         tree(node(RemovePassedGoals, **ports), **topics.known).tick()
 
         assert [2.0, 3.0, 1.0] == [goal.pose.position.x for goal in board["/out"]]
