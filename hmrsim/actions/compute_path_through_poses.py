@@ -37,7 +37,10 @@ def _process(
             raise GoalAborted(error.code + _OFFSET, f"pose {number}: {error}") from None
         more = [*poses_along(route, here, facing(at))]
         # Where two parts meet there is one pose, as Nav2's planner server joins paths: that of the goal there.
-        poses = [*poses, *more[1:]] if poses and route.legs else [*poses[:-1], *more]
+        if poses and route.legs:
+            poses += more[1:]
+        else:
+            poses[-1:] = more
         here = poses[-1].point
     return ComputePathThroughPoses.Result(path=path_message(robot, poses))
 
