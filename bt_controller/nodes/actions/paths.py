@@ -107,6 +107,7 @@ class ComputePathThroughPoses(ActionNode):
     def clear_result(self) -> None:
         """Write a path without poses."""
         self.write("path", Path())
+        self.write("last_reached_index", ComputeThrough.Result.ALL_GOALS)
 
 
 class SmoothPath(ActionNode):

@@ -394,6 +394,15 @@ class TestFeedback:
         assert "/tracking" not in board
         assert not ticked.root.children[-1].wants_feedback
 
+    def test_a_path_through_poses_that_is_not_there_reached_none_of_them_last(self, node, tree, known, client, board):
+        """The index is lyrical's ALL_GOALS, as after a path to all."""
+        ports = {"goals": "1;2|3;4", "path": "{path}", "last_reached_index": "{last}"}
+        ticked = tree(node(ComputePathThroughPoses, **ports), **known)
+        ticked.tick()
+        client.goals[0].abort(308, "no path")
+
+        assert ("F", Path(), -1) == (ticked.tick(), board["/path"], board["/last"])
+
     def test_a_route_is_tracked(self, node, tree, known, client, board):
         """Where the robot is, and in the end nowhere."""
         ports = {"last_node_id": "{last}", "path": "{path}", "execution_duration": "{seconds}"}
