@@ -42,7 +42,10 @@ def read(path: str) -> Element:
     Raises:
         TreeError: The file can't be read, is not XML, or exceeds a limit.
     """
-    return _Reader(Path(path)).main()
+    file = Path(path)
+    if missing := _missing(file):
+        raise TreeError(Origin(str(file), 0).says(missing))
+    return _Reader(file).main()
 
 
 class _Reader:
@@ -59,8 +62,6 @@ class _Reader:
 
     def main(self) -> Element:
         origin = Origin(str(self._path), 0)
-        if missing := _missing(self._path):
-            raise TreeError(origin.says(missing))
         root = self._read(self._path.resolve(), origin, origin)
         if self._mistakes:
             raise TreeError("\n".join(list(self._mistakes)[:MAX_FAULTS]))

@@ -78,6 +78,14 @@ def test_a_missing_file_is_one_line():
         read("nowhere.xml")
 
 
+def test_a_path_through_a_loop_of_links_is_one_line(files):
+    """Nothing is there."""
+    (files.folder / "loop").symlink_to("loop")
+
+    with pytest.raises(TreeError, match=r"^loop/tree\.xml: no such file$"):
+        read("loop/tree.xml")
+
+
 class TestInclude:
     """<include path="…"/>."""
 
