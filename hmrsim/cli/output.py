@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
+from hmrsim.errors import printable
+
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
 
@@ -53,8 +55,8 @@ def show(text: str) -> None:
 
 
 def warn(text: str) -> None:
-    """Print text that is not a result."""
-    print(text, file=sys.stderr, flush=True)
+    """Print text that is not a result, without control characters of files and clients that it tells of."""
+    print("\n".join(map(printable, text.split("\n"))), file=sys.stderr, flush=True)
 
 
 class _Dumper(yaml.SafeDumper):
