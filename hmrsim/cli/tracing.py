@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
-from hmrsim.program.inputs import check_regular
+from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim.program.outputs import TextOutput, check_outputs
 from hmrsim.trace.writer import Header, Trace
 
@@ -58,10 +58,18 @@ def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
 
 
 def lines_of(path: Path) -> Iterator[str]:
-    """Yield the lines of a trace."""
+    """Yield the lines of a trace.
+
+    Raises:
+        TraceError: A line has too many values.
+    """
     check_regular(path)
     with path.open(encoding="utf-8", newline="\n") as file:
-        yield from iter(lambda: file.readline(_MAX_CHARACTERS), "")
+        for number, line in enumerate(iter(lambda: file.readline(_MAX_CHARACTERS), ""), 1):
+            most = MAX_VALUES if number > 1 else MAX_VALUES_OF_WORLD
+            if has_more_values(line, most):
+                raise TraceError(f"line {number}: has more than {most} values")
+            yield line
 
 
 class TraceFile:

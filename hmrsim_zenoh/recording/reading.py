@@ -11,7 +11,7 @@ from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 from hmrsim.errors import RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim.program.inputs import check_regular
+from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim_zenoh.recording.chunks import Budget, Piece, TooMuch, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
@@ -81,7 +81,7 @@ class Recording:
                 try:
                     yield time, key, decode(data)
                 except CdrError as error:
-                    raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: {error}") from None
+                    raise self._wrong(topic, time, str(error)) from None
 
     def _look_over(self) -> None:
         """Find the time range and whether the file is complete and a recording, without unpacking chunks.
@@ -171,16 +171,22 @@ class Recording:
         match event := self._json(topic, time, data):
             case {"kind": str(), "stamp": {"sec": int(), "nanosec": int()}}:
                 return event
-        raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: not an event")
+        raise self._wrong(topic, time, "not an event")
 
     def _json(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
+        most = MAX_VALUES_OF_WORLD if topic == WORLD_TOPIC else MAX_VALUES
+        if has_more_values(data, most):
+            raise self._wrong(topic, time, f"more than {most} values")
         try:
             value = json.loads(data)
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: not a JSON object")
+            raise self._wrong(topic, time, "not a JSON object")
         return value
+
+    def _wrong(self, topic: str, time: int, why: str) -> RecordingError:
+        return RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: {why}")
 
     def _not_ours(self, topic: str) -> RecordingError:
         return RecordingError(

@@ -93,6 +93,25 @@ def test_what_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
     assert f"hmrsim: {path}: {why}\n" == capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("line", "most"), [(0, 5_000_000), (1, 1_000_000)])
+def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
+    """The first one, which has the world, may have more than others."""
+    lines = trace.read_text().splitlines(keepends=True)
+    lines[line] = f'{{"kind":"x","x":[{"0," * most}0]}}\n'
+    trace.write_text("".join(lines))
+
+    assert 2 == main(["replay", str(trace)])
+    assert f"hmrsim: {trace}: line {line + 1}: has more than {most} values\n" == capsys.readouterr().err
+
+
+def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys):
+    """The version that the trace names."""
+    trace.write_text(trace.read_text().replace('"hmrsim":"', '"hmrsim":"\\u001b[2J', 1))
+    main(["replay", str(trace)])
+
+    assert f"{trace} was written by hmrsim \\x1b[2J" in capsys.readouterr().err
+
+
 def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
     """Exit 2, before anything runs."""
     (tmp_path / "world.yaml").write_text(WORLD)

@@ -186,6 +186,16 @@ def test_an_event_that_is_none_is_named(tmp_path, data):
         list(open_recording(path).events())
 
 
+@pytest.mark.parametrize(("topic", "most"), [("/_world/world", 5_000_000), ("/_world/info", 1_000_000)])
+def test_a_message_of_too_many_values_is_not_parsed(tmp_path, topic, most):
+    """It is text of a few megabytes, and would take a gigabyte."""
+    topics = {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": b"{}"}
+    path = written(tmp_path / "many.mcap", {**topics, topic: b'{"x":[' + b"0," * most + b"0]}"})
+
+    with pytest.raises(RecordingError, match=rf"many\.mcap: {topic} at 0\.000 s: more than {most} values$"):
+        open_recording(path)
+
+
 @pytest.mark.parametrize("claimed", [10, 1 << 27, 1 << 60])
 def test_a_bomb_is_not_unpacked(claimed):
     """128 MiB of zeros, whatever size the chunk claims."""
