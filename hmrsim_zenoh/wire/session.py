@@ -10,6 +10,7 @@ import logging
 import re
 import time
 from dataclasses import replace
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -48,6 +49,11 @@ _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/bloc
 _MAX_MESSAGE_KEY: Final = "transport/link/rx/max_message_size"
 MAX_MESSAGE: Final = 16 << 20
 """The largest message that a simulator receives, in bytes: Zenoh drops larger ones while they arrive, unanswered."""
+
+MAX_CONFIG: Final = 1 << 20
+"""The largest configuration file in bytes."""
+_MAX_CONFIG_DEPTH: Final = 50
+"""How deep lists and objects may be inside each other there; Zenoh's own have seven levels."""
 
 # The build path of Zenoh's Rust source, which it appends to its messages.
 _SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
@@ -316,14 +322,27 @@ def base_config(config_file: Path | None) -> zenoh.Config:
     try:
         # Zenoh would wait for a pipe without letting go of the interpreter.
         check_regular(config_file)
+        flaw = _too_much(config_file)
     except FileNotFoundError:
-        pass  # Zenoh says so
+        flaw = ""  # Zenoh says so
     except OSError as error:
         raise BadOptions(f"{config_file}: can't be read: {reason_of(error)}") from None
+    if flaw:
+        raise BadOptions(f"{config_file}: not a Zenoh configuration: {flaw}")
     try:
         return zenoh.Config.from_file(config_file)
     except zenoh.ZError as error:
         raise BadOptions(f"{config_file}: not a Zenoh configuration: {_first_line(error)}") from None
+
+
+def _too_much(config_file: Path) -> str:
+    """Return why a file is too large for Zenoh, which crashes when JSON5 is nested too deep; empty if it is not."""
+    with config_file.open("rb") as file:
+        text = file.read(MAX_CONFIG + 1)
+    if len(text) > MAX_CONFIG:
+        return f"larger than {MAX_CONFIG} bytes"
+    depths = accumulate(1 if bracket in b"[{" else -1 for bracket in re.findall(rb"[][{}]", text))
+    return f"nested deeper than {_MAX_CONFIG_DEPTH}" if max(depths, default=0) > _MAX_CONFIG_DEPTH else ""
 
 
 def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, ...]:

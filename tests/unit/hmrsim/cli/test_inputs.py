@@ -65,3 +65,19 @@ def test_what_is_no_file(tmp_path, monkeypatch, capsys, make: Callable[[], str])
 
         assert (2, 1, "") == (code, told.err.count("\n"), told.out), (command, told.err)
         assert "Traceback" not in told.err
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('{"a":' * 100_000 + "1" + "}" * 100_000, "nested deeper than 50"),
+        ('{"mode": "' + "x" * 2_000_000 + '"}', "larger than 1048576 bytes"),
+    ],
+)
+def test_a_zenoh_configuration_that_is_too_much_for_zenoh(tmp_path, capsys, text, why):
+    """Its parser would end the process, or take long."""
+    file = tmp_path / "zenoh.json5"
+    file.write_text(text)
+
+    assert 2 == main(["topic", "list", "--zenoh-config", str(file)])
+    assert f"hmrsim: {file}: not a Zenoh configuration: {why}\n" == capsys.readouterr().err
