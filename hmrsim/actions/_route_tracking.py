@@ -49,12 +49,12 @@ class RouteTracker:
         self, robot: Robot, goal: ComputeAndTrackRoute.Goal, report: Report[ComputeAndTrackRoute.Feedback]
     ) -> None:
         self._robot, self._report = robot, report
-        start, self._end = ends_of(robot, goal)
+        self._ends = ends_of(robot, goal)
         self._last: str | None = None
         self._lane: Lane | None = None
         self._near = False
         self._limit = math.inf
-        self._take(find_route(robot, start, self._end))
+        self._take(find_route(robot, self._ends))
         self._feedback: dict[str, Any] = {}
 
     def _take(self, route: GraphRoute) -> None:
@@ -83,7 +83,7 @@ class RouteTracker:
                 if self._pass_on():
                     return
             if self._closed_ahead():
-                self._take(find_route(self._robot, None, self._end))
+                self._take(find_route(self._robot, self._ends.from_robot()))
                 self._note(rerouted=True)
                 self._tell(_REROUTE)
                 continue

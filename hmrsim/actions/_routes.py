@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.actions._navigation import point_of
 from hmrsim.errors import GoalAborted, NoRoute
@@ -46,8 +46,27 @@ class GraphRoute:
         return tuple(pairwise(self.nodes))
 
 
-def ends_of(robot: Robot, goal: Goal) -> tuple[Point | None, Point]:
-    """Return where the route of a goal begins, None for where the robot is, and where it ends.
+class Ends(NamedTuple):
+    """Where a route begins and ends.
+
+    Attributes:
+        start: None for where the robot is.
+        first: The waypoint that it has to begin with; None for any.
+        last: The one that it has to end with.
+    """
+
+    start: Point | None
+    end: Point
+    first: str | None = None
+    last: str | None = None
+
+    def from_robot(self) -> Ends:
+        """Return the same from where the robot is."""
+        return self._replace(start=None, first=None)
+
+
+def ends_of(robot: Robot, goal: Goal) -> Ends:
+    """Return where the route of a goal begins and ends.
 
     Raises:
         GoalAborted: There is no such waypoint, or no graph.
@@ -59,19 +78,20 @@ def ends_of(robot: Robot, goal: Goal) -> tuple[Point | None, Point]:
         text = f"the ids of waypoints and lanes go up to {last}, and those of messages to {_MAX_ID}"
         raise GoalAborted(_CODES.NO_VALID_GRAPH, text)
     if goal.use_poses:
-        return point_of(goal.start) if goal.use_start else None, point_of(goal.goal)
-    return _point(robot, goal.start_id), _point(robot, goal.goal_id)
+        return Ends(point_of(goal.start) if goal.use_start else None, point_of(goal.goal))
+    names, points = [_waypoint(robot, number) for number in (goal.start_id, goal.goal_id)], robot.graph.waypoints
+    return Ends(points[names[0]], points[names[1]], *names)
 
 
-def _point(robot: Robot, number: int) -> Point:
+def _waypoint(robot: Robot, number: int) -> str:
     names = [*robot.graph.ids.nodes]
     if number >= len(names):
         raise GoalAborted(_CODES.UNKNOWN, f"no waypoint has the id {number}; ids are 0 to {len(names) - 1}")
-    return robot.graph.waypoints[names[number]]
+    return names[number]
 
 
-def find_route(robot: Robot, start: Point | None, end: Point) -> GraphRoute:
-    """Return the quickest route between two points, from the first waypoint that it passes to the last.
+def find_route(robot: Robot, ends: Ends) -> GraphRoute:
+    """Return the quickest route, from the first waypoint that it passes to the last.
 
     If it passes none, which is so on one lane, it is the waypoint nearest to its end.
 
@@ -79,7 +99,7 @@ def find_route(robot: Robot, start: Point | None, end: Point) -> GraphRoute:
         GoalAborted: There is none.
     """
     try:
-        legs = robot.plan_on_lanes(end, start).legs
+        legs = robot.plan_on_lanes(ends.end, ends.start).legs
     except NoRoute as error:
         none = error.code == ComputePathToPose.Result.NO_VALID_PATH
         code = _CODES.NO_VALID_ROUTE if none else _CODES.INDETERMINANT_NODES_ON_GRAPH
@@ -87,7 +107,10 @@ def find_route(robot: Robot, start: Point | None, end: Point) -> GraphRoute:
     waypoints = robot.graph.waypoints
     nodes = tuple(dict.fromkeys(name for leg in legs for name in _passed(leg, waypoints)))
     if not nodes:
-        nodes = (min(waypoints, key=lambda name: (distance(waypoints[name], end), name)),)
+        nodes = (ends.last or min(waypoints, key=lambda name: (distance(waypoints[name], ends.end), name)),)
+    if (ends.first or nodes[0], ends.last or nodes[-1]) != (nodes[0], nodes[-1]):
+        # A robot would drive beside the lanes, to or from a waypoint that none of them has.
+        raise GoalAborted(_CODES.NO_VALID_ROUTE, f"no lanes lead from {ends.first or nodes[0]!r} to {ends.last!r}")
     whole = set(pairwise(nodes))
     before = next((leg.lane for leg in legs if leg.lane), None)
     first = before if before and before not in whole and before[1] == nodes[0] else None

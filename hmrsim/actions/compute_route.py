@@ -20,7 +20,7 @@ def _process(
     robot: Robot, goal: ComputeRoute.Goal, _report: Report[ComputeRoute.Feedback]
 ) -> Generator[Any, Any, ComputeRoute.Result]:
     yield from ()
-    route = find_route(robot, *ends_of(robot, goal))
+    route = find_route(robot, ends_of(robot, goal))
     path = path_message(robot, poses_on(robot, route))
     return ComputeRoute.Result(path=path, route=Route.model_validate(route_values(robot, route)))
 

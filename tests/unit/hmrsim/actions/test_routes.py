@@ -146,6 +146,17 @@ class TestComputeRoute:
         assert code == log.result(A).error_code
         assert log.result(A).error_msg.startswith(text)
 
+    @pytest.mark.parametrize(("start", "goal"), [(0, 5), (5, 2)])
+    def test_between_waypoints_it_is_on_lanes_all_the_way(self, make_run, start, goal):
+        """One that no lane has is not reached, as by Nav2's route server; by pose a robot drives there."""
+        world = WORLD | {"waypoints": {**WORLD["waypoints"], "alone": [5, 5]}}
+        run = make_run(world)
+        result = run((0.0, route(start_id=start, goal_id=goal))).result(A)
+
+        assert 405 == result.error_code
+        assert result.error_msg.startswith("no lanes lead from ")
+        assert [5] == nodes_of(run((0.0, route(start_id=5, goal_id=5, ident=B))).result(B).route)
+
     def test_a_world_without_waypoints_has_no_graph(self, make_run):
         """402."""
         assert 402 == make_run({"robots": {"r": {"at": [0, 0]}}})((0.0, route(5, 0))).result(A).error_code
