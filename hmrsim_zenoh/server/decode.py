@@ -159,13 +159,16 @@ class Requests:
         self._actions = actions
         self._serves = serves
         self._fixed = fixed
+        self._values = {*fixed, *_WORLD_TOPICS, Topic.TIME.value}
         self._goals = zenoh.KeyExpr(keys.any_action(Verb.SEND_GOAL))
         self._max_payload = max_payload
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
-        key = self._keys.without_history(str(query.key_expr))
-        if key == self._wakeup_key:
+        asked = str(query.key_expr)
+        key = self._keys.without_history(asked)
+        if key == self._wakeup_key or (key != asked and not self._reads(key)):
+            # All that may read may ask for earlier values, so that such a query gives no command.
             query.drop()
             return []
         try:
@@ -178,6 +181,17 @@ class Requests:
             _log.exception("reading a request on %s", key)
             PendingReply(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
         return []
+
+    def _reads(self, key: str) -> bool:
+        """Return whether a query on a key is for values; one with wildcards always is."""
+        if "*" in key or "$" in key:
+            return True
+        match self._parse(key):
+            case ActionKey(verb=verb):
+                return verb is Verb.STATUS
+            case TopicKey(robot, topic):
+                return robot != WORLD or topic in self._values
+        return False
 
     def _decode_one(self, query: zenoh.Query, key: str) -> list[AnyCommand]:
         match self._parse(key):

@@ -43,6 +43,12 @@ MEMBERS = (
 GOAL = {"goal": {"time": {"sec": 1, "nanosec": 0}}}
 FAULT = {"type": "breakdown", "robot": "eve", "duration": 0.1}
 
+REQUESTS = {
+    "hmrsim/wall_e/wait/_action/send_goal": GOAL,
+    "hmrsim/wall_e/wait/_action/cancel_goal": {},
+    "hmrsim/_world/inject_fault": FAULT,
+}
+
 
 class Ledger:
     """A sink that remembers the commands that change something."""
@@ -122,14 +128,9 @@ def strangers(secured: Secured, folder: Path) -> dict[str, SessionOptions]:
 
 def over_json(options: SessionOptions) -> list[str]:
     """Send a goal, cancel goals and inject a fault on the JSON keys; return the keys that answered."""
-    requests = {
-        "hmrsim/wall_e/wait/_action/send_goal": GOAL,
-        "hmrsim/wall_e/wait/_action/cancel_goal": {},
-        "hmrsim/_world/inject_fault": FAULT,
-    }
     try:
         with open_client(options) as session:
-            return [key for key, body in requests.items() if _answers(session, key, body)]
+            return [key for key, body in REQUESTS.items() if _answers(session, key, body)]
     except SimulatorNotFound:
         return []
 

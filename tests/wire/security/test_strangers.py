@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
+from hmrsim_zenoh.wire.session import open_client
 from tests.cases import case
-from tests.wire.security.conftest import over_json, over_ros, strangers
+from tests.wire.security.conftest import REQUESTS, over_json, over_ros, strangers
 
 EXECUTED = ["SendGoal", "CancelGoal", "CallService"]
 
@@ -32,3 +35,20 @@ def test_a_controller_drives_its_robots_and_commands_no_world(secured, wire, nam
 
     assert (EXECUTED[:2] if wire is over_json else EXECUTED[:1]) == secured.ledger.commands
     assert len(secured.ledger.commands) == len(answered)
+
+
+@pytest.mark.parametrize("name", ["viewer", "porters", "operator"])
+def test_queries_for_earlier_values_command_nothing(secured, name):
+    """All members may ask for earlier values of any key; requests for actions and services are not served there."""
+    secured.ledger.commands.clear()
+    with open_client(secured.of(name)) as session:
+        for key, body in REQUESTS.items():
+            for end in ("@adv", "@adv/x", "@adv/**"):
+                with case(f"{key}/{end}"):
+                    assert [] == list(session.get(f"{key}/{end}?_anyke", payload=json.dumps(body), timeout=5.0))
+        earlier = list(session.get("hmrsim/_world/info/@adv/**?_anyke", timeout=5.0))
+    # Requests of one simulator are served in order: what came before would be in the ledger by now.
+    over_json(secured.of("operator"))
+
+    assert ["hmrsim/_world/info"] == [str(reply.ok.key_expr) for reply in earlier]
+    assert EXECUTED == secured.ledger.commands
