@@ -232,6 +232,12 @@ class Link:
             call.give_up()
         return call
 
+    def time_key(self, request: str) -> str:
+        """Return the key of a request about time."""
+        member = self._enclave.member if self._enclave else None
+        by_name = request == "advance" and member is not None and member.role == "controller"
+        return self.keys.world(f"time/{request}/{member.name}" if by_name and member else f"time/{request}")
+
     def absence(self) -> HmrsimError | None:
         """Return why no answer can come any more; None while the simulator is alive or may still come (back)."""
         if self.closed:
@@ -259,11 +265,8 @@ class Link:
         enclave = self._enclave
         if enclave is None:
             return None
-        decision = enclave.access_control.may_query(enclave.name, key)
-        if decision.allowed:
-            return None
-        others = ", ".join(enclave.access_control.who_may_query(key)) or "no one"
-        return Denied(f"{enclave.name!r} may not ask on {key!r}: {decision}; who may: {others}")
+        text = enclave.access_control.denial(enclave.name, key)
+        return Denied(text) if text else None
 
     def _explained(self, key: str, then: Callable[[Answer], None], answer: Answer) -> None:
         then(self.denial(key) if answer is None else answer)

@@ -115,6 +115,9 @@ class Lockstep:
                 if key.verb is Verb.GET_RESULT:
                     goal = key.robot, key.action, json.loads(payload)["goal_id"]
                     self._results.setdefault(goal, []).append(then)
+                elif denial := self._link.denial(port.key):
+                    # Not sent: one that is denied would take the other commands of the advance with it.
+                    self._undelivered.append(partial(then, denial))
                 else:
                     self._queue.append(_Command(_command(key, payload), port, payload, then))
                 return

@@ -28,8 +28,8 @@ _NODES: Final = ("*", "*/*")
 """The simulator's node, and the robots'."""
 _OF_NODES: Final = ("get_$*", "list_parameters", "describe_parameters")
 """The services of ROS nodes that change nothing."""
-_JOINING: Final = ("join", "advance", "leave")
-"""The requests of participants in lockstep."""
+_JOINING: Final = ("join", "leave")
+"""The requests of participants in lockstep. They advance by names, as goals of all robots go along with that."""
 _ROS_TOKENS: Final = ("NN", "MP", "MS", "SC")
 """The kinds of tokens that ROS nodes declare: all except servers, which would pose as the simulator's."""
 _ROS_LOGS: Final = ("rosout", "parameter_events")
@@ -70,6 +70,8 @@ class Rights:
         robots = member.robots or ("*",)
         who = f"{member.name} drives {', '.join(member.robots) or 'all robots'}"
         yield Rule(who, ("query",), "ingress", tuple(key for robot in robots for key in self._commands(robot)))
+        advance = self._key(f"{WORLD}/time/advance/{member.name}")
+        yield Rule(f"{member.name} advances time", ("query",), "ingress", (advance,))
         yield from self._trees(member.name, robots)
         if not member.robots:
             world = (self._key(f"{WORLD}/*/_action/*"), self._ros("simulate_steps/_action/*/*/*"))

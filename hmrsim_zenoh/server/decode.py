@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.services import AnyService
+    from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -138,6 +139,7 @@ class Requests:
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.
+        policy: What the session enforces; None where it is open.
     """
 
     def __init__(
@@ -149,9 +151,10 @@ class Requests:
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         services: Mapping[str, AnyService],
         max_payload: int,
+        policy: AccessControl | None = None,
     ) -> None:
         self._keys = keys
-        self._time = TimeRequests(keys, actions, max_payload)
+        self._time = TimeRequests(keys, actions, max_payload, policy)
         self._services = services
         self._wakeup_key = keys.wakeup_key()
         # Clients use the same keys again and again.
@@ -229,7 +232,7 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
-        if topic in self._time.names:
+        if self._time.serves(topic):
             asked = query.payload.to_bytes() if query.payload else b""
             return [self._time.read(topic, asked, PendingReply(query, key))]
         if topic in self._services:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
+import zenoh
 from pydantic import AfterValidator, Field
 from pydantic_core import to_json
 
@@ -19,6 +20,7 @@ from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
+from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
@@ -26,9 +28,12 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.answers import Refused
     from hmrsim.protocol.commands import TimeCommand
+    from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"
+_ADVANCE: Final = "advance"
+_KEPT: Final = 1024
 
 JOINED: Final = f"{encoding.JSON};hmrsim/Joined"
 GRANTED: Final = f"{encoding.JSON};hmrsim/Granted"
@@ -101,15 +106,21 @@ class TimeRequests:
     Args:
         keys: How keys are spelled, including the aliases of actions.
         max_payload: The largest request in bytes.
+        policy: What the session enforces; None where it is open. Members that may not command everything advance on a
+            key that ends in their name, so that the rights to each command can be looked up: `advance/NAME`.
     """
 
-    def __init__(self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int) -> None:
+    def __init__(
+        self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int, policy: AccessControl | None = None
+    ) -> None:
+        self._members = frozenset(policy.rules if policy else ())
+        self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
         self._actions = actions
         self._max_payload = max_payload
         self._readers: dict[str, Callable[[bytes, Any], TimeCommand]] = {
             "join": self._join,
-            "advance": self._advance,
+            _ADVANCE: self._advance,
             "leave": self._leave,
             "set": self._set,
             "state": self._state,
@@ -120,13 +131,20 @@ class TimeRequests:
         """The names of the requests, as the ends of keys."""
         return tuple(f"{_FOLDER}{name}" for name in self._readers)
 
+    def serves(self, topic: str) -> bool:
+        """Return whether a topic of the world is a request about time."""
+        request, _, member = topic.removeprefix(_FOLDER).partition("/")
+        known = topic.startswith(_FOLDER) and request in self._readers
+        return known and (not member or (request == _ADVANCE and member in self._members))
+
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
         """Return the command of a request.
 
         Raises:
             UnreadableError: The request is invalid.
         """
-        return self._readers[topic.removeprefix(_FOLDER)](payload, reply_to)
+        request, _, member = topic.removeprefix(_FOLDER).partition("/")
+        return self._advance(payload, reply_to, member) if member else self._readers[request](payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         request = read(plain(kind), payload, max_payload=self._max_payload)
@@ -148,20 +166,24 @@ class TimeRequests:
             self._request(ReadRequest, payload)
         return ReadTime(reply_to)
 
-    def _advance(self, payload: bytes, reply_to: Any) -> Advance:
+    def _advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
         request: AdvanceRequest = self._request(AdvanceRequest, payload)
         advance = Advance(
             request.participant,
             request.epoch,
             wake=_kinds(tuple(request.wake)),
             report=_kinds(tuple(request.report)),
-            commands=tuple(self._command(command, number) for number, command in enumerate(request.commands)),
+            commands=tuple(self._command(command, number, member) for number, command in enumerate(request.commands)),
             reply_to=reply_to,
         )
         return advance if request.until is None else advance._replace(until=request.until)
 
-    def _command(self, request: CommandRequest, number: int) -> SendGoal | CancelGoal:
+    def _command(self, request: CommandRequest, number: int, member: str) -> SendGoal | CancelGoal:
         where = f"commands.{number}"
+        if member:
+            verb = Verb.SEND_GOAL if request.cancel is None else Verb.CANCEL_GOAL
+            if denial := self._denied(member, self._keys.action(request.robot, request.action, verb)):
+                raise unreadable_at(where, denial, None)
         robot, name = self._keys.resolve(request.robot, request.action)
         if request.cancel is not None:
             if request.goal is not None or request.goal_id is not None:
@@ -177,6 +199,13 @@ class TimeRequests:
         goal = None if action is None else self._goal(action, request.goal, f"{where}.goal")
         return SendGoal(robot, name, goal, request.goal_id)
 
+    def _denied(self, member: str, key: str) -> str:
+        """Return why a member may not command what it could ask on a key; empty if it may."""
+        try:
+            return self._denial(member, key)
+        except zenoh.ZError:
+            return f"{key!r} is not a key of an action"
+
     def _goal(self, action: AnyAction, goal: dict[str, Any], where: str) -> Any:
         try:
             # Encoded as JSON again, so that a list or a number is validated as in any other request.
@@ -184,6 +213,10 @@ class TimeRequests:
             return read(plain(kind), to_json(goal), max_payload=self._max_payload)
         except UnreadableError as error:
             raise error.below(where) from None
+
+
+def _no_denial(_member: str, _key: str) -> str:
+    return ""
 
 
 @cache

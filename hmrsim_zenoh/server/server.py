@@ -107,7 +107,12 @@ class Server:
         self._topic_keys: dict[str, zenoh.KeyExpr | str] = {}
         self._fixed = description.latched
         self._read_by = partial(
-            Requests, actions=actions, fixed=self._fixed, services=services, max_payload=settings.max_payload
+            Requests,
+            actions=actions,
+            fixed=self._fixed,
+            services=services,
+            max_payload=settings.max_payload,
+            policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = QueryInbox(

@@ -23,14 +23,14 @@ _log = logging.getLogger(__name__)
 class Sessions:
     """Follows the connections, and logs those who have no rights: Zenoh lets them in, and drops what they send.
 
-    Args:
+    Attributes:
         policy: What the session enforces.
     """
 
     mime: Final = f"{encoding.JSON};hmrsim/Sessions"
 
     def __init__(self, session: zenoh.Session, policy: AccessControl) -> None:
-        self._policy = policy
+        self.policy = policy
         self._names: dict[str, str] = {}
         self._told: set[str] = set()
         handler = zenoh.handlers.Callback(self._on_event, indirect=False)
@@ -47,6 +47,6 @@ class Sessions:
             self._names.pop(zid, None)
             return
         self._names[zid] = name
-        if name not in self._policy.rules and name not in self._told and len(self._told) < _MAX_TOLD:
+        if name not in self.policy.rules and name not in self._told and len(self._told) < _MAX_TOLD:
             self._told.add(name)
             _log.warning("%r is denied everything: it is revoked, or no member of the policy", printable(name))

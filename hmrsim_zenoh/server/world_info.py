@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.server.sessions import Sessions
+    from hmrsim_zenoh.wire.access_control import AccessControl
 
 _TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}
 
@@ -49,6 +50,11 @@ class Description:
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
         self._view: bytes | None = None
+
+    @property
+    def policy(self) -> AccessControl | None:
+        """What the session enforces; None where it is open."""
+        return self._sessions.policy if self._sessions else None
 
     @property
     def hurries(self) -> bool:

@@ -124,6 +124,14 @@ class AccessControl:
         """Return whether a client may query a key: get a value, send a goal, call a service."""
         return self.decide(name, "query", "ingress", key)
 
+    def denial(self, name: str, key: str) -> str:
+        """Return why a client may not query a key, and who may; empty if it may."""
+        decision = self.may_query(name, key)
+        if decision.allowed:
+            return ""
+        others = ", ".join(self.who_may_query(key)) or "no one"
+        return f"{name!r} may not ask on {key!r}: {decision}; who may: {others}"
+
     def reads(self, key: str) -> Decision:
         """Return whether a query is one of those that only read, for visitors without a name."""
         rules = {rule for each in self.rules.values() for rule in each if rule.id == READING}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from dataclasses import replace
 
@@ -20,7 +21,7 @@ from hmrsim_zenoh.wire.session import open_client, open_server
 from tests.cases import case
 from tests.served_world import served_world
 from tests.wire.ros2.client import SUCCEEDED, RosClient, goal_to
-from tests.wire.security.conftest import of_node, strangers
+from tests.wire.security.conftest import GOAL, Ledger, of_node, strangers
 
 WAIT = Wait.Goal(time=Duration(sec=0, nanosec=10_000_000))
 
@@ -68,6 +69,49 @@ def test_controllers_of_some_robots_take_part_in_lockstep(secured):
             client.sleep(2.0)
 
             assert client.now == 2.0
+
+
+def test_goals_in_lockstep_are_for_a_controllers_own_robots(secured):
+    """A client is told so, and its other goals go on; the simulator reads no commands that the member may not give."""
+    there = SessionOptions(listen=("tls/127.0.0.1:0",), secure=secured.store.path)
+    ledger = Ledger()
+    with served_world(options=there, clock="lockstep", sinks=(ledger,)) as options:
+        mine = replace(options, secure=secured.store.path, role="nurses")
+        with Client(mine, clock="lockstep", name="nurses") as client:
+            other = client.action_client("eve", registry()["wait"]).send_goal(WAIT)
+            own = client.action_client("wall_e", registry()["wait"]).send_goal(WAIT)
+
+            assert own.result(5.0).error_code == 0
+            with pytest.raises(Denied, match=r"'nurses' may not ask on 'hmrsim/eve/.*who may: simulator, por"):
+                other.result(5.0)
+        for name, command, allowed in (
+            ("nurses", {"robot": "eve", "action": "wait", "goal": GOAL["goal"]}, False),
+            ("nurses", {"robot": "eve", "action": "wait", "cancel": "00" * 16}, False),
+            ("nurses", {"robot": "*", "action": "wait", "goal": GOAL["goal"]}, False),
+            ("nurses", {"robot": "", "action": "", "goal": {}}, False),
+            ("fleet", {"robot": "_world", "action": "simulate_steps", "goal": {"steps": 1}}, False),
+            ("nurses", {"robot": "wall_e", "action": "wait", "goal": GOAL["goal"]}, True),
+            ("fleet", {"robot": "eve", "action": "wait", "goal": GOAL["goal"]}, True),
+        ):
+            ledger.commands.clear()
+            with case(f"{name}: {command}"), open_client(replace(mine, role=name)) as session:
+                assert [] == _advanced(session, "time/advance", name, command)
+                assert [] == _advanced(session, "time/advance/porters", name, command)
+                assert [allowed] == _advanced(session, f"time/advance/{name}", name, command)
+                assert ["SendGoal"] * allowed == ledger.commands
+
+
+def _advanced(session, topic, name, command):
+    """Join, advance with a command and leave; return of each reply to the advance whether it is a grant."""
+
+    def ask(topic, **request):
+        return list(session.get(f"hmrsim/_world/{topic}", payload=json.dumps(request), timeout=2.0))
+
+    (joined,) = ask("time/join", name=name)
+    epoch = json.loads(joined.ok.payload.to_bytes())["epoch"]
+    replies = ask(topic, participant=name, epoch=epoch, until=0.0, commands=[command])
+    ask("time/leave", participant=name)
+    return [reply.ok is not None for reply in replies]
 
 
 def test_the_certificate_of_a_client_does_not_make_a_simulator(secured):

@@ -36,26 +36,29 @@ DRIVING_EVE = (
     f"0/eve/bt_navigator/change_state/lifecycle_msgs::srv::dds_::ChangeState_/{HASH}",
 )
 DRIVING_M_O = tuple(key.replace("/eve/", "/m_o/") for key in DRIVING_EVE)
-IN_TIME = ("hmrsim/_world/time/join", "hmrsim/_world/time/advance", "hmrsim/_world/time/leave")
+IN_TIME = ("hmrsim/_world/time/join", "hmrsim/_world/time/leave")
+BY_NAME = ("hmrsim/_world/time/advance/nurses", "hmrsim/_world/time/advance/fleet")
+OF_WORLD = "hmrsim/_world/simulate_steps/_action/send_goal"
 COMMANDS = (
     "hmrsim/_world/load_world",
     "hmrsim/_world/inject_fault",
     "hmrsim/_world/time/set",
-    "hmrsim/_world/simulate_steps/_action/send_goal",
+    "hmrsim/_world/time/advance",
+    OF_WORLD,
     f"0/set_entity_state/simulation_interfaces::srv::dds_::SetEntityState_/{HASH}",
     f"0/simulate_steps/_action/send_goal/simulation_interfaces::action::dds_::SimulateSteps_SendGoal_/{HASH}",
 )
 ELSEWHERE = ("other/eve/wait/_action/send_goal", f"1/eve/wait/_action/send_goal/T/{HASH}")
-EVERY = (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, *COMMANDS, "hmrsim/_world/call_lift", *ELSEWHERE)
+EVERY = (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, *BY_NAME, *COMMANDS, "hmrsim/_world/call_lift", *ELSEWHERE)
 
 
 @pytest.mark.parametrize(
     ("name", "allowed"),
     [
         ("viewer", READING),
-        ("nurses", (*READING, *DRIVING_EVE, *IN_TIME, "hmrsim/_world/call_lift")),
-        ("fleet", (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME)),
-        ("operator", (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, *COMMANDS, "hmrsim/_world/call_lift")),
+        ("nurses", (*READING, *DRIVING_EVE, *IN_TIME, BY_NAME[0], "hmrsim/_world/call_lift")),
+        ("fleet", (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, BY_NAME[1])),
+        ("operator", (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, *BY_NAME, *COMMANDS, "hmrsim/_world/call_lift")),
         ("mallory", ()),
     ],
 )
@@ -103,5 +106,5 @@ def test_a_policy_is_the_same_after_it_was_written():
 def test_a_decision_names_its_rule():
     """A denial by no rule says so."""
     assert "allowed by rule 'nurses drives wall_e, eve'" == str(POLICY.may_query("nurses", DRIVING_EVE[0]))
-    assert "denied by rule 'only operators command the world'" == str(POLICY.may_query("fleet", COMMANDS[3]))
+    assert "denied by rule 'only operators command the world'" == str(POLICY.may_query("fleet", OF_WORLD))
     assert "denied, as no rule allows it" == str(POLICY.may_query("viewer", COMMANDS[0]))
