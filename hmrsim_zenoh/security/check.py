@@ -34,6 +34,8 @@ _UNREADABLE: Final = b"[]"
 """A payload that no request has."""
 _OF_ROS: Final = "wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/RIHS01_0"
 """The end of a key of ROS, of a type that no distribution has: its goals are rejected."""
+_EARLIER: Final = "@adv/**?_anyke"
+"""The end of a selector for earlier values, on which all members may ask."""
 _ATTACHMENT: Final = struct.pack("<qqB16s", 1, 0, 16, bytes(16))
 """What goes along with a request of ROS."""
 _PATIENCE: Final = 3.0
@@ -90,6 +92,8 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
             nodes = list(session.liveliness().get(f"@ros2_lv/{domain}/**", timeout=_PATIENCE))
             tries = [*_tries(keys, robots, member), *(_ros_tries(domain, robots, member) if nodes else ())]
             yield from _of_member(session, member, tries, store.access_control)
+            earlier = _asks(session, f"{_goal(keys, robots[0])}/{_EARLIER}")
+            yield Attempt(member.name, "sends a goal as if to read earlier values", expected=False, done=earlier)
     key = _goal(keys, robots[0])
     with TemporaryDirectory(prefix="hmrsim-") as folder:
         for who, there in _strangers(store, Path(folder), options):
@@ -119,6 +123,7 @@ def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[
     for service in ("delete_entity", "inject_fault", *member.services):
         yield f"calls {service}", keys.world(service)
     yield "changes the clock", keys.world("time/set")
+    yield "advances time with goals of any robots", keys.world("time/advance")
 
 
 def _ros_tries(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
