@@ -71,11 +71,19 @@ class Authority:
         return cls(issued), issued
 
     def issue(self, name: str, hosts: Sequence[str], days: float, *, serves: bool) -> Issued:
-        """Return a certificate for a client, and if it *serves* for a server at *hosts*, too."""
+        """Return a certificate for a client, and if it *serves* for a server at *hosts*, too.
+
+        It expires with the authority, if that is earlier.
+
+        Raises:
+            BadOptions: The authority has expired.
+        """
         key, now = ec.generate_private_key(ec.SECP256R1()), datetime.now(UTC)
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         # An expired one, with negative days, began to be valid before it expired.
-        expires = now + timedelta(days=days)
+        expires = min(now + timedelta(days=days), self._certificate.not_valid_after_utc)
+        if now >= self._certificate.not_valid_after_utc:
+            raise BadOptions(f"the authority expired on {expires:%Y-%m-%d}; make a new keystore")
         usages = [ExtendedKeyUsageOID.CLIENT_AUTH] + [ExtendedKeyUsageOID.SERVER_AUTH] * serves
         authority = self._certificate
         builder = (

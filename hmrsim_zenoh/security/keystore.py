@@ -31,6 +31,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+from hmrsim.diagnostics import shown
 from hmrsim.errors import printable, reason_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.security.authority import Authority, Issued
@@ -122,11 +123,14 @@ class Keystore:
         try:
             data = parsed(_read(path / _FILE))
             self.network = Network(str(data["prefix"]), int(data["ros_domain_id"]), tuple(map(str, data["hosts"])))
-            self.members = {one.name: one for one in map(Member.from_json, data["members"])}
+            members = [Member.from_json(one) for one in data["members"]]
+            self.members = {one.name: one for one in members}
             self.revoked = tuple(map(str, data["revoked"]))
+            # Names are folders and parts of rules.
+            _check_members(members, _checked(self.revoked))
         except FileNotFoundError:
             raise BadOptions(f"{path} is no keystore; make one with `hmrsim security create {path}`") from None
-        except (ValueError, KeyError, TypeError, OverflowError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError, BadOptions) as error:
             raise BadOptions(f"{path / _FILE}: not a keystore: {printable(str(error))}") from None
 
     @classmethod
@@ -195,8 +199,9 @@ class Keystore:
         def revoke() -> None:
             del self.members[name]
             self.revoked = (*self.revoked, name)
-            shutil.rmtree(self._folder(name))
+            # First of all the rights: its folder may have been moved to where it is used.
             self._save()
+            _remove(self._folder(name))
 
         self._change(revoke)
 
@@ -340,9 +345,7 @@ def _check_members(members: Sequence[Member], taken: Sequence[str]) -> None:
     for member in members:
         if member.role not in ROLES:
             raise BadOptions(f"no role {member.role!r}; there are: {', '.join(ROLES)}")
-        for name in (member.name, *member.robots, *member.services):
-            if not _NAME.fullmatch(name):
-                raise BadOptions(f"{name!r} is not a name of letters, digits and _.~-")
+        _checked((member.name, *member.robots, *member.services))
         for robot in member.robots:
             if robot.startswith("_"):
                 raise BadOptions(f"{robot!r} is no robot's name; names that begin with _ are the simulator's own")
@@ -353,6 +356,13 @@ def _check_members(members: Sequence[Member], taken: Sequence[str]) -> None:
         if member.name in names:
             raise BadOptions(f"{member.name!r} exists already, or is revoked; give another name")
         names.append(member.name)
+
+
+def _checked(names: Sequence[str]) -> Sequence[str]:
+    for name in names:
+        if not _NAME.fullmatch(name):
+            raise BadOptions(f"{shown(name)} is not a name of at most 64 letters, digits and _.~-, no . first")
+    return names
 
 
 def _remove(path: Path) -> None:

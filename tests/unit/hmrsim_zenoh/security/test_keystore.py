@@ -231,3 +231,43 @@ def test_a_link_to_a_keystore_is_replaced_and_not_what_it_leads_to(tmp_path, key
     assert before == contents(keystore.path)
     assert not link.is_symlink()
     assert [keystore.path, link] == sorted(tmp_path.iterdir())
+
+
+def test_a_member_is_revoked_whose_folder_was_moved(tmp_path, keystore):
+    """What counts is the policy; where a link stands in the folder's place, what it leads to stays."""
+    moved = tmp_path / "elsewhere"
+    (keystore.path / "enclaves" / "nurses").rename(moved)
+    keystore.revoke("nurses")
+    (keystore.path / "enclaves" / "fleet").rename(tmp_path / "linked")
+    (keystore.path / "enclaves" / "fleet").symlink_to(tmp_path / "linked")
+    keystore.revoke("fleet")
+    policy = Keystore(keystore.path).enclave("simulator").access_control
+
+    assert {"nurses", "fleet"}.isdisjoint(policy.rules)
+    assert (tmp_path / "linked" / "key.pem").exists()
+    assert not (keystore.path / "enclaves" / "fleet").is_symlink()
+
+
+def test_names_that_people_have_written_into_a_keystore_are_checked(tmp_path, keystore):
+    """None leads out of the folder of enclaves, or stands for many robots."""
+    file = keystore.path / "keystore.json"
+    whole = json.loads(file.read_text(encoding="utf-8"))
+    for place, value in (("name", "../../other"), ("robots", ["*"]), ("role", "root"), ("name", "viewer")):
+        changed = json.loads(json.dumps(whole))
+        changed["members"][1][place] = value
+        file.write_text(json.dumps(changed), encoding="utf-8")
+        with case(f"{place}: {value}"), pytest.raises(BadOptions, match=r"keystore\.json: not a keystore: "):
+            Keystore(keystore.path)
+    file.write_text(json.dumps({**whole, "revoked": ["../other"]}), encoding="utf-8")
+    with pytest.raises(BadOptions, match=r"'\.\./other' is not a name"):
+        Keystore(keystore.path)
+    assert ["keys"] == [each.name for each in tmp_path.iterdir()]
+
+
+def test_no_certificate_outlives_its_authority(keystore):
+    """The date that is told is the one until which it can be used."""
+    ends = x509.load_pem_x509_certificate((keystore.path / "public" / "ca.cert.pem").read_bytes()).not_valid_after_utc
+    keystore.renew(["viewer"], days=36_500.0)
+
+    assert ends == certificate(keystore, "viewer").not_valid_after_utc
+    assert ends.isoformat(timespec="seconds") == keystore.members["viewer"].expires
