@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Final
 
+from hmrsim_zenoh.wire.enclave import PROTOCOLS
 from hmrsim_zenoh.wire.endpoints import address_of, is_loopback
 from hmrsim_zenoh.wire.session import base_config
 
@@ -13,12 +14,11 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.wire.options import SessionOptions
 
-_SECURING: Final = (
-    "access_control/enabled",
-    "transport/link/tls/enable_mtls",
-    "transport/auth/usrpwd/dictionary_file",
-)
+_SECURING: Final = ("access_control/enabled", "transport/auth/usrpwd/dictionary_file")
 """The settings of a Zenoh configuration that keep strangers out."""
+
+_CERTIFIED: Final = "transport/link/tls/enable_mtls"
+"""Likewise, at endpoints that are encrypted."""
 
 
 def exposed(options: SessionOptions, endpoints: Sequence[str]) -> list[str]:
@@ -28,5 +28,7 @@ def exposed(options: SessionOptions, endpoints: Sequence[str]) -> list[str]:
     config = base_config(options.zenoh_config)
     if any(json.loads(config.get_json(key)) for key in _SECURING):
         return []
-    addresses = {endpoint: address_of(endpoint) for endpoint in endpoints}
+    certified = PROTOCOLS if json.loads(config.get_json(_CERTIFIED)) else ()
+    open_to_all = [endpoint for endpoint in endpoints if endpoint.partition("/")[0] not in certified]
+    addresses = {endpoint: address_of(endpoint) for endpoint in open_to_all}
     return [endpoint for endpoint, address in addresses.items() if address and not is_loopback(address[0])]
