@@ -11,8 +11,8 @@ from hmrsim.program.command_line import Later
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim security revoke``."""
     parser.description = (
-        "Take all rights from an enclave, as when its key is lost. A simulator that is running knows the old policy:\n"
-        "restart it."
+        "Take all rights from an enclave, as when its key is lost. A simulator that is running, and a page\n"
+        "that is served, know the old policy: restart them."
     )
     add_keystore(parser)
     parser.add_argument("name", metavar="NAME", help="the enclave")

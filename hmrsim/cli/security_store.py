@@ -78,7 +78,7 @@ def revoke(args: argparse.Namespace) -> int:
     """Take all rights from an enclave."""
     store = keystore(args.keystore)
     store.revoke(args.name)
-    _tell(args, store, f"revoked {args.name}; restart the simulator, which knows the old policy")
+    _tell(args, store, f"revoked {args.name}; restart the simulator and `hmrsim view`, which know the old policy")
     return ExitCode.DONE
 
 

@@ -15,7 +15,7 @@ from hmrsim_zenoh.view.bridge import Bridge
 from hmrsim_zenoh.view.event_log import EventLog
 from hmrsim_zenoh.view.feeds import Feeds
 from hmrsim_zenoh.view.gets import Gets
-from hmrsim_zenoh.view.visitors import anything, name_of
+from hmrsim_zenoh.view.visitors import anything, visitor_of
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -119,7 +119,7 @@ class Live:
         if len(self._pages) >= MAX_PAGES:
             await socket.close(_TRY_AGAIN_LATER, f"there are {MAX_PAGES} pages already")
             return
-        may = anything if self._rights is None else self._rights.of(name_of(socket.scope))
+        may = anything if self._rights is None else self._rights.of(visitor_of(socket.scope))
         page = Bridge(self._gets, self.feeds, may, alive=self.alive)
         self._pages.add(page)
         self._share()

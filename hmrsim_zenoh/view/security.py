@@ -16,7 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 
-from hmrsim_zenoh.view.visitors import name_of
+from hmrsim_zenoh.view.visitors import visitor_of
 from hmrsim_zenoh.wire.endpoints import is_loopback
 
 if TYPE_CHECKING:
@@ -89,9 +89,11 @@ class Gate:
         if not name or (not self.token and name not in self._hosts):
             return f"this server is not {host!r}; use the address that it was started with"
         origin = headers.get("origin")
-        if origin is not None and origin.lower() not in {f"http://{host}".lower(), f"https://{host}".lower()}:
+        # Where certificates count, a page that came in plain text is not this server's; else a proxy may encrypt.
+        schemes = ("https",) if self._members is not None else ("http", "https")
+        if origin is not None and origin.lower() not in {f"{scheme}://{host}".lower() for scheme in schemes}:
             return f"pages of {origin!r} may not send requests to this server"
-        visitor = name_of(scope)
+        visitor = visitor_of(scope).name
         if self._members is not None and visitor and visitor not in self._members:
             return f"{visitor!r} has no rights here; the certificate may be revoked"
         if self.token and not self._is_public(scope["path"]) and not self._has_token(scope):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import ssl
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -13,17 +16,33 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.wire.enclave import Enclave
 
-_NAME: Final = "hmrsim.visitor"
+_VISITOR: Final = "hmrsim.visitor"
 """The key in the state of a connection."""
+
+
+@dataclass(frozen=True)
+class Visitor:
+    """Who sends requests on a connection.
+
+    Attributes:
+        name: The name on the certificate; empty without one.
+        expires: The end of the certificate's validity, in seconds since 1970.
+    """
+
+    name: str = ""
+    expires: float = math.inf
+
+
+_STRANGER: Final = Visitor()
 
 May = Callable[[str], str]
 """Returns why a key below the prefix may not be queried; empty if it may."""
 
 
 class NamedProtocol(H11Protocol):
-    """Uvicorn's HTTP, which adds the name on the visitor's certificate to the state of requests and WebSockets.
+    """Uvicorn's HTTP, which adds the visitor to the state of requests and WebSockets.
 
-    The authority has signed the certificate, and it has not expired: the handshake checks that.
+    The authority has signed the certificate, and it has not expired yet: the handshake checks that.
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
@@ -31,17 +50,18 @@ class NamedProtocol(H11Protocol):
         super().connection_made(transport)
         secured = transport.get_extra_info("ssl_object")
         certificate = secured.getpeercert() if secured is not None else None
-        self.app_state = {**self.app_state, _NAME: _common_name(certificate or {})}
+        self.app_state = {**self.app_state, _VISITOR: _visitor(certificate or {})}
 
 
-def name_of(scope: Mapping[str, Any]) -> str:
-    """Return the name on the certificate of the visitor who sends a request; empty without one."""
-    return str(scope.get("state", {}).get(_NAME, ""))
+def visitor_of(scope: Mapping[str, Any]) -> Visitor:
+    """Return the visitor who sends a request."""
+    found: Visitor = scope.get("state", {}).get(_VISITOR, _STRANGER)
+    return found
 
 
-def _common_name(certificate: Mapping[str, Any]) -> str:
+def _visitor(certificate: Mapping[str, Any]) -> Visitor:
     names = [value for part in certificate.get("subject", ()) for key, value in part if key == "commonName"]
-    return names[0] if names else ""
+    return Visitor(names[0], ssl.cert_time_to_seconds(certificate["notAfter"])) if names else _STRANGER
 
 
 @dataclass(frozen=True)
@@ -57,15 +77,17 @@ class Rights:
     enclave: Enclave
     prefix: str
 
-    def of(self, visitor: str) -> May:
+    def of(self, visitor: Visitor) -> May:
         """Return what a visitor may ask."""
         return lambda key: self._denial(visitor, f"{self.prefix}/{key}")
 
-    def _denial(self, visitor: str, key: str) -> str:
+    def _denial(self, visitor: Visitor, key: str) -> str:
         policy = self.enclave.access_control
-        decision = policy.may_query(visitor, key) if visitor else policy.reads(key)
+        if time.time() > visitor.expires:
+            return f"the certificate of {visitor.name!r} has expired"
+        decision = policy.may_query(visitor.name, key) if visitor.name else policy.reads(key)
         if not decision.allowed:
-            who = repr(visitor) if visitor else "a visitor without a certificate"
+            who = repr(visitor.name) if visitor.name else "a visitor without a certificate"
             others = ", ".join(policy.who_may_query(key)) or "no one"
             return f"{who} may not ask on {key!r}: {decision}; who may: {others}"
         if not policy.may_query(self.enclave.name, key).allowed:

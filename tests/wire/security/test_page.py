@@ -122,6 +122,28 @@ def test_visitors_read_without_a_certificate(secured, of_operator):
     plain.close()
 
 
+def test_a_visitor_commands_until_its_certificate_expires(secured, of_operator, tmp_path):
+    """Also on a connection that was open before."""
+    secured.ledger.commands.clear()
+    brief = secured.store.stranger("operator", 3.0 / 86_400, tmp_path / "brief")
+    with opened(of_operator.url, ssl=context(secured, brief.folder)) as page:
+        assert page.get(SEND, payload=GOAL).get("error") is None
+        while brief.left > -1.0:
+            page.get("_world/scene")
+
+        assert "the certificate of 'operator' has expired" == page.get(SEND, payload=GOAL)["error"]
+    assert ["SendGoal"] == secured.ledger.commands
+
+
+def test_a_page_that_came_in_plain_text_is_another_one(secured, of_operator):
+    """It would use the visitor's certificate."""
+    own, tls = of_operator.url.rstrip("/"), context(secured)
+    with opened(of_operator.url, ssl=tls, origin=own) as page:
+        assert page.get("_world/scene")["replies"]
+    with pytest.raises(InvalidStatus, match="403"), opened(of_operator.url, ssl=tls, origin=own.replace("s:", ":", 1)):
+        pass
+
+
 def test_beyond_this_machine_the_token_is_needed_too(secured):
     """A certificate of the server is no permission to see."""
     with served(secured, "viewer", host="0.0.0.0") as server:

@@ -60,7 +60,7 @@ def test_add_and_revoke_say_that_the_simulator_has_to_be_restarted(keys, capsys)
 
     assert added.startswith("added porters (controller of m_o, call_lift), valid until 2")
     assert added.endswith("; restart the simulator")
-    assert "revoked porters; restart the simulator, which knows the old policy" == revoked
+    assert "revoked porters; restart the simulator and `hmrsim view`, which know the old policy" == revoked
 
 
 @pytest.mark.parametrize(
