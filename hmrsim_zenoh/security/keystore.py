@@ -282,7 +282,9 @@ class Keystore:
         _write(folder / CERTIFICATE, issued.certificate)
         _write(folder / AUTHORITY, authority)
         if member.role != SIMULATOR:
-            session = _session(self.network.hosts[0] if self.network.hosts else "localhost", authority, issued)
+            # No IPv6 address, at which Zenoh checks no certificate.
+            host = next((host for host in self.network.hosts if ":" not in host), "localhost")
+            session = _session(host, authority, issued)
             _write(folder / SESSION, _json(session))
         _write(folder / DESCRIPTION, _json(member.to_json()))
 
@@ -306,10 +308,9 @@ def _data(network: Network, members: Iterable[Member], revoked: Sequence[str]) -
 
 def _session(host: str, authority: bytes, issued: Issued) -> dict[str, Any]:
     """Return a configuration that is complete in itself, so that it can be copied: keys are part of it."""
-    shown = f"[{host}]" if ":" in host else host
     return {
         "mode": "client",
-        "connect": {"endpoints": [f"tls/{shown}:{_PORT}"]},
+        "connect": {"endpoints": [f"tls/{host}:{_PORT}"]},
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "timestamping": {"enabled": True},
         "queries_default_timeout": _QUERY_TIMEOUT,

@@ -305,6 +305,12 @@ def _check_encrypted(flag: str, endpoints: tuple[Any, ...]) -> None:
     for endpoint in map(str, endpoints):
         if endpoint.partition("/")[0] not in PROTOCOLS:
             raise BadOptions(f"{flag} {endpoint!r} is not encrypted; with --secure it is {encrypted(endpoint)}")
+        if flag == "--connect" and "/[" in endpoint:
+            # Zenoh takes the address for a name of DNS, and would try in vain until the timeout.
+            raise BadOptions(
+                f"--connect {endpoint!r}: Zenoh checks no certificate at an IPv6 address; give the name of the host, "
+                "such as localhost"
+            )
 
 
 def _listed(endpoints: tuple[Any, ...]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import ssl
 import urllib.request
 
@@ -35,6 +36,14 @@ def test_a_secured_run_serves_its_page_by_https(start, keys):
 
     with urllib.request.urlopen(f"{ready['view']}source", context=trusting) as answer:
         assert {"kind": "live"} == json.loads(answer.read())
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6")
+def test_a_secured_run_at_all_ipv6_addresses_serves_its_page(start, keys):
+    """The page's server connects to a name, as Zenoh checks no certificate at such an address."""
+    words = ("--listen", "tls/[::]:0", *FREE_PORT[2:])
+
+    assert json.loads(start("run", "scenario1", "--secure", keys, *words).stdout.readline())["view"]
 
 
 def test_a_run_with_a_configuration_of_tls_serves_its_page(start, keys, tmp_path):

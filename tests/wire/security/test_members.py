@@ -193,14 +193,15 @@ def test_a_simulator_without_tls_is_not_mistaken_for_one(secured):
             open_client(mine)
 
 
-def test_an_endpoint_without_tls_is_refused(secured):
-    """Before anything is opened; the error has the right one."""
+def test_endpoints_that_can_not_be_secure_are_refused(secured):
+    """Before anything is opened; the error says what would do."""
     for options, text in (
         (
             replace(secured.of("viewer"), connect=("tcp/10.0.0.7:7447",)),
             "--connect .* is not encrypted; .* tls/10.0.0.7:7447",
         ),
         (SessionOptions(secure=secured.store.path, listen=("ws/[::]:1",)), "--listen .* is not encrypted; .* tls/"),
+        (replace(secured.of("viewer"), connect=("tls/[::1]:7447",)), "--connect .* no certificate at an IPv6 address"),
         (SessionOptions(role="viewer"), "--role viewer: it is for --secure DIR, which is missing"),
     ):
         with case(text), pytest.raises(BadOptions, match=text):

@@ -221,6 +221,15 @@ def test_a_configuration_for_other_programs_is_complete(keystore):
     assert not (keystore.enclave("simulator").folder / "session.json5").exists()
 
 
+def test_the_configuration_for_other_programs_connects_to_a_name_or_an_ipv4_address(tmp_path):
+    """Zenoh checks no certificate at an IPv6 address."""
+    for hosts, expected in ((("fd00::7", "10.0.0.7"), "10.0.0.7"), (("::1",), "localhost")):
+        store = Keystore.create(tmp_path / expected, MEMBERS, Network(hosts=hosts))
+        session = json.loads((store.enclave("nurses").folder / "session.json5").read_text(encoding="utf-8"))
+
+        assert [f"tls/{expected}:7447"] == session["connect"]["endpoints"]
+
+
 def test_a_link_to_a_keystore_is_replaced_and_not_what_it_leads_to(tmp_path, keystore):
     """The old keystore is still where it was."""
     before = contents(keystore.path)
