@@ -33,6 +33,7 @@ from typing import Any, Final
 
 from hmrsim.diagnostics import shown
 from hmrsim.errors import printable, reason_of
+from hmrsim.program.inputs import check_regular
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.security.authority import Authority, Issued
 from hmrsim_zenoh.security.roles import Rights
@@ -247,12 +248,8 @@ class Keystore:
         return self.path / ENCLAVES / name
 
     def _authority(self) -> Authority:
-        try:
-            key = (self.path / "private" / "ca.key.pem").read_bytes()
-            certificate = (self.path / "public" / AUTHORITY).read_bytes()
-        except OSError as error:
-            raise BadOptions(f"{error.filename}: {reason_of(error)}; the authority signs certificates") from None
-        return Authority(Issued(certificate, key, datetime.now(UTC)))
+        key, certificate = self.path / "private" / "ca.key.pem", self.path / "public" / AUTHORITY
+        return Authority(Issued(_signing(certificate), _signing(key), datetime.now(UTC)))
 
     def _check_known(self, names: Iterable[str]) -> None:
         for name in names:
@@ -375,11 +372,21 @@ def _remove(path: Path) -> None:
 
 def _read(path: Path) -> str:
     try:
+        check_regular(path)
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise
     except OSError as error:
         raise BadOptions(f"{path}: {reason_of(error)}") from None
+
+
+def _signing(path: Path) -> bytes:
+    """Return a file of the authority."""
+    try:
+        check_regular(path)
+        return path.read_bytes()
+    except OSError as error:
+        raise BadOptions(f"{path}: {reason_of(error)}; the authority signs certificates") from None
 
 
 def _json(data: object) -> bytes:

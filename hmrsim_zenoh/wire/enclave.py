@@ -6,12 +6,14 @@ Nothing here needs the extra `security`: an enclave is copied to the machine tha
 from __future__ import annotations
 
 import json
+import ssl
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable, reason_of
+from hmrsim.program.inputs import check_regular
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.access_control import AccessControl, trusting
 
@@ -120,15 +122,35 @@ class Enclave:
         """Check that the certificate can be used.
 
         Raises:
-            BadOptions: It has expired, or a file is missing.
+            BadOptions: It has expired, or a file is missing or damaged.
         """
         for file in (AUTHORITY, CERTIFICATE, KEY, POLICY):
             _text(self.folder / file)
+        self._check_readable()
         if self.left <= 0:
             raise BadOptions(
                 f"--secure: the certificate of {self.name!r} in {self.folder} expired on {self.member.expires[:10]}; "
                 f"make another with `hmrsim security renew DIR {self.name}`"
             )
+
+    def _check_readable(self) -> None:
+        """Check that the certificates and the key can be read: Zenoh tries to connect with damaged ones, too.
+
+        Raises:
+            BadOptions: They can't.
+        """
+        context, folder = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT), self.folder
+        what = AUTHORITY
+        try:
+            context.load_verify_locations(folder / AUTHORITY)
+            what = f"{CERTIFICATE} and {KEY}"
+            # An empty password in place of a prompt.
+            context.load_cert_chain(folder / CERTIFICATE, folder / KEY, password="")
+        except ssl.SSLError as error:
+            reason = (error.reason or "unreadable").replace("_", " ").lower()
+            raise BadOptions(
+                f"--secure: {what} in {folder}: {reason}; copy the enclave again, or `hmrsim security renew` it"
+            ) from None
 
     def session(self) -> dict[str, Any]:
         """Return the keys and values of the configuration of its sessions."""
@@ -218,6 +240,7 @@ def parsed(text: str) -> Any:
 
 def _text(path: Path) -> str:
     try:
+        check_regular(path)
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = reason_of(error) if isinstance(error, OSError) else "not a text"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import stat
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -187,8 +189,13 @@ def test_an_enclave_is_found_by_its_name_its_role_or_its_folder(keystore):
 def test_a_damaged_enclave_is_one_line(keystore):
     """The error names the file that is missing or damaged, and what has expired."""
     enclave = keystore.enclave("viewer")
+    other = (keystore.enclave("nurses").folder / "key.pem").read_text(encoding="utf-8")
     for file, text, message in (
         ("key.pem", None, r"key\.pem: no such file"),
+        ("key.pem", "", r"cert\.pem and key\.pem in .*: .*; copy the enclave again"),
+        ("key.pem", other, r"cert\.pem and key\.pem in .*: key values mismatch"),
+        ("cert.pem", "-----BEGIN CERTIFICATE-----", r"cert\.pem and key\.pem in .*: .*; copy the enclave again"),
+        ("ca.cert.pem", "nothing", r"ca\.cert\.pem in .*: .*; copy the enclave again"),
         ("policy.json", "{}", r"policy\.json: not an access control of Zenoh"),
         ("enclave.json", "{}", r"enclave\.json does not describe an enclave"),
         ("enclave.json", '{"name": 1}', r"enclave\.json does not describe an enclave"),
@@ -280,3 +287,28 @@ def test_no_certificate_outlives_its_authority(keystore):
 
     assert ends == certificate(keystore, "viewer").not_valid_after_utc
     assert ends.isoformat(timespec="seconds") == keystore.members["viewer"].expires
+
+
+def test_pipes_are_not_waited_for(keystore):
+    """Neither in an enclave nor in a keystore."""
+    for file in ("enclaves/viewer/enclave.json", "enclaves/viewer/policy.json", "enclaves/viewer/key.pem"):
+        with case(file), in_place_of(keystore.path / file), pytest.raises(BadOptions, match="not a regular"):
+            use(keystore.path / "enclaves" / "viewer")
+    with (
+        in_place_of(keystore.path / "private" / "ca.key.pem"),
+        pytest.raises(BadOptions, match="not a regular"),
+    ):
+        keystore.renew(["viewer"])
+    with in_place_of(keystore.path / "keystore.json"), pytest.raises(BadOptions, match="not a regular"):
+        Keystore(keystore.path)
+
+
+@contextmanager
+def in_place_of(path):
+    """Put a pipe in the place of a file."""
+    kept = path.read_bytes()
+    path.unlink()
+    os.mkfifo(path)
+    yield
+    path.unlink()
+    path.write_bytes(kept)
