@@ -43,7 +43,7 @@ MESSAGES: Final[tuple[Message, ...]] = (
 
 FLOWS: Final[tuple[Flow, ...]] = ("ingress", "egress")
 
-EVERYTHING: Final = ("**", "**/@adv/**", "@ros2_lv/**")
+EVERYTHING: Final = ("**", "**/@adv/**", "**/@simulator/**", "@ros2_lv/**")
 """All keys; wildcards do not match chunks that begin with ``@``."""
 
 

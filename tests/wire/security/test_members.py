@@ -13,7 +13,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, Denied, SimulatorNotFound
+from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, Denied, PrefixTaken, SimulatorNotFound
 from hmrsim_zenoh.security.check import attempts
 from hmrsim_zenoh.security.keystore import SESSION
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -112,6 +112,23 @@ def _advanced(session, topic, name, command):
     replies = ask(topic, participant=name, epoch=epoch, until=0.0, commands=[command])
     ask("time/leave", participant=name)
     return [reply.ok is not None for reply in replies]
+
+
+def test_a_second_simulator_of_the_prefix_is_refused(secured):
+    """It sees the first one's claim, whether it listens itself or not; a client can't make one up."""
+    there = SessionOptions(connect=secured.options.connect, secure=secured.store.path)
+    for options in (there, replace(there, listen=("tls/127.0.0.1:0",))):
+        with (
+            pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"),
+            served_world(options=options),
+        ):
+            pass
+    with open_client(secured.of("operator")) as session, open_client(replace(there, role="simulator")) as other:
+        made_up = session.liveliness().declare_token("hmrsim/@simulator/0/serving")
+        claims = list(other.liveliness().get("hmrsim/@simulator/*/*", timeout=2.0))
+        made_up.undeclare()
+
+    assert 1 == len(claims)
 
 
 def test_the_certificate_of_a_client_does_not_make_a_simulator(secured):
