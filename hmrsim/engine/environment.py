@@ -10,6 +10,8 @@ from typing import Final
 import simpy
 from simpy.events import NORMAL, URGENT, EventPriority
 
+from hmrsim.engine.internal_errors import BUGS
+
 _LAST = EventPriority(2)
 """Priority of an event that comes after all others that are due at the same time."""
 
@@ -33,7 +35,8 @@ class Environment(_Clock):
 
     Args:
         on_error: Called with what a callback of an event, or a process that no other one waits for, has raised, and
-            with the process that can't go on for it, if any. All other callbacks go on. By default it is raised.
+            with the process that can't go on for it or has ended by it, if any. All other callbacks go on. By default
+            it is raised.
 
     Attributes:
         now: The simulated time, in seconds; to be read only.
@@ -48,7 +51,7 @@ class Environment(_Clock):
     _background = 0
     """The number of scheduled alarms, for which time does not advance."""
 
-    def __init__(self, on_error: Callable[[Exception, simpy.Process | None], None] | None = None) -> None:
+    def __init__(self, on_error: Callable[[BaseException, simpy.Process | None], None] | None = None) -> None:
         super().__init__()
         self._on_error = _raise if on_error is None else on_error
 
@@ -85,14 +88,34 @@ class Environment(_Clock):
         for callback in callbacks:
             try:
                 callback(event)
-            except Exception as error:  # noqa: BLE001 - decided by who runs the simulation
+            except BUGS as error:
                 process, self._active_proc = self._active_proc, None
-                self._on_error(error, process)
+                self._on_error(error if process is None else _no_event(error), process)
         if not event._ok and not hasattr(event, "_defused"):  # noqa: SLF001 - simpy has no other way to ask
             failure: BaseException = event._value  # noqa: SLF001
-            if not isinstance(failure, Exception):
+            if not isinstance(failure, BUGS):
                 raise failure
-            self._on_error(failure, None)
+            self._on_error(failure, event if isinstance(event, simpy.Process) else None)
+
+    def schedule(self, event: simpy.Event, priority: EventPriority = NORMAL, delay: float = 0) -> None:
+        """Schedule an event.
+
+        Raises:
+            ValueError: The delay is NaN, which would put all events out of order.
+        """
+        at = self._now + delay
+        if at != at:  # noqa: PLR0124 - NaN; this is done for each event
+            raise ValueError("a delay is NaN")
+        heapq.heappush(self._queue, (at, priority, next(self._eid), event))
+
+    def kill(self, process: simpy.Process) -> None:
+        """End a process that can't go on, or that goes on although it must not; what it does at its end is done now."""
+        target = process.target
+        if target is not None and target.callbacks and process._resume in target.callbacks:  # noqa: SLF001 - as simpy does
+            target.callbacks.remove(process._resume)  # noqa: SLF001
+        if process.is_alive:
+            process.succeed()
+        process._generator.close()  # noqa: SLF001
 
     def process_events(self, most: int, *, idle: bool = True) -> int:
         """Process at most *most* events that are due at the horizon or before; return their number.
@@ -164,7 +187,13 @@ class Environment(_Clock):
         self._now = 0.0
 
 
-def _raise(error: Exception, _process: simpy.Process | None) -> None:
+def _no_event(error: BaseException) -> BaseException:
+    """Return the error of a process that yields no event, without the place, which is not where the process does."""
+    text = str(error).rpartition("\n")[2]
+    return RuntimeError(text).with_traceback(error.__traceback__) if isinstance(error, RuntimeError) else error
+
+
+def _raise(error: BaseException, _process: simpy.Process | None) -> None:
     raise error
 
 

@@ -51,6 +51,10 @@ class InternalError(Event, kind="internal_error", severity="error", text="bug in
     error: Annotated[str, Field(description="The exception on one line.")]
 
 
+class UntracedError(InternalError, severity="error", text="bug in {part}: {error}", traced=False):
+    """The same of what a replay does not repeat, such as a sample for subscribers: a trace must not depend on them."""
+
+
 EVENTS: Final = EventGroup(
     "simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned, InternalError)
 )

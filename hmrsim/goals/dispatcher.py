@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from simpy import Event as SimpyEvent
 from simpy import Interrupt
+from simpy.events import Interruption
 
-from hmrsim.engine.internal_errors import described
+from hmrsim.engine.internal_errors import BUGS, described
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.actions import AnyAction
+    from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.sampling import Telemetry
     from hmrsim.engine.subscriptions import EventPublisher
@@ -75,7 +77,7 @@ class Dispatcher:
 
     def __init__(
         self,
-        env: simpy.Environment,
+        env: Environment,
         actions: Mapping[str, AnyAction],
         telemetry: Telemetry,
         *,
@@ -110,7 +112,7 @@ class Dispatcher:
         plain = command._replace(verdict=Verdict.REJECT)
         try:
             self.servers.acceptable(self.servers.find(command.robot, command.action), plain)
-        except Exception:  # noqa: BLE001 - `send_goal` handles it
+        except BUGS:  # `send_goal` handles it
             return command
         return plain
 
@@ -137,7 +139,7 @@ class Dispatcher:
         except GoalRejected as rejection:
             self._reject(command, rejection.reason, str(rejection))
             return
-        except Exception as bug:  # noqa: BLE001 - of a plug-in
+        except BUGS as bug:
             self._errors.handle(f"action {command.action}", bug, command.robot)
             self._reject(command, "internal_error", f"bug in {command.action}: {described(bug)}")
             return
@@ -185,7 +187,7 @@ class Dispatcher:
         self._begin(goal, message)
         if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
-            self._end(goal, GoalEvent.ABORT, action.failure(action.codes.busy, f"{name} is busy with {running}"))
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, action.codes.busy, f"{name} is busy with {running}"))
             return
         if needed:
             self._holders[needed] = goal
@@ -204,16 +206,17 @@ class Dispatcher:
 
     def _pursue(self, goal: ServedGoal, message: Message) -> Generator[Any, Any, None]:
         """Run the action's process and set the goal's terminal status, unless it was halted."""
-        action = goal.server.action
+        action, process = goal.server.action, self._env.active_process
         try:
-            result = yield from action.process(goal.server.robot, message, _Report(self, goal))
-            if not isinstance(result, action.result):
-                raise TypeError(f"{action.name} returned {result!r} and no {action.result.ros_type}")  # noqa: TRY301
+            result = _checked(action, (yield from action.process(goal.server.robot, message, _Report(self, goal))))
         except Interrupt:
             return
         except GoalAborted as aborted:
             self._end(goal, GoalEvent.ABORT, self._failed(goal, aborted.code, str(aborted)))
-        except Exception as bug:  # noqa: BLE001 - of a plug-in
+        except BUGS as bug:
+            if self._env.active_process is not process:
+                # It is closed from outside.
+                raise
             goal.process = None
             self._abort_for(goal, bug)
         else:
@@ -225,36 +228,68 @@ class Dispatcher:
         """End an executing goal; its process is interrupted at this instant, before any other event."""
         self._end(goal, event, self._failed(goal, code, message))
         process, goal.process = goal.process, None
-        if process is not None and process.is_alive:
-            process.interrupt()
+        if process is None or not process.is_alive:
+            return
+        if process is self._env.active_process:
+            # Its own action has ended it; a process can't interrupt itself.
+            self._env.call_soon(lambda: self._interrupt(goal, process))
+        else:
+            self._interrupt(goal, process)
 
-    def process_failed(self, process: simpy.Process, bug: Exception) -> bool:
-        """Abort the goal whose process can't go on, as it has yielded something else than an event.
+    def _interrupt(self, goal: ServedGoal, process: simpy.Process) -> None:
+        """Interrupt the process of a goal that has ended; the base may be another goal's at this instant."""
+        if not process.is_alive:
+            return
+
+        def check(_event: SimpyEvent) -> None:
+            if process.is_alive:
+                self._kill(goal, process)
+                self._bug_in(goal, RuntimeError("it goes on after it was interrupted"))
+
+        interruption = Interruption(process, None)
+        interruption.callbacks.append(check)
+
+    def _kill(self, goal: ServedGoal, process: simpy.Process) -> None:
+        try:
+            self._env.kill(process)
+        except BUGS as bug:
+            self._bug_in(goal, bug)
+
+    def process_failed(self, process: simpy.Process, bug: BaseException) -> bool:
+        """Abort the goal whose process can't go on, such as one that has yielded something else than an event.
 
         Returns:
             Whether there is such a goal.
         """
         goal = next((goal for goal in self.servers.active() if goal.process is process), None)
-        if goal is not None:
+        if goal is None:
+            return False
+        goal.process = None
+        try:
             self._abort_for(goal, bug)
-        return goal is not None
+        finally:
+            self._kill(goal, process)
+        return True
 
-    def _abort_for(self, goal: ServedGoal, bug: Exception) -> None:
+    def _abort_for(self, goal: ServedGoal, bug: BaseException) -> None:
         """Abort a goal whose action has a bug."""
         action = goal.server.action
-        # It may be what fails.
-        goal.sample = None
-        self._telemetry.stop(goal)
+        # Its feedback may fail for the same reason.
+        self._end_sampling(goal)
         self._halt(goal, GoalEvent.ABORT, action.codes.unknown, f"bug in {action.name}: {described(bug)}")
-        self._errors.handle(f"action {action.name}", bug, goal.server.robot.name)
+        self._bug_in(goal, bug)
+
+    def _bug_in(self, goal: ServedGoal, bug: BaseException, *, replayed: bool = True) -> None:
+        server = goal.server
+        self._errors.handle(f"action {server.action.name}", bug, server.robot.name, replayed=replayed)
 
     def _failed(self, goal: ServedGoal, code: int, message: str) -> Message:
         """Return the result of a goal that did not succeed; an empty one if its action can't make it."""
+        action = goal.server.action
         try:
-            return goal.failed(code, message)
-        except Exception as bug:  # noqa: BLE001 - of a plug-in
-            action = goal.server.action
-            self._errors.handle(f"action {action.name}", bug, goal.server.robot.name)
+            return _checked(action, goal.failed(code, message))
+        except BUGS as bug:
+            self._bug_in(goal, bug)
             empty: Message = action.result()
             return empty
 
@@ -264,10 +299,10 @@ class Dispatcher:
             return
         name = goal.server.robot.name
         if goal.sample is not None:
-            self._telemetry.stop(goal)
-            source, goal.sample = goal.sample, None
-            if self._interest.feedback:
-                self._send_last(goal, source)
+            feedback = self._sampled(goal) if self._interest.feedback else None
+            self._end_sampling(goal)
+            if feedback is not None:
+                self.send_feedback(goal, feedback, last=True)
         needed = _needed(goal)
         if self._holders.get(needed) is goal:
             del self._holders[needed]
@@ -307,14 +342,6 @@ class Dispatcher:
             server = goal.server
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
-    def _send_last(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        try:
-            feedback = source()
-        except Exception as bug:  # noqa: BLE001 - of a plug-in
-            self._errors.handle(f"action {goal.server.action.name}", bug, goal.server.robot.name)
-        else:
-            self.send_feedback(goal, feedback, last=True)
-
     def sample_feedback(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
         """Publish feedback of *source* at the feedback rate, and once more when the goal ends; none if it has ended.
 
@@ -324,14 +351,14 @@ class Dispatcher:
             return
         goal.sample, goal.sampled_from = source, self._env.now
         if self._interest.feedback:
-            self._start_sampling(goal, source)
+            self._start_sampling(goal)
 
     def feedback(self) -> list[FeedbackSent]:
         """Return the current feedback of all executing goals."""
         return [
-            FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, goal.sample())
+            FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, feedback)
             for goal in self.servers.active()
-            if goal.sample is not None and goal.server.robot.name not in self.cut_off
+            if goal.server.robot.name not in self.cut_off and (feedback := self._sampled(goal)) is not None
         ]
 
     def interest_changed(self) -> None:
@@ -339,18 +366,33 @@ class Dispatcher:
         if self._interest.feedback:
             for goal in self.servers.active():
                 if goal.sample is not None and goal not in self._telemetry:
-                    self._start_sampling(goal, goal.sample)
+                    self._start_sampling(goal)
 
-    def _start_sampling(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
+    def _start_sampling(self, goal: ServedGoal) -> None:
         def take() -> None:
-            try:
-                feedback = source()
-            except Exception as bug:  # noqa: BLE001 - of a plug-in
-                self._abort_for(goal, bug)
-            else:
+            feedback = self._sampled(goal)
+            if feedback is not None:
                 self.send_feedback(goal, feedback)
 
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take, now=self._env.now)
+
+    def _sampled(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
+        """Return the current feedback of a goal; None if it has none, or no more because of a bug.
+
+        The goal goes on: feedback is made for subscribers only, and they must not make a difference.
+        """
+        if goal.sample is None:
+            return None
+        try:
+            return goal.sample()
+        except BUGS as bug:
+            self._end_sampling(goal)
+            self._bug_in(goal, bug, replayed=False)
+            return None
+
+    def _end_sampling(self, goal: ServedGoal) -> None:
+        goal.sample = None
+        self._telemetry.stop(goal)
 
     def cancel_goal(self, command: CancelGoal) -> None:
         """Cancel what the command selects (rcl's rules), and answer; the goals end at this instant."""
@@ -485,6 +527,18 @@ def _needed(goal: ServedGoal) -> str:
     """Return what one goal at a time can hold, the base of a robot or an action of its own; empty for nothing."""
     action, name = goal.server.action, goal.server.robot.name
     return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
+
+
+def _checked(action: AnyAction, result: Any) -> Message:
+    """Return the result of an action.
+
+    Raises:
+        TypeError: It is none.
+    """
+    if not isinstance(result, action.result):
+        raise TypeError(f"{action.name} returned {result!r} and no {action.result.ros_type}")
+    message: Message = result
+    return message
 
 
 def _aborts(verdict: Verdict, rejection: GoalRejected) -> bool:

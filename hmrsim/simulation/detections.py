@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.components._sensor import Sensor
+from hmrsim.engine.internal_errors import BUGS
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.items import Item
@@ -14,6 +15,7 @@ from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
+    from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.entities import Roster
 
@@ -65,8 +67,9 @@ class Surroundings:
 class Detections:
     """Looks with the robots' sensors."""
 
-    def __init__(self, roster: Roster) -> None:
+    def __init__(self, roster: Roster, errors: InternalErrors) -> None:
         self._roster = roster
+        self._errors = errors
         self._published: dict[str, Mapping[str, Pose]] = {}
 
     def look(self, robot: Robot, surroundings: Surroundings) -> list[Seen]:
@@ -116,10 +119,15 @@ class Detections:
         for robot in watchers:
             if surroundings is None:
                 raise AssertionError
-            seen = self.look(robot, surroundings)
-            now = {each.thing.name: robot.estimated(each.thing.pose) for each in seen}
             known = before.get(robot.name)
-            if known is not None and not _differ(known, now, _resolution(robot)):
+            try:
+                seen = self.look(robot, surroundings)
+                now = {each.thing.name: robot.estimated(each.thing.pose) for each in seen}
+                same = known is not None and not _differ(known, now, _resolution(robot))
+            except BUGS as bug:
+                self._errors.handle("a sensor", bug, robot.name, replayed=False)
+                continue
+            if known is not None and same:
                 self._published[robot.name] = known
                 continue
             self._published[robot.name] = now

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from simpy import Timeout
 
 from hmrsim.components.battery import Battery
+from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.faults import Case, FaultType, Spell
 from hmrsim.faults import registry as faults
@@ -270,7 +271,7 @@ class FaultInjector:
         """Return what a fault's function returns; None if it has a bug."""
         try:
             return call()
-        except Exception as bug:  # noqa: BLE001 - of a plug-in
+        except BUGS as bug:
             self._errors.handle(f"fault {injected.fault.name}", bug)
             return None
 

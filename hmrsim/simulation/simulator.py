@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.engine.environment import Environment
-from hmrsim.engine.internal_errors import InternalErrors, described
+from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import EventPublisher, Interest
@@ -73,6 +73,10 @@ _ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
 
 _BEGINNING = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
+
+
+_UNRECORDED = (GetResult, StopWaiting, ForgetResult, Read, InterestChanged)
+"""Commands that change nothing of the world, so that traces do without."""
 
 
 class Service(Protocol):
@@ -163,7 +167,7 @@ class Simulator:
             leaving=self._leaving,
         )
         self.roster.fill(world, self.graph)
-        self.detections = Detections(self.roster)
+        self.detections = Detections(self.roster, self._errors)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
         self.fault_injector = FaultInjector(self.env, self.roster, publisher, self._errors)
         self.fault_injector.begin(world, self.seed)
@@ -224,8 +228,8 @@ class Simulator:
                 return
             try:
                 request = service.recorded(self, command.request)
-            except Exception as bug:  # noqa: BLE001 - of a plug-in
-                self._command_failed(command, bug)
+            except BUGS as bug:
+                self._command_failed(command, bug, replayed=False)
                 return
             if not isinstance(request, service.request):
                 self.answer(command.reply_to, request)
@@ -235,22 +239,29 @@ class Simulator:
             command = self.dispatcher.settled(command)
         if isinstance(command, PlanAnswered) and command.request not in self.plans.awaited:
             return
-        for sink in self._command_sinks:
-            sink.commanded(command, by, self.moment)
+        self._record(command, by)
         try:
             self._apply(command)
-        except Exception as bug:  # noqa: BLE001 - whatever it is, it is this command's error
-            self._command_failed(command, bug)
+        except BUGS as bug:
+            # Whatever it is, it is this command's error.
+            self._command_failed(command, bug, replayed=not isinstance(command, _UNRECORDED))
         # Goals that are sent while time stands start all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
             pass
 
-    def _command_failed(self, command: Command, bug: Exception) -> None:
+    def _record(self, command: Command, by: str) -> None:
+        for sink in self._command_sinks:
+            try:
+                sink.commanded(command, by, self.moment)
+            except BUGS as bug:
+                self._sink_failed(sink, bug)
+
+    def _command_failed(self, command: Command, bug: BaseException, *, replayed: bool) -> None:
         part = f"service {command.service}" if isinstance(command, CallService) else type(command).__name__
-        self._errors.handle(part, bug, getattr(command, "robot", ""))
+        self._errors.handle(part, bug, getattr(command, "robot", ""), replayed=replayed)
         self.answer(getattr(command, "reply_to", None), Refused("", None, f"bug in {part}: {described(bug)}"))
 
-    def _event_failed(self, bug: Exception, process: Process | None) -> None:
+    def _event_failed(self, bug: BaseException, process: Process | None) -> None:
         if process is None or not self.dispatcher.process_failed(process, bug):
             self._errors.handle("an event", bug)
 
@@ -336,8 +347,16 @@ class Simulator:
         for sink in self._sinks:
             try:
                 sink.emit(output)
-            except Exception as bug:  # noqa: BLE001 - the other sinks are to have it
-                self._errors.handle(type(sink).__name__, bug)
+            except BUGS as bug:
+                # The other sinks are to have it.
+                self._sink_failed(sink, bug)
+
+    def _sink_failed(self, sink: Sink, bug: BaseException) -> None:
+        if isinstance(bug, FATAL):
+            # The run ends, and each goal with it; another error would be in the way.
+            self._sinks[:] = [each for each in self._sinks if each is not sink]
+            self._command_sinks = [each for each in self._command_sinks if each is not sink]
+        self._errors.handle(type(sink).__name__, bug, replayed=False)
 
     def _emit_detections(self) -> None:
         for seen in self.detections.changed(self.dispatcher.cut_off):
@@ -427,8 +446,9 @@ class Simulator:
     def _sample(self) -> None:
         try:
             self.telemetry.sample(self.advance_clock)
-        except Exception as bug:  # noqa: BLE001 - such as one of a component whose message can't be made
-            self._errors.handle("a sample", bug)
+        except BUGS as bug:
+            # Such as one of a component whose message can't be made.
+            self._errors.handle("a sample", bug, replayed=False)
 
     def halt(self) -> None:
         """End the `process_events` under way after this instant, of which all is taken still."""

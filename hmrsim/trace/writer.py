@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import HmrsimError, reason_of
+from hmrsim.errors import WriteError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
@@ -98,7 +98,7 @@ class Trace:
     Args:
         write: Takes text: whole lines, some at a time.
 
-    Writing raises `HmrsimError` when *write* raises OSError.
+    Writing raises `WriteError` when *write* raises OSError.
     """
 
     def __init__(self, header: Header, write: Callable[[str], object]) -> None:
@@ -124,7 +124,7 @@ class Trace:
             try:
                 self._write("\n".join(lines))
             except OSError as error:
-                raise HmrsimError(f"the trace can't be written: {reason_of(error)}") from None
+                raise WriteError(f"the trace can't be written: {reason_of(error)}") from None
 
     def close(self, moment: Moment) -> None:
         """Write the last line, which says that the trace is complete: the run ends at *moment*."""

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from hmrsim.errors import SimulationStopped
+from hmrsim.events.simulation import InternalError
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, InterestChanged, SendGoal
@@ -255,7 +256,15 @@ class Server:
         asked = event.reply_to
         if not isinstance(asked, PendingReply):
             return
-        answer, action = event.answer, asked.action
+        try:
+            self._reply(asked, event.answer)
+        except Exception:
+            # Such as the result of an action that JSON can't state.
+            asked.refuse(encoding.error("the simulator has a bug: it can't write this answer"))
+            raise
+
+    def _reply(self, asked: PendingReply, answer: Any) -> None:
+        action = asked.action
         match answer:
             case GoalResponse():
                 mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
@@ -288,7 +297,7 @@ class Server:
     def _put_event(self, event: GoalChanged | EventStamped) -> None:
         watched, logged = self._interest[Topic.EVENTS], self._interest[_LOG]
         if logged and isinstance(event, EventStamped):
-            logged = event.event.traced
+            logged = event.event.traced or isinstance(event.event, InternalError)
         if not (watched or logged):
             return
         payload = encoding.event_payload(event)

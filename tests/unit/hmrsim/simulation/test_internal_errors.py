@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import logging
+import math
+import sys
+from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import pytest
-from simpy import Event
+from simpy import Event, Interrupt
 
 from hmrsim.actions import registry as actions
-from hmrsim.errors import GoalAborted, HmrsimError
+from hmrsim.errors import GoalAborted, HmrsimError, WriteError
 from hmrsim.faults import registry as faults
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from tests.simulation import simulate
-
-if TYPE_CHECKING:
-    from hmrsim.protocol.topics import Topic
 
 BROKEN, OTHER, NEXT = (f"{number:032x}" for number in (1, 2, 3))
 
@@ -63,6 +63,60 @@ def no_result(robot, _goal, _report):
     return "done"
 
 
+def exits(robot, _goal, _report):
+    """End the program."""
+    yield from waits(robot, 1.0)
+    sys.exit(3)
+
+
+def closes(robot, _goal, _report):
+    """Raise what ends generators."""
+    yield from waits(robot, 1.0)
+    raise GeneratorExit
+
+
+def of_ours(robot, _goal, _report):
+    """Raise an error that is meant for users of a command."""
+    yield from waits(robot, 1.0)
+    raise HmrsimError("no")
+
+
+class SilentError(Exception):
+    """An exception whose text can't be made."""
+
+    def __str__(self):
+        """Raise."""
+        raise TypeError
+
+
+def silent(robot, _goal, _report):
+    """Raise an exception that has a bug, too."""
+    yield from waits(robot, 1.0)
+    raise SilentError
+
+
+class OddError(Exception):
+    """An exception that simpy can't copy for the process that waits for what has failed."""
+
+    def __init__(self, first, second):
+        super().__init__(f"{first} {second}")
+
+
+def of_a_child(robot, _goal, _report):
+    """Wait for a process that raises."""
+
+    def child():
+        yield robot._env.timeout(1.0)
+        raise OddError(1, 2)
+
+    yield robot._env.process(child())
+
+
+def at_no_time(robot, _goal, _report):
+    """Wait until it is NaN o'clock."""
+    yield from waits(robot, math.nan)
+
+
 def of_feedback(robot, _goal, report):
     """Have feedback that can't be made."""
     report.sample(oops)
@@ -88,7 +142,11 @@ def broken_run(process=at_once, *, strict=False, **changes):
     return simulate(actions={**actions(), "dance": mine}, strict=strict)
 
 
-@pytest.mark.parametrize("process", [at_once, later, no_generator, no_event, no_result, of_feedback, of_a_lost_event])
+BUGS = [at_once, later, no_generator, no_event, no_result, of_a_lost_event]
+BUGS += [exits, closes, of_ours, silent, of_a_child, at_no_time]
+
+
+@pytest.mark.parametrize("process", BUGS)
 def test_a_bug_in_an_action_costs_its_goal(process):
     """The goal is aborted once and says why; goals of others go on, and the robot takes the next one."""
     run = broken_run(process)
@@ -98,9 +156,68 @@ def test_a_bug_in_an_action_costs_its_goal(process):
     assert ["ACCEPTED", "EXECUTING", "ABORTED"] == broken
     assert (Wait.Result.UNKNOWN, "bug in dance: ") == (log.result(BROKEN).error_code, log.result(BROKEN).error_msg[:14])
     assert [(2.0, "SUCCEEDED"), (7.0, "SUCCEEDED")] == [log.changes(OTHER)[-1], log.changes(NEXT)[-1]]
+    assert ["action dance"] == [fields["part"] for _, fields in log.happened("internal_error")]
 
 
-@pytest.mark.parametrize("process", [at_once, no_event, of_feedback])
+def test_a_bug_in_feedback_costs_the_feedback():
+    """The goal goes on as it does without a subscriber, and the trace is the same."""
+
+    def traced(*topics):
+        mine = replace(actions()["wait"], name="dance", process=of_feedback)
+        run = simulate(actions={**actions(), "dance": mine}, strict=False, traced=True)
+        run.log.topics = frozenset(topics)
+        run.simulator.submit(InterestChanged())
+        return run((0.0, send("wall_e", BROKEN, action="dance"))), run.lines()
+
+    seen, trace = traced(Topic.FEEDBACK, Topic.EVENTS)
+
+    assert (3.0, "SUCCEEDED") == seen.changes(BROKEN)[-1]
+    assert ["action dance"] == [fields["part"] for _, fields in seen.happened("internal_error")]
+    assert trace == traced()[1]
+
+
+def stays(robot, _goal, _report):
+    """Go on after a cancel."""
+    while True:
+        with suppress(Interrupt):
+            yield from waits(robot, 1.0)
+
+
+def raises_at_its_end(robot, _goal, _report):
+    """Raise as it is canceled."""
+    try:
+        yield from waits(robot, 9.0)
+    finally:
+        oops()
+
+
+@pytest.mark.parametrize("process", [stays, raises_at_its_end])
+def test_a_bug_in_the_end_of_an_action_costs_no_more(process):
+    """The goal is canceled, its process is gone, and the base is free."""
+    cancel = CancelGoal("wall_e", "dance", BROKEN)
+    run = broken_run(process)
+    log = run((0.0, send("wall_e", BROKEN, action="dance")), (1.5, cancel), (1.5, send("wall_e", NEXT)), until=9.0)
+
+    assert [(1.5, "CANCELED"), (3.5, "SUCCEEDED")] == [log.changes(BROKEN)[-1], log.changes(NEXT)[-1]]
+    assert run.simulator.env.idle
+    assert 1 == len(log.happened("internal_error"))
+
+
+def test_an_action_may_disable_its_own_robot():
+    """Its goal is aborted, and its process is interrupted when it waits next."""
+
+    def breaks(robot, _goal, _report):
+        robot.disable("mine", "broken")
+        yield from waits(robot, 5.0)
+
+    run = broken_run(breaks)
+    log = run((0.0, send("wall_e", BROKEN, action="dance")), until=1.0)
+
+    assert ((0.0, "ABORTED"), "broken") == (log.changes(BROKEN)[-1], log.result(BROKEN).error_msg)
+    assert (True, []) == (run.simulator.env.idle, log.happened("internal_error"))
+
+
+@pytest.mark.parametrize("process", [at_once, no_event, exits])
 def test_a_strict_run_ends_at_the_first_bug(process):
     """The exception comes out, as it was raised."""
     run = broken_run(process, strict=True)
@@ -156,9 +273,10 @@ def test_a_bug_in_what_makes_results_of_failures_costs_no_more():
         yield from ()
         raise GoalAborted(700, "no")
 
-    log = broken_run(fails, failure=oops)((0.0, send("wall_e", BROKEN, action="dance")))
+    for bug in (oops, lambda *_arguments: "no"):
+        log = broken_run(fails, failure=bug)((0.0, send("wall_e", BROKEN, action="dance")))
 
-    assert ("ABORTED", Wait.Result()) == (log.changes(BROKEN)[-1][1], log.result(BROKEN))
+        assert ("ABORTED", Wait.Result()) == (log.changes(BROKEN)[-1][1], log.result(BROKEN))
 
 
 @pytest.mark.parametrize("ends", [False, True])
@@ -219,6 +337,10 @@ class Sink:
         """Raise."""
         raise self.error
 
+    def commanded(self, *_command):
+        """Raise."""
+        raise self.error
+
     def wants(self, _topic: Topic) -> bool:
         """Return True."""
         return True
@@ -230,15 +352,18 @@ def test_a_bug_in_a_sink_leaves_the_other_sinks():
     run((0.0, send("eve", OTHER)))
 
     assert "SUCCEEDED" == run.log.changes(OTHER)[-1][1]
-    assert "Sink" == run.log.happened("internal_error")[0][1]["part"]
+    assert ["Sink"] == [fields["part"] for _, fields in run.log.happened("internal_error")]
 
 
-def test_what_a_sink_says_to_users_ends_the_run():
-    """Such as that the disk is full."""
-    run = simulate(sinks=[Sink(HmrsimError("the trace can't be written: no space left on device"))], strict=False)
+def test_a_full_disk_ends_the_run():
+    """All goals end, too, and say so to the other sinks."""
+    run = simulate(sinks=[Sink(WriteError("the trace can't be written: no space left on device"))], strict=False)
 
-    with pytest.raises(HmrsimError, match="no space left"):
-        run((0.0, send("eve", OTHER)))
+    with pytest.raises(WriteError, match="no space left"):
+        run.simulator.submit(send("eve", OTHER))
+    run((0.0, send("wall_e", NEXT)), until=1.0)
+    run.simulator.stop()
+    assert "ABORTED" == run.log.changes(NEXT)[-1][1]
 
 
 def test_runs_with_a_bug_are_the_same_each_time():
