@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show_json, warn
@@ -55,6 +56,8 @@ def simulate(args: argparse.Namespace) -> int:
     tally = _Tally()
     logs = [EventLog()] if log_level(args) <= logging.INFO else []
     simulator = Simulator(loaded.world, settings, [tally, *logs, *trace.sinks])
+    if settings.strict:
+        plugins.check()
     collect_rarely()
     began = time.perf_counter()
     with logging_to_stderr(args), trace.opened(simulator):

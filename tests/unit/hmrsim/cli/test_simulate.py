@@ -6,7 +6,9 @@ import json
 
 import pytest
 
+from hmrsim import plugins
 from hmrsim.cli import main
+from hmrsim.errors import PluginError
 
 ROOMS = """\
 name: two rooms
@@ -127,3 +129,13 @@ def test_it_ends_with_the_last_script(simulate, rooms):
 
     assert 0 == code
     assert "16.000 simulated seconds" in out
+
+
+def test_a_strict_run_needs_all_plugins(simulate, rooms, monkeypatch):
+    """One that was left out is an error on one line; nothing is done, and no trace is written."""
+    monkeypatch.setattr(plugins, "_left_out", [PluginError("dance: can't be imported: oops")])
+    trace = rooms.with_name("trace.jsonl")
+
+    assert (1, "", "hmrsim: dance: can't be imported: oops\n") == simulate(rooms, "--strict", "--trace", trace)
+    assert not trace.exists()
+    assert 0 == simulate(rooms)[0]
