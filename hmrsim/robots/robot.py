@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
+from hmrsim.engine.internal_errors import BUGS
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from simpy import Event
 
     from hmrsim.engine.environment import Environment
+    from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.errors import GoalAborted
     from hmrsim.events import Event as WorldEvent
@@ -43,6 +45,7 @@ class Robot(MobileBase):
 
     Args:
         name: Its name, which is a ROS name.
+        errors: Handles what its components raise because of a bug.
         abort: Aborts the goal that holds the base of the robot of a name, with a reason.
 
     Attributes:
@@ -52,6 +55,7 @@ class Robot(MobileBase):
 
     __slots__ = (
         "_abort",
+        "_errors",
         "_kind",
         "_turn",
         "components",
@@ -79,6 +83,7 @@ class Robot(MobileBase):
         admission: Admission,
         plans: Plans,
         publisher: EventPublisher,
+        errors: InternalErrors,
         abort: Callable[[str, str], None],
     ) -> None:
         kind = world.robot_type(spec)
@@ -100,6 +105,7 @@ class Robot(MobileBase):
         self.units = world.units
         self._kind = kind
         self._abort = abort
+        self._errors = errors
         self.localization_error = _NO_ERROR
         self.components = self._equip()
         self.docks = docks
@@ -126,10 +132,15 @@ class Robot(MobileBase):
             self.energy.look()
 
     def _equip(self) -> dict[str, Any]:
-        return {
-            key: components()[key].create(components()[key].settings.model_validate(settings))
-            for key, settings in sorted(self._kind.components.items())
-        }
+        """Return its components, made anew; it does without one that can't be made because of a bug."""
+        made = {}
+        for key, settings in sorted(self._kind.components.items()):
+            kind = components()[key]
+            try:
+                made[key] = kind.create(kind.settings.model_validate(settings))
+            except BUGS as bug:
+                self._errors.handle(f"component {key}", bug, self.name)
+        return made
 
     def component(self, kind: type[C]) -> C:
         """Return the component of this type.

@@ -16,6 +16,7 @@ from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
+    from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events import Event
     from hmrsim.geometry import Point, Pose
@@ -32,6 +33,7 @@ class Roster:
 
     Args:
         gate: Serves the actions of the world itself.
+        errors: Handles what components raise because of a bug.
         leaving: Called with the name of a robot that is about to be removed.
 
     Attributes:
@@ -56,6 +58,7 @@ class Roster:
         *,
         plans: Plans,
         publisher: EventPublisher,
+        errors: InternalErrors,
         emit: Callable[[Output], None],
         leaving: Callable[[str], None],
     ) -> None:
@@ -64,6 +67,7 @@ class Roster:
         self._gate = gate
         self._plans = plans
         self._publisher = publisher
+        self._errors = errors
         self._emit = emit
         self.spawned: set[str] = set()
         self.robots = {}
@@ -203,6 +207,7 @@ class Roster:
             admission=self.admission,
             plans=self._plans,
             publisher=self._publisher,
+            errors=self._errors,
             abort=self._dispatcher.free,
         )
         self.admission.place(robot)

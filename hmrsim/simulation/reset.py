@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
 from hmrsim.protocol.goal import WORLD
@@ -50,8 +51,20 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
 
 def load(simulator: Simulator, world: World) -> None:
     """Replace the world by another, whose names must have been checked; it is stopped then, at time 0."""
+    before = simulator.world
     _end_all(simulator, "another world was loaded", scripts=True)
-    simulator.replace_world(world)
+    try:
+        simulator.replace_world(world)
+    except BUGS:
+        # Of a plug-in, such as a traffic policy: the world before is there again, as at its start.
+        simulator.replace_world(before)
+        _begin(simulator, before)
+        raise
+    _begin(simulator, world)
+
+
+def _begin(simulator: Simulator, world: World) -> None:
+    """Let a simulation whose world was replaced be at its start."""
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator)
     simulator.fault_injector.begin(world, simulator.seed)

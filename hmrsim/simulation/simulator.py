@@ -91,6 +91,10 @@ class Service(Protocol):
         """Answers a request, or returns a function that is to be called with the receiver of the answer."""
 
     @property
+    def changes_world(self) -> bool:
+        """Whether it does something that a replay has to do again."""
+
+    @property
     def recorded(self) -> Callable[[Any, Any], Any]:
         """Return a request that needs no file or network any more, or the answer at once."""
 
@@ -163,13 +167,14 @@ class Simulator:
             self.gate,
             plans=self.plans,
             publisher=publisher,
+            errors=self._errors,
             emit=self.emit,
             leaving=self._leaving,
         )
+        self.fault_injector = FaultInjector(self.env, self.roster, publisher, self._errors)
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster, self._errors)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
-        self.fault_injector = FaultInjector(self.env, self.roster, publisher, self._errors)
         self.fault_injector.begin(world, self.seed)
         self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
@@ -244,7 +249,7 @@ class Simulator:
             self._apply(command)
         except BUGS as bug:
             # Whatever it is, it is this command's error.
-            self._command_failed(command, bug, replayed=not isinstance(command, _UNRECORDED))
+            self._command_failed(command, bug, replayed=self._replayed(command))
         # Goals that are sent while time stands start all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
             pass
@@ -255,6 +260,11 @@ class Simulator:
                 sink.commanded(command, by, self.moment)
             except BUGS as bug:
                 self._sink_failed(sink, bug)
+
+    def _replayed(self, command: Command) -> bool:
+        if isinstance(command, CallService):
+            return self._service(command.service).changes_world
+        return not isinstance(command, _UNRECORDED)
 
     def _command_failed(self, command: Command, bug: BaseException, *, replayed: bool) -> None:
         part = f"service {command.service}" if isinstance(command, CallService) else type(command).__name__

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import math
 import sys
@@ -12,6 +13,7 @@ import pytest
 from simpy import Event, Interrupt
 
 from hmrsim.actions import registry as actions
+from hmrsim.components import registry as components
 from hmrsim.errors import GoalAborted, HmrsimError, WriteError
 from hmrsim.faults import registry as faults
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -19,7 +21,9 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
-from tests.simulation import simulate
+from hmrsim.trace.replay import replay
+from hmrsim.traffic.policies import registry as policies
+from tests.simulation import SMALL_WORLD, simulate
 
 BROKEN, OTHER, NEXT = (f"{number:032x}" for number in (1, 2, 3))
 
@@ -308,6 +312,51 @@ def test_a_bug_in_a_service_is_its_answer(monkeypatch):
     assert [f"bug in service {name}: ZeroDivisionError: oops" for name, _ in asked] == [
         run.log.answer(name).message for name, _ in asked
     ]
+
+
+def test_a_bug_in_a_service_is_in_the_trace_only_if_its_call_is(monkeypatch):
+    """A replay repeats no call that changes nothing."""
+    for name in ("get_faults", "clear_fault"):
+        monkeypatch.setitem(services(), name, replace(services()[name], serve=oops))
+    run = simulate(strict=False, traced=True)
+    run.ask("get_faults")
+    run.ask("clear_fault", {"name": "x"})
+
+    assert 2 == len(run.log.happened("internal_error"))
+    trace = run.lines()
+    assert ["service clear_fault"] == [json.loads(line)["part"] for line in trace if '"internal_error"' in line]
+    assert replay(trace).difference is None
+
+
+def test_a_robot_does_without_a_component_with_a_bug(monkeypatch):
+    """From the start or from a reset on; all else is as ever."""
+    monkeypatch.setitem(components(), "claw", replace(components()["claw"], create=oops))
+    run = simulate(strict=False)
+    assert [] == [*run.simulator.robots["wall_e"].components]
+    monkeypatch.undo()
+    assert 1 == run.ask("reset_simulation").result.result
+    assert ["claw"] == [*run.simulator.robots["wall_e"].components]
+
+    monkeypatch.setitem(components(), "claw", replace(components()["claw"], create=oops))
+    assert 1 == run.ask("reset_simulation").result.result
+    assert [("component claw", "eve"), ("component claw", "wall_e")] == [
+        (fields["part"], fields["robot"]) for _, fields in run.log.happened("internal_error")
+    ]
+    assert "SUCCEEDED" == run((0.0, send("wall_e", NEXT))).changes(NEXT)[-1][1]
+
+
+def test_a_world_that_a_bug_keeps_from_loading_leaves_the_one_before(monkeypatch):
+    """It is at its start, and goes on."""
+    monkeypatch.setitem(policies(), "reserve", replace(policies()["reserve"], rule=oops))
+    run = simulate(strict=False)
+    run((0.0, send("eve", OTHER)), until=1.0)
+    text = json.dumps({**SMALL_WORLD, "name": "other", "traffic": {"policy": "reserve"}})
+    run.ask("load_world", {"resource_string": text})
+
+    assert ["service load_world"] == [fields["part"] for _, fields in run.log.happened("internal_error")]
+    assert ("small", 0.0) == (run.simulator.world.name, run.simulator.now)
+    assert 1 == run.ask("set_simulation_state", {"state": {"state": 1}}).result.result
+    assert "SUCCEEDED" == run((0.0, send("wall_e", NEXT))).changes(NEXT)[-1][1]
 
 
 def test_a_bug_in_a_process_or_a_callback_leaves_all_others():
