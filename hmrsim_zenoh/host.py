@@ -20,9 +20,9 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
-from hmrsim_zenoh.errors import BadOptions
+from hmrsim_zenoh.errors import BadOptions, PrefixTaken
 from hmrsim_zenoh.server import warm_up
-from hmrsim_zenoh.server.claim import claim
+from hmrsim_zenoh.server.claim import Claim
 from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.sessions import Sessions
@@ -111,7 +111,7 @@ class Host:
         )
         try:
             self._sessions = Sessions(self._session, enclave.access_control) if enclave else None
-            self._claim = claim(self._session, self._keys)
+            self._claim = Claim(self._session, self._keys)
             self._tokens = LivelinessTokens(self._session, self._keys)
             self.simulator = Simulator(
                 loaded.world,
@@ -141,6 +141,7 @@ class Host:
         for ros2 in self._ros2:
             ros2.start()
         self._thread.start()
+        self._claim.watch(self._give_way)
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
@@ -158,6 +159,12 @@ class Host:
             self._thread.join(_STOP_SECONDS)
         self._server.inbox.leave()
         self._close()
+
+    def _give_way(self, taken: PrefixTaken) -> None:
+        """End the simulation, as another simulator has the prefix."""
+        self.error = taken
+        self._reason = str(taken)
+        self._server.close()
 
     def _close(self) -> None:
         """Close the session and wait for threads that may still be in a Zenoh call."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from queue import Empty, SimpleQueue
 from threading import Barrier
 
 import pytest
 
 from hmrsim_zenoh.errors import PrefixTaken
-from hmrsim_zenoh.server.claim import claim
+from hmrsim_zenoh.server.claim import Claim
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server
@@ -28,7 +29,7 @@ def compete(session, start):
     """Claim the prefix together with the others; return the token of the one that has it."""
     start.wait()
     try:
-        return claim(session, Keys())
+        return Claim(session, Keys())
     except PrefixTaken:
         return None
 
@@ -40,10 +41,27 @@ def test_one_of_them_stays(sessions):
             tokens = list(pool.map(compete, sessions, [Barrier(len(sessions))] * len(sessions)))
         (winner,) = (number for number, token in enumerate(tokens) if token)
         with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"):
-            claim(sessions[winner - 1], Keys())
+            Claim(sessions[winner - 1], Keys())
         tokens[winner].undeclare()
 
 
 def test_simulators_of_other_prefixes_do_not_compete(sessions):
     """Each has its own."""
-    assert all(claim(session, Keys(f"lab/{number}")) for number, session in enumerate(sessions))
+    assert all(Claim(session, Keys(f"lab/{number}")) for number, session in enumerate(sessions))
+
+
+def test_one_gives_way_when_two_that_serve_meet():
+    """The one with the greater id; the other one stays."""
+    with ExitStack() as stack:
+        first, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+        second, more = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
+        sessions = {str(session.info.zid()): stack.enter_context(session) for session in (first, second)}
+        lost: SimpleQueue[str] = SimpleQueue()
+        for zid, session in sessions.items():
+            Claim(session, Keys()).watch(lambda _taken, zid=zid: lost.put(zid))
+        # The link that is made late.
+        with open_server(SessionOptions(listen=("tcp/127.0.0.1:0",), connect=(*endpoints, *more)))[0]:
+            assert max(sessions) == lost.get(timeout=10.0)
+            sessions.pop(max(sessions)).close()
+            with pytest.raises(Empty):
+                lost.get(timeout=3.0)
