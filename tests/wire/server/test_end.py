@@ -132,7 +132,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
     assert [] == cancel["goals_canceling"]
 
 
-@pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
+@pytest.mark.parametrize("process", [_process_raises, _no_result])
 def test_a_bug_in_an_action_aborts_its_goal_and_no_other(broken, serve, wait, go, process):
     """Waiting clients get the end, the simulator serves on, and a subscriber of events is told."""
     tester = broken(process, strict=False)
