@@ -53,10 +53,10 @@ class InternalErrors:
                 marks no robot.
 
         Raises:
-            Exception: The *error*, if the simulation is strict, or if it is one of `FATAL`.
+            Exception: The *error*, if the simulation is strict.
         """
         text = described(error)
-        if self._strict or isinstance(error, FATAL):
+        if self._strict:
             raise error if isinstance(error, Exception) else RuntimeError(text) from error
         known = self._tell(part, error, text, robot, often=not replayed)
         if self._publishing or (known and not replayed):

@@ -142,6 +142,7 @@ class Simulator:
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._sinks: list[Sink] = []
+        self._fatal: tuple[Sink, BaseException] | None = None
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
         self._clock_published = (-1, 0.0)
@@ -253,6 +254,7 @@ class Simulator:
         # Goals that are sent while time stands start all the same.
         while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
             pass
+        self._check_sinks()
 
     def _record(self, command: Command, by: str) -> None:
         for sink in self._command_sinks:
@@ -362,11 +364,21 @@ class Simulator:
                 self._sink_failed(sink, bug)
 
     def _sink_failed(self, sink: Sink, bug: BaseException) -> None:
-        if isinstance(bug, FATAL):
-            # The run ends, and each goal with it; another error would be in the way.
-            self._sinks[:] = [each for each in self._sinks if each is not sink]
-            self._command_sinks = [each for each in self._command_sinks if each is not sink]
-        self._errors.handle(type(sink).__name__, bug, replayed=False)
+        if not isinstance(bug, FATAL):
+            self._errors.handle(type(sink).__name__, bug, replayed=False)
+            return
+        # The run ends, but not in the middle of something: all goals and all other sinks are to have their end.
+        self._fatal = (sink, bug)
+        self.halt()
+
+    def _check_sinks(self) -> None:
+        """Drop a sink that can't go on, and raise its error."""
+        if self._fatal is None:
+            return
+        (sink, bug), self._fatal = self._fatal, None
+        self._sinks[:] = [each for each in self._sinks if each is not sink]
+        self._command_sinks = [each for each in self._command_sinks if each is not sink]
+        raise bug
 
     def _emit_detections(self) -> None:
         for seen in self.detections.changed(self.dispatcher.cut_off):
@@ -451,6 +463,7 @@ class Simulator:
                 events = self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
                 self.processed += events
                 taken += events
+            self._check_sinks()
         return taken > 0
 
     def _sample(self) -> None:

@@ -32,8 +32,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from hmrsim.diagnostics import shown
-from hmrsim.errors import printable, reason_of
+from hmrsim.errors import HmrsimError, printable, reason_of
 from hmrsim.program.inputs import check_regular
+from hmrsim.program.outputs import NO_SPACE, unwritable
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.security.authority import Authority, Issued
 from hmrsim_zenoh.security.roles import Rights
@@ -159,7 +160,7 @@ class Keystore:
             # Made by mkdtemp with mode 0700.
             made = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
         except OSError as error:
-            raise BadOptions(f"{path}: {reason_of(error)}") from None
+            raise _unusable(path, error) from None
         try:
             (made / ENCLAVES).mkdir(mode=0o700)
             authority, issued = Authority.create(days)
@@ -172,7 +173,7 @@ class Keystore:
             made.rename(path)
             _remove(path / "replaced")
         except OSError as error:
-            raise BadOptions(f"{path}: {reason_of(error)}") from None
+            raise _unusable(path, error) from None
         finally:
             with suppress(OSError):
                 shutil.rmtree(made)
@@ -262,7 +263,7 @@ class Keystore:
         try:
             change()
         except OSError as error:
-            raise BadOptions(f"{error.filename or self.path}: {reason_of(error)}") from None
+            raise _unusable(error.filename or self.path, error) from None
 
     def _issue(self, authority: Authority, members: Sequence[Member], days: float) -> None:
         """Make certificates for members, old or new."""
@@ -368,6 +369,11 @@ def _remove(path: Path) -> None:
         path.unlink()
     elif path.exists():
         shutil.rmtree(path)
+
+
+def _unusable(path: object, error: OSError) -> HmrsimError:
+    """Return the error of a keystore that can't be written: of the disk if that is full, else of the folder."""
+    return unwritable(str(path), error) if error.errno in NO_SPACE else BadOptions(f"{path}: {reason_of(error)}")
 
 
 def _read(path: Path) -> str:

@@ -19,6 +19,7 @@ from hmrsim.faults import registry as faults
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.trace.replay import replay
@@ -404,15 +405,31 @@ def test_a_bug_in_a_sink_leaves_the_other_sinks():
     assert ["Sink"] == [fields["part"] for _, fields in run.log.happened("internal_error")]
 
 
+class FullDisk(Sink):
+    """A sink that can write until a goal has begun."""
+
+    def __init__(self):
+        super().__init__(WriteError("the trace can't be written: no space left on device"))
+
+    def emit(self, output):
+        """Raise at the second goal."""
+        if isinstance(output, GoalChanged) and output.goal_id == NEXT:
+            raise self.error
+
+    def commanded(self, *_command):
+        """Take it."""
+
+
 def test_a_full_disk_ends_the_run():
-    """All goals end, too, and say so to the other sinks."""
-    run = simulate(sinks=[Sink(WriteError("the trace can't be written: no space left on device"))], strict=False)
+    """When what happens has happened, so that all goals end and the other sinks have it."""
+    run = simulate(sinks=[FullDisk()], strict=False)
+    run((0.0, send("eve", OTHER)), until=1.0)
 
     with pytest.raises(WriteError, match="no space left"):
-        run.simulator.submit(send("eve", OTHER))
-    run((0.0, send("wall_e", NEXT)), until=1.0)
+        run.simulator.submit(send("wall_e", NEXT))
+    assert "EXECUTING" == run.log.changes(NEXT)[-1][1]
     run.simulator.stop()
-    assert "ABORTED" == run.log.changes(NEXT)[-1][1]
+    assert ["ABORTED", "ABORTED"] == [run.log.changes(goal_id)[-1][1] for goal_id in (OTHER, NEXT)]
 
 
 def test_runs_with_a_bug_are_the_same_each_time():
