@@ -61,14 +61,16 @@ def lines_of(path: Path) -> Iterator[str]:
     """Yield the lines of a trace.
 
     Raises:
-        TraceError: A line has too many values.
+        TraceError: A line is too long, or has too many values.
     """
     check_regular(path)
     with path.open(encoding="utf-8", newline="\n") as file:
-        for number, line in enumerate(iter(lambda: file.readline(_MAX_CHARACTERS), ""), 1):
+        for number, line in enumerate(iter(lambda: file.readline(_MAX_CHARACTERS + 1), ""), 1):
+            if len(line) > _MAX_CHARACTERS:
+                raise TraceError(f"line {number} has more than {_MAX_CHARACTERS} characters")
             most = MAX_VALUES if number > 1 else MAX_VALUES_OF_WORLD
             if has_more_values(line, most):
-                raise TraceError(f"line {number}: has more than {most} values")
+                raise TraceError(f"line {number} has more than {most} values")
             yield line
 
 

@@ -7,7 +7,7 @@ import logging
 import pytest
 
 from hmrsim.program.command_line import CommandParser
-from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
+from hmrsim.program.log_options import LineFormatter, add_log_options, log_level, logging_to_stderr
 
 
 @pytest.fixture
@@ -41,3 +41,10 @@ def test_what_is_grave_enough_goes_to_stderr(parser, capsys):
 
     captured = capsys.readouterr()
     assert ("", "[INFO] told\n") == (captured.out, captured.err.replace("too late\n", ""))
+
+
+def test_a_long_line_is_cut_where_it_says_so():
+    """Whatever clients have sent; the lines of a traceback stay as they are."""
+    record = logging.LogRecord("hmrsim", logging.INFO, __file__, 1, "first\n%s\nlast", ("x" * 3000,), None)
+
+    assert f"first\n{'x' * 2000} … (3000 characters)\nlast" == LineFormatter("%(message)s").format(record)

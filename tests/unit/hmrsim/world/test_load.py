@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
-from hmrsim.errors import WorldError
+from hmrsim.errors import Problem, WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.shipped import shipped_maps
 from hmrsim.world_checks import load_world
@@ -214,6 +214,31 @@ def test_include_that_cannot_be_is_refused(write, name, message):
         load_world(path)
 
     assert [message in str(problem) for problem in caught.value.problems] == [True]
+
+
+def test_a_world_includes_100_files_at_most(write):
+    """The error names the limit, and so does that of a chain of more than ten."""
+    for number in range(100):
+        write("{}", f"part{number}.yaml")
+        write(f"include: [link{number + 1}.yaml]\n", f"link{number}.yaml")
+    many = write(f"include: [{', '.join(f'part{number}.yaml' for number in range(100))}]\n", "many.yaml")
+    deep = write("include: [link0.yaml]\n", "deep.yaml")
+
+    for path, message in ((many, "exceeds the maximum of 100 files"), (deep, "deep; at most 10")):
+        with pytest.raises(WorldError, match=message):
+            load_world(path)
+
+
+def test_1000_problems_are_told_at_most(write):
+    """The first line says how many there are."""
+    keys = "".join(f"wrong{number}: 1\n" for number in range(1002))
+
+    with pytest.raises(WorldError) as caught:
+        load_world(write(keys))
+
+    told = [str(problem) for problem in caught.value.problems]
+    assert (1000, "has 1002 errors; only these are reported") == (len(told), told[0].rpartition(": ")[2])
+    assert len(f"w: {'x' * 1000}…") == len(str(Problem("w", "", "x" * 2000)))
 
 
 def test_include_that_is_not_there_is_told_with_who_asks_for_it(write):
