@@ -345,7 +345,11 @@ class Pacing:
 
 
 class _Watchdog:
-    """Calls a function periodically in its own thread, as the simulation's thread waits for commands."""
+    """Calls a function periodically in its own thread, as the simulation's thread waits for commands.
+
+    After the process was stopped, as by SIGSTOP or a debugger, it does not call it before all that has waited
+    meanwhile has had its time: as much as `_LOOKS` intervals.
+    """
 
     def __init__(self, look: Callable[[], None], interval: float) -> None:
         self._look = look
@@ -361,6 +365,12 @@ class _Watchdog:
         self._over.set()
 
     def _run(self) -> None:
+        looked, resumed = wall_time(), -math.inf
         while not self._over.wait(self._interval):
-            with suppress(SimulationStopped):
-                self._look()
+            now = wall_time()
+            if now - looked > 2 * self._interval + _MAX_LATENESS:
+                resumed = now
+            looked = now
+            if now - resumed >= _LOOKS * self._interval:
+                with suppress(SimulationStopped):
+                    self._look()

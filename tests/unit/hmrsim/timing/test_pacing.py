@@ -18,7 +18,7 @@ from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.time import Join, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
-from hmrsim.timing.pacing import Pacing
+from hmrsim.timing.pacing import Pacing, _Watchdog
 from hmrsim.timing.result_retention import Retention
 from tests.simulation import simulate
 
@@ -286,3 +286,20 @@ class TestInbox:
         assert not waiter.is_alive()
         with pytest.raises(SimulationStopped, match="the simulation has ended"):
             inbox.put("late")
+
+
+def test_no_participant_is_dropped_for_the_time_that_the_simulator_was_stopped(monkeypatch):
+    """After SIGSTOP, say, participants have their whole timeout again."""
+    wall, looks = FakeWall(monkeypatch), []
+    watchdog = _Watchdog(lambda: looks.append(wall.now), 1.0)
+    passed = iter([1.0] * 3 + [60.0] + [1.0] * 9)
+
+    def pass_time(_seconds):
+        seconds = next(passed, None)
+        wall.now += seconds or 0.0
+        return seconds is None
+
+    monkeypatch.setattr(watchdog._over, "wait", pass_time)
+    watchdog._run()
+
+    assert [*range(101, 104), *range(168, 173)] == looks
