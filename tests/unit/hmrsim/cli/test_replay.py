@@ -101,7 +101,7 @@ def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
     trace.write_text("".join(lines))
 
     assert 2 == main(["replay", str(trace)])
-    assert f"hmrsim: {trace}: line {line + 1}: has more than {most} values\n" == capsys.readouterr().err
+    assert f"hmrsim: {trace}: line {line + 1} has more than {most} values\n" == capsys.readouterr().err
 
 
 def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys):
