@@ -17,6 +17,7 @@ Folders have mode 0700, and files with keys 0600.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
@@ -24,12 +25,12 @@ import shutil
 import socket
 import tempfile
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError, printable, reason_of
@@ -53,6 +54,8 @@ from hmrsim_zenoh.wire.enclave import (
     parsed,
 )
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
+
+_Told = TypeVar("_Told")
 
 DEFAULT_DAYS: Final = 365.0
 """How long certificates are valid, in days."""
@@ -122,6 +125,10 @@ class Keystore:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._load()
+
+    def _load(self) -> None:
+        path = self.path
         try:
             data = parsed(_read(path / _FILE))
             self.network = Network(str(data["prefix"]), int(data["ros_domain_id"]), tuple(map(str, data["hosts"])))
@@ -185,8 +192,12 @@ class Keystore:
         Raises:
             BadOptions: The member is invalid or known already, or the keystore can't be written.
         """
-        _check_members([member], [*self.members, *self.revoked])
-        self._change(lambda: self._issue(self._authority(), [member], days))
+
+        def add() -> None:
+            _check_members([member], [*self.members, *self.revoked])
+            self._issue(self._authority(), [member], days)
+
+        self._change(add)
 
     def revoke(self, name: str) -> None:
         """Take all rights from a member; simulators that start afterwards follow.
@@ -194,11 +205,11 @@ class Keystore:
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
         """
-        self._check_known([name])
-        if self.members[name].role == SIMULATOR:
-            raise BadOptions(f"{name!r} is the simulator, which all clients trust; make a new keystore instead")
 
         def revoke() -> None:
+            self._check_known([name])
+            if self.members[name].role == SIMULATOR:
+                raise BadOptions(f"{name!r} is the simulator, which all clients trust; make a new keystore instead")
             del self.members[name]
             self.revoked = (*self.revoked, name)
             # First of all the rights: its folder may have been moved to where it is used.
@@ -213,10 +224,14 @@ class Keystore:
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
         """
-        self._check_known(names)
-        renewed = [self.members[name] for name in names or self.members]
-        self._change(lambda: self._issue(self._authority(), renewed, days))
-        return [member.name for member in renewed]
+
+        def renew() -> list[str]:
+            self._check_known(names)
+            renewed = [self.members[name] for name in names or self.members]
+            self._issue(self._authority(), renewed, days)
+            return [member.name for member in renewed]
+
+        return self._change(renew)
 
     def enclave(self, name: str) -> Enclave:
         """Return the enclave of a member."""
@@ -259,9 +274,18 @@ class Keystore:
             if name not in self.members:
                 raise BadOptions(f"{self.path} has no {name!r}; there are: {', '.join(self.members)}")
 
-    def _change(self, change: Any) -> None:
+    def _change(self, change: Callable[[], _Told]) -> _Told:
+        """Change what is there now, while no other process does."""
         try:
-            change()
+            folder = os.open(self.path, os.O_RDONLY)
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                self._load()
+                return change()
+            finally:
+                os.close(folder)
+        except BlockingIOError:
+            raise BadOptions(f"{self.path} is being changed by another command; try again") from None
         except OSError as error:
             raise _unusable(error.filename or self.path, error) from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import stat
@@ -312,3 +313,28 @@ def in_place_of(path):
     yield
     path.unlink()
     path.write_bytes(kept)
+
+
+def test_what_another_command_has_changed_meanwhile_is_kept(keystore):
+    """A member that is revoked stays so, though an earlier look at the keystore adds another one."""
+    earlier = Keystore(keystore.path)
+    keystore.revoke("nurses")
+    earlier.add(Member("porters", "controller"))
+    again = Keystore(keystore.path)
+
+    assert ("nurses",) == again.revoked
+    assert "nurses" not in again.enclave("simulator").access_control.rules
+
+
+def test_two_commands_do_not_change_a_keystore_at_the_same_time(keystore):
+    """The second one is refused, and changes nothing."""
+    before = contents(keystore.path)
+    folder = os.open(keystore.path, os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX)
+    try:
+        with pytest.raises(BadOptions, match="keys is being changed by another command; try again"):
+            keystore.revoke("nurses")
+    finally:
+        os.close(folder)
+
+    assert before == contents(keystore.path)
