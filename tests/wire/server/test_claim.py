@@ -43,6 +43,9 @@ def test_one_of_them_stays(sessions):
         with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"):
             Claim(sessions[winner - 1], Keys())
         tokens[winner].undeclare()
+        # The router answers when it knows what a session has undeclared before.
+        for session in sessions:
+            list(session.liveliness().get(Keys().claim("*", "*")))
 
 
 def test_simulators_of_other_prefixes_do_not_compete(sessions):
