@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, SendGoal
 
-MAX_FORGOTTEN: Final = 20_000
+MAX_FORGOTTEN: Final = 10_000
 """The goals of all robots whose ids are refused although their results are no longer kept: the latest ones."""
 
 
