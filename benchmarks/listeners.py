@@ -112,7 +112,7 @@ def _unheard(world: World, rounds: int) -> Row:
     """
     crowds = Wanderers(world), Wanderers(world)
     giving, silent = (Simulator(world, RunSettings(keep_results=10), [crowd]) for crowd in crowds)
-    silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
+    silent.dispatcher.feedback.sample = lambda *_: None  # type: ignore[method-assign]
     for simulator, crowd in zip((giving, silent), crowds, strict=True):
         plan_everything(simulator)
         crowd.start(simulator, simulator.robots)

@@ -136,7 +136,7 @@ def _unheard(world: World, rounds: int) -> Row:
     """Return the cost of feedback without a subscriber, against a simulator that is on the wire and gives none."""
     crowds = Wanderers(world), Wanderers(world)
     with _published(world, crowds[0]) as (giving, _), _published(world, crowds[1]) as (silent, _):
-        silent.dispatcher.sample_feedback = lambda *_: None  # type: ignore[method-assign]
+        silent.dispatcher.feedback.sample = lambda *_: None  # type: ignore[method-assign]
         for simulator, crowd in zip((giving, silent), crowds, strict=True):
             plan_everything(simulator)
             crowd.start(simulator, simulator.robots)

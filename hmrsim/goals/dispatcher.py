@@ -18,14 +18,14 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
+from hmrsim.goals.feedback import Feedback
 from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.goal import GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.goal_ids import ZERO_ID
-from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, RosterChanged, StatusChanged
-from hmrsim.protocol.topics import Topic
+from hmrsim.protocol.outputs import Answered, GoalChanged, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:
     import simpy
@@ -45,15 +45,15 @@ _CANCEL = CancelGoalService.Response
 class _Report:
     """The feedback and the result of an executing goal."""
 
-    def __init__(self, dispatcher: Dispatcher, goal: ServedGoal) -> None:
-        self._dispatcher = dispatcher
+    def __init__(self, feedback: Feedback, goal: ServedGoal) -> None:
+        self._feedback = feedback
         self._goal = goal
 
     def send(self, feedback: Message | Mapping[str, Any]) -> None:
-        self._dispatcher.send_feedback(self._goal, feedback, last=True)
+        self._feedback.send(self._goal, feedback, last=True)
 
     def sample(self, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        self._dispatcher.sample_feedback(self._goal, source)
+        self._feedback.sample(self._goal, source)
 
     def on_failure(self, make: Callable[[int, str], Message]) -> None:
         if not self._goal.status.terminal:
@@ -73,6 +73,7 @@ class Dispatcher:
     Attributes:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
         nodes: The states of the ROS nodes that serve the actions.
+        feedback: Publishes the feedback of goals.
     """
 
     def __init__(
@@ -91,13 +92,14 @@ class Dispatcher:
         self.servers = ActionServers(actions, seed)
         self.cut_off = CutOff()
         self.nodes = NodeStates()
-        self._telemetry = telemetry
+        self.feedback = Feedback(
+            env, self.servers, self.cut_off, telemetry, publisher=publisher, errors=errors, rate=feedback_rate
+        )
         self._emit = publisher.emit
         self._publisher = publisher
         self._interest = publisher.interest
         self._errors = errors
         self._keep_results = keep_results
-        self._feedback_rate = feedback_rate
         self._instant, self._instant_stamp = -1.0, 0
         self._holders: dict[str, ServedGoal] = {}
         self._ended: dict[str, dict[ServedGoal, None]] = {}
@@ -208,7 +210,9 @@ class Dispatcher:
         """Run the action's process and set the goal's terminal status, unless it was halted."""
         action, process = goal.server.action, self._env.active_process
         try:
-            result = _checked(action, (yield from action.process(goal.server.robot, message, _Report(self, goal))))
+            result = _checked(
+                action, (yield from action.process(goal.server.robot, message, _Report(self.feedback, goal)))
+            )
         except Interrupt:
             return
         except GoalAborted as aborted:
@@ -275,13 +279,12 @@ class Dispatcher:
         """Abort a goal whose action has a bug."""
         action = goal.server.action
         # Its feedback may fail for the same reason.
-        self._end_sampling(goal)
+        self.feedback.stop(goal)
         self._halt(goal, GoalEvent.ABORT, action.codes.unknown, f"bug in {action.name}: {described(bug)}")
         self._bug_in(goal, bug)
 
-    def _bug_in(self, goal: ServedGoal, bug: BaseException, *, replayed: bool = True) -> None:
-        server = goal.server
-        self._errors.handle(f"action {server.action.name}", bug, server.robot.name, replayed=replayed)
+    def _bug_in(self, goal: ServedGoal, bug: BaseException) -> None:
+        self._errors.handle(f"action {goal.server.action.name}", bug, goal.server.robot.name)
 
     def _failed(self, goal: ServedGoal, code: int, message: str) -> Message:
         """Return the result of a goal that did not succeed; an empty one if its action can't make it."""
@@ -298,11 +301,7 @@ class Dispatcher:
         if goal.status.terminal:
             return
         name = goal.server.robot.name
-        if goal.sample is not None:
-            feedback = self._sampled(goal) if self._interest.feedback else None
-            self._end_sampling(goal)
-            if feedback is not None:
-                self.send_feedback(goal, feedback, last=True)
+        self.feedback.finish(goal)
         needed = _needed(goal)
         if self._holders.get(needed) is goal:
             del self._holders[needed]
@@ -335,64 +334,6 @@ class Dispatcher:
         self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, goal.result))
         if self._interest.status:
             self._emit(self._status(server))
-
-    def send_feedback(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
-        """Publish the feedback of an executing goal, if there is a subscriber."""
-        if not goal.status.terminal and self._interest.feedback:
-            server = goal.server
-            self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
-
-    def sample_feedback(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        """Publish feedback of *source* at the feedback rate, and once more when the goal ends; none if it has ended.
-
-        A goal that is canceled at the instant of its acceptance has ended when its process begins.
-        """
-        if goal.status.terminal:
-            return
-        goal.sample, goal.sampled_from = source, self._env.now
-        if self._interest.feedback:
-            self._start_sampling(goal)
-
-    def feedback(self) -> list[FeedbackSent]:
-        """Return the current feedback of all executing goals."""
-        return [
-            FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, feedback)
-            for goal in self.servers.active()
-            if goal.server.robot.name not in self.cut_off and (feedback := self._sampled(goal)) is not None
-        ]
-
-    def interest_changed(self) -> None:
-        """Begin to sample the feedback of the goals that execute, if there is a subscriber now."""
-        if self._interest.feedback:
-            for goal in self.servers.active():
-                if goal.sample is not None and goal not in self._telemetry:
-                    self._start_sampling(goal)
-
-    def _start_sampling(self, goal: ServedGoal) -> None:
-        def take() -> None:
-            feedback = self._sampled(goal)
-            if feedback is not None:
-                self.send_feedback(goal, feedback)
-
-        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._feedback_rate, take, now=self._env.now)
-
-    def _sampled(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
-        """Return the current feedback of a goal; None if it has none, or no more because of a bug.
-
-        The goal goes on: feedback is made for subscribers only, and they must not make a difference.
-        """
-        if goal.sample is None:
-            return None
-        try:
-            return goal.sample()
-        except BUGS as bug:
-            self._end_sampling(goal)
-            self._bug_in(goal, bug, replayed=False)
-            return None
-
-    def _end_sampling(self, goal: ServedGoal) -> None:
-        goal.sample = None
-        self._telemetry.stop(goal)
 
     def cancel_goal(self, command: CancelGoal) -> None:
         """Cancel what the command selects (rcl's rules), and answer; the goals end at this instant."""

@@ -290,7 +290,7 @@ class Simulator:
                 self._call(command)
             case InterestChanged():
                 self.interest.refresh()
-                self.dispatcher.interest_changed()
+                self.dispatcher.feedback.interest_changed()
                 self.telemetry.refresh(self.now)
                 if not self.interest.detections:
                     self.detections.forget()

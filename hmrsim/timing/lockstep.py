@@ -288,7 +288,7 @@ class LockstepCoordinator:
         if not any("feedback" in advance.report - advance.wake for advance in advances):
             return []
         now = stamp(self._simulator.now)
-        return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback()]
+        return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback.current()]
 
     def _grant(
         self, participant: Participant, reason: str, sampled: Iterable[tuple[str, int, FeedbackSent]] = ()

@@ -1,0 +1,119 @@
+"""The feedback of goals: sampled at a rate while they execute, and made for subscribers only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.engine.internal_errors import BUGS
+from hmrsim.protocol.outputs import FeedbackSent
+from hmrsim.protocol.topics import Topic
+
+if TYPE_CHECKING:
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.internal_errors import InternalErrors
+    from hmrsim.engine.sampling import Telemetry
+    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.goals.connectivity import CutOff
+    from hmrsim.goals.servers import ActionServers, ServedGoal
+    from hmrsim.interfaces.message import Message
+
+
+class Feedback:
+    """Publishes the feedback of the goals that execute.
+
+    Args:
+        servers: Know the goals.
+        cut_off: The robots that clients can't reach.
+        publisher: Publishes, and knows whether there is a subscriber.
+        errors: Handles what the making of feedback raises because of a bug.
+        rate: Samples a second of simulated time.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        servers: ActionServers,
+        cut_off: CutOff,
+        telemetry: Telemetry,
+        *,
+        publisher: EventPublisher,
+        errors: InternalErrors,
+        rate: float,
+    ) -> None:
+        self._env = env
+        self._servers = servers
+        self._cut_off = cut_off
+        self._telemetry = telemetry
+        self._emit = publisher.emit
+        self._interest = publisher.interest
+        self._errors = errors
+        self._rate = rate
+
+    def send(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
+        """Publish the feedback of an executing goal, if there is a subscriber."""
+        if not goal.status.terminal and self._interest.feedback:
+            server = goal.server
+            self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
+
+    def sample(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
+        """Publish feedback of *source* at the rate, and once more when the goal ends; none if it has ended.
+
+        A goal that is canceled at the instant of its acceptance has ended when its process begins.
+        """
+        if goal.status.terminal:
+            return
+        goal.sample, goal.sampled_from = source, self._env.now
+        if self._interest.feedback:
+            self._start(goal)
+
+    def finish(self, goal: ServedGoal) -> None:
+        """Publish the last feedback of a goal that is about to end."""
+        if goal.sample is not None:
+            feedback = self._of(goal) if self._interest.feedback else None
+            self.stop(goal)
+            if feedback is not None:
+                self.send(goal, feedback, last=True)
+
+    def stop(self, goal: ServedGoal) -> None:
+        """Make no more feedback of a goal."""
+        goal.sample = None
+        self._telemetry.stop(goal)
+
+    def current(self) -> list[FeedbackSent]:
+        """Return the current feedback of all executing goals."""
+        return [
+            FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, feedback)
+            for goal in self._servers.active()
+            if goal.server.robot.name not in self._cut_off and (feedback := self._of(goal)) is not None
+        ]
+
+    def interest_changed(self) -> None:
+        """Begin to sample the goals that execute, if there is a subscriber now."""
+        if self._interest.feedback:
+            for goal in self._servers.active():
+                if goal.sample is not None and goal not in self._telemetry:
+                    self._start(goal)
+
+    def _start(self, goal: ServedGoal) -> None:
+        def take() -> None:
+            feedback = self._of(goal)
+            if feedback is not None:
+                self.send(goal, feedback)
+
+        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, take, now=self._env.now)
+
+    def _of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
+        """Return the current feedback of a goal; None if it has none, or no more because of a bug.
+
+        The goal goes on: feedback is made for subscribers only, and they must not make a difference.
+        """
+        if goal.sample is None:
+            return None
+        try:
+            return goal.sample()
+        except BUGS as bug:
+            self.stop(goal)
+            server = goal.server
+            self._errors.handle(f"action {server.action.name}", bug, server.robot.name, replayed=False)
+            return None
