@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -76,6 +77,7 @@ class Declarations:
         # All nodes of a robot share one number: Zenoh compares a token with all tokens that branch off at the same
         # chunk, and ROS distinguishes the nodes of one session by their names, too.
         self._numbers: dict[str, int] = {}
+        self._sharing: Counter[str] = Counter()
         self._nodes: dict[Node, _Declared] = {}
         self._parts: dict[Part, list[tuple[Owned, _Declared | None]]] = {}
         # The nodes that a part declares by itself, beside those of its endpoints.
@@ -212,6 +214,7 @@ class Declarations:
             number = self._numbers[node.namespace]
             token = keys.node_token(self._domain, self._session_id, number, node)
             known = self._nodes[node] = _Declared(number, self._liveliness.declare_token(token), used=0)
+            self._sharing[node.namespace] += 1
         known.used += 1
         return known.id
 
@@ -232,4 +235,7 @@ class Declarations:
         known.used -= 1
         if not known.used:
             del self._nodes[node]
+            self._sharing[node.namespace] -= 1
+            if not self._sharing[node.namespace]:
+                del self._sharing[node.namespace], self._numbers[node.namespace]
             known.token.undeclare()
