@@ -17,7 +17,7 @@ from hmrsim.world.segments import SegmentGrid
 if TYPE_CHECKING:
     from hmrsim.world.model import World
 
-_KEPT_POINTS = 4_096
+_KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
 
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Edge, Lanes
     from hmrsim.navigation.search import Tree
 
-_KEPT_ROUTES = 4_096
-"""Ways on to the lanes that are kept."""
+_KEPT_ROUTES = 256
+"""Ways on to the lanes that a planner keeps, such as those from where robots were canceled."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,9 @@ _KEPT_SPEEDS = 16
 _KEPT_NODES = 4_000_000
 """Waypoints in all kept trees together: some 48 MB."""
 
+_KEPT_TREES = 4_096
+"""Trees that are kept, however small: clients may send robots to any point."""
+
 
 @dataclass(frozen=True, slots=True)
 class Tree:
@@ -64,7 +67,7 @@ class Trees:
         self._forks = [node for node, out in enumerate(self._out) if len(out) > 1]
         self._seconds = lru_cache(_KEPT_SPEEDS)(self._seconds_at)
         self._trees: OrderedDict[tuple[Point, float], Tree] = OrderedDict()
-        self._most = max(64, _KEPT_NODES // max(1, len(lanes.out)))
+        self._most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
 
     def __contains__(self, key: tuple[Point, float]) -> bool:
         """Return whether the tree of a destination and a speed is there."""
