@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -347,6 +348,9 @@ with Client(SessionOptions(connect=(sys.argv[1],)), name="script") as client:
         command = [sys.executable, "-c", program, *options.connect]
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as script:
             nurse.sleep(1.0)
+            # The script has its grant, and has asked again.
+            waiting = (json.loads(nurse.get("hmrsim/_world/time/state"))["waiting_for"] for _ in range(10_000))
+            assert ["nurse"] in waiting
             script.send_signal(signal.SIGINT)
             _, errors = script.communicate(timeout=SOON)
         # The script does not wait for long until its cancel has an answer.
