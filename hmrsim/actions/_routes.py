@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import point_of
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.geometry import SAME_PLACE, Pose, distance, heading
@@ -20,6 +21,14 @@ if TYPE_CHECKING:
     from hmrsim.robots.robot import Robot
 
     Goal = ComputeRoute.Goal | ComputeAndTrackRoute.Goal
+
+INPUTS: Final = {
+    "use_poses": Input("By poses", default=True),
+    "goal": Input("Goal pose"),
+    "goal_id": Input("Goal waypoint's id", advanced=True),
+    "start_id": Input("Start waypoint's id", advanced=True),
+}
+"""What people are asked for."""
 
 _CODES = ComputeRoute.Result
 _MAX_ID: Final = 2**16 - 1

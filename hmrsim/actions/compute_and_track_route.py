@@ -6,9 +6,8 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
-from hmrsim.actions._inputs import Input
 from hmrsim.actions._route_tracking import RouteTracker
-from hmrsim.actions._routes import frames_of
+from hmrsim.actions._routes import INPUTS, frames_of
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import ComputeAndTrackRoute
 
@@ -35,11 +34,6 @@ ACTION = Action(
     holds_base=False,
     exclusive=True,
     frames=frames_of,
-    inputs={
-        "use_poses": Input("By poses", default=True),
-        "goal": Input("Goal pose"),
-        "goal_id": Input("Goal waypoint's id", advanced=True),
-        "start_id": Input("Start waypoint's id", advanced=True),
-    },
+    inputs=INPUTS,
     example={"use_poses": True, "goal": {"pose": {"position": {"x": 0.5}}}},
 )

@@ -6,9 +6,8 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
-from hmrsim.actions._inputs import Input
 from hmrsim.actions._planning import path_message
-from hmrsim.actions._routes import ends_of, find_route, frames_of, poses_on, route_values
+from hmrsim.actions._routes import INPUTS, ends_of, find_route, frames_of, poses_on, route_values
 from hmrsim.interfaces.nav2_msgs import ComputeRoute
 from hmrsim.interfaces.nav2_msgs.messages import Route
 
@@ -35,11 +34,6 @@ ACTION = Action(
     codes=Codes.of_nav2(ComputeRoute.Result),
     holds_base=False,
     frames=frames_of,
-    inputs={
-        "use_poses": Input("By poses", default=True),
-        "goal": Input("Goal pose"),
-        "goal_id": Input("Goal waypoint's id", advanced=True),
-        "start_id": Input("Start waypoint's id", advanced=True),
-    },
+    inputs=INPUTS,
     example={"use_poses": True, "goal": {"pose": {"position": {"x": 10.0}}}},
 )
