@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 from hmrsim.goals.connectivity import no_connection
 from hmrsim.goals.node_states import ACTIVE, NAMES, TRANSITIONS
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.requests.handlers import ReplyTo
     from hmrsim_zenoh.ros2.requests.parameters import NodeParameter
+
+_Told = TypeVar("_Told")
 
 _UNKNOWN, _ERROR = State.PRIMARY_STATE_UNKNOWN, State.TRANSITION_STATE_ERRORPROCESSING
 
@@ -85,7 +87,13 @@ _ENDS: Final = ("transition_success", "transition_failure", "transition_error")
 
 @dataclass(frozen=True)
 class NodeHandler(Handler):
-    """A handler that answers at once with what the simulation knows of a node."""
+    """A handler that answers at once with what the simulation knows of a node.
+
+    Attributes:
+        SERVICE: The type of the service; its empty response tells nothing, and that nothing was done.
+    """
+
+    SERVICE: ClassVar[Any]
 
     node: Node
     simulator: Simulator
@@ -98,6 +106,11 @@ class NodeHandler(Handler):
             reply_to.answer(request)
         return []
 
+    def refusal(self, _text: str) -> Message:
+        """Return an empty response."""
+        response: Message = self.SERVICE.Response()
+        return response
+
     @property
     def _robot(self) -> str:
         return self.node.namespace[1:]
@@ -106,56 +119,51 @@ class NodeHandler(Handler):
     def _parameters(self) -> dict[str, NodeParameter]:
         return parameters_of(self.simulator, self.node)
 
+    def _of_each(self, request: Mapping[str, Any], what: Callable[[str, NodeParameter], _Told]) -> list[_Told]:
+        """Return something of each parameter that is asked for; nothing at all if one is not there, as by rclcpp."""
+        there, names = self._parameters, request["names"]
+        return [what(name, there[name]) for name in names] if there.keys() >= set(names) else []
+
     @property
     def _state(self) -> int:
         return self.simulator.dispatcher.nodes.of(self._robot, self.node.name)
 
 
 class GetParametersHandler(NodeHandler):
-    """The handler of ``get_parameters``: as with rclcpp, there are no values at all if one is not there."""
+    """The handler of ``get_parameters``."""
+
+    SERVICE = GetParameters
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return the values."""
-        there = self._parameters
-        found = [there[name].as_value() for name in request["names"] if name in there]
-        return GetParameters.Response(values=found) if len(found) == len(request["names"]) else self.refusal("")
-
-    def refusal(self, _text: str) -> Message:
-        """Return no values."""
-        return GetParameters.Response()
+        return GetParameters.Response(values=self._of_each(request, lambda _name, one: one.as_value()))
 
 
 class GetParameterTypesHandler(NodeHandler):
-    """The handler of ``get_parameter_types``; likewise."""
+    """The handler of ``get_parameter_types``."""
+
+    SERVICE = GetParameterTypes
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return the types."""
-        there = self._parameters
-        found = [there[name].type for name in request["names"] if name in there]
-        return GetParameterTypes.Response(types=found) if len(found) == len(request["names"]) else self.refusal("")
-
-    def refusal(self, _text: str) -> Message:
-        """Return no types."""
-        return GetParameterTypes.Response()
+        return GetParameterTypes.Response(types=self._of_each(request, lambda _name, one: one.type))
 
 
 class DescribeParametersHandler(NodeHandler):
-    """The handler of ``describe_parameters``; likewise."""
+    """The handler of ``describe_parameters``."""
+
+    SERVICE = DescribeParameters
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return the descriptions."""
-        there = self._parameters
-        found = [there[name].as_descriptor(name) for name in request["names"] if name in there]
-        whole = len(found) == len(request["names"])
-        return DescribeParameters.Response(descriptors=found) if whole else self.refusal("")
-
-    def refusal(self, _text: str) -> Message:
-        """Return no descriptions."""
-        return DescribeParameters.Response()
+        found = self._of_each(request, lambda name, one: one.as_descriptor(name))
+        return DescribeParameters.Response(descriptors=found)
 
 
 class ListParametersHandler(NodeHandler):
     """The handler of ``list_parameters``."""
+
+    SERVICE = ListParameters
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return the names."""
@@ -163,26 +171,22 @@ class ListParametersHandler(NodeHandler):
         prefixes = list(dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name))
         return ListParameters.Response(result=ListParametersResult(names=names, prefixes=prefixes))
 
-    def refusal(self, _text: str) -> Message:
-        """Return no names."""
-        return ListParameters.Response()
-
 
 class SetParametersHandler(NodeHandler):
     """The handler of ``set_parameters``: nothing can be set, as the world's file has the values."""
+
+    SERVICE = SetParameters
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return why not, for each."""
         there = self._parameters
         return SetParameters.Response(results=[_not_set(one["name"], there) for one in request["parameters"]])
 
-    def refusal(self, _text: str) -> Message:
-        """Return no outcomes."""
-        return SetParameters.Response()
-
 
 class SetParametersAtomicallyHandler(NodeHandler):
     """The handler of ``set_parameters_atomically``."""
+
+    SERVICE = SetParametersAtomically
 
     def answer(self, request: Mapping[str, Any]) -> Message:
         """Return why not, for the first."""
@@ -198,38 +202,32 @@ class SetParametersAtomicallyHandler(NodeHandler):
 class GetStateHandler(NodeHandler):
     """The handler of ``get_state``."""
 
+    SERVICE = GetState
+
     def answer(self, _request: Mapping[str, Any]) -> Message:
         """Return the state of the node."""
         return GetState.Response(current_state=_state(self._state))
-
-    def refusal(self, _text: str) -> Message:
-        """Return that the state is unknown."""
-        return GetState.Response()
 
 
 class GetAvailableStatesHandler(NodeHandler):
     """The handler of ``get_available_states``."""
 
+    SERVICE = GetAvailableStates
+
     def answer(self, _request: Mapping[str, Any]) -> Message:
         """Return all states."""
         return GetAvailableStates.Response(available_states=[_state(number) for number in _STATES])
-
-    def refusal(self, _text: str) -> Message:
-        """Return none."""
-        return GetAvailableStates.Response()
 
 
 class GetAvailableTransitionsHandler(NodeHandler):
     """The handler of ``get_available_transitions``."""
 
+    SERVICE = GetAvailableTransitions
+
     def answer(self, _request: Mapping[str, Any]) -> Message:
         """Return the transitions from the state of the node."""
         found = [one for one in _beginnings() if one.start_state.id == self._state]
         return GetAvailableTransitions.Response(available_transitions=found)
-
-    def refusal(self, _text: str) -> Message:
-        """Return none."""
-        return GetAvailableTransitions.Response()
 
 
 class GetTransitionGraphHandler(GetAvailableTransitionsHandler):
@@ -248,6 +246,7 @@ class ChangeStateHandler(NodeHandler):
         actions: The actions that the node serves.
     """
 
+    SERVICE = ChangeStateService
     actions: tuple[str, ...]
 
     def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
@@ -264,10 +263,6 @@ class ChangeStateHandler(NodeHandler):
     def answer(self, changed: object) -> Message:
         """Return whether the state has changed."""
         return ChangeStateService.Response(success=changed is True)
-
-    def refusal(self, _text: str) -> Message:
-        """Return that it has not."""
-        return ChangeStateService.Response()
 
 
 HANDLERS: Final[Mapping[str, type[NodeHandler]]] = MappingProxyType(
