@@ -85,11 +85,8 @@ class Rights:
         policy = self.enclave.access_control
         if time.time() > visitor.expires:
             return f"the certificate of {visitor.name!r} has expired"
-        decision = policy.may_query(visitor.name, key) if visitor.name else policy.reads(key)
-        if not decision.allowed:
-            who = repr(visitor.name) if visitor.name else "a visitor without a certificate"
-            others = ", ".join(policy.who_may_query(key)) or "no one"
-            return f"{who} may not ask on {key!r}: {decision}; who may: {others}"
+        if text := policy.denial(visitor.name, key):
+            return text
         if not policy.may_query(self.enclave.name, key).allowed:
             return f"the page's server, {self.enclave.name!r}, may not ask on {key!r}; start it with --role operator"
         return ""

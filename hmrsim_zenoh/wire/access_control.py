@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 import zenoh
 
@@ -29,19 +29,9 @@ Message = Literal[
 ]
 """The kinds of messages that a policy is about."""
 
-MESSAGES: Final[tuple[Message, ...]] = (
-    "put",
-    "delete",
-    "declare_subscriber",
-    "query",
-    "declare_queryable",
-    "reply",
-    "liveliness_token",
-    "liveliness_query",
-    "declare_liveliness_subscriber",
-)
+MESSAGES: Final[tuple[Message, ...]] = get_args(Message)
 
-FLOWS: Final[tuple[Flow, ...]] = ("ingress", "egress")
+FLOWS: Final[tuple[Flow, ...]] = get_args(Flow)
 
 EVERYTHING: Final = ("**", "**/@adv/**", "**/@simulator/**", "@ros2_lv/**")
 """All keys; wildcards do not match chunks that begin with ``@``."""
@@ -121,16 +111,20 @@ class AccessControl:
         return Decision(not first.deny, first.id)
 
     def may_query(self, name: str, key: str) -> Decision:
-        """Return whether a client may query a key: get a value, send a goal, call a service."""
-        return self.decide(name, "query", "ingress", key)
+        """Return whether a client may query a key: get a value, send a goal, call a service.
+
+        Without a name, as visitors of a page are without a certificate, only what all members read.
+        """
+        return self.decide(name, "query", "ingress", key) if name else self.reads(key)
 
     def denial(self, name: str, key: str) -> str:
         """Return why a client may not query a key, and who may; empty if it may."""
         decision = self.may_query(name, key)
         if decision.allowed:
             return ""
+        who = repr(name) if name else "a visitor without a certificate"
         others = ", ".join(self.who_may_query(key)) or "no one"
-        return f"{name!r} may not ask on {key!r}: {decision}; who may: {others}"
+        return f"{who} may not ask on {key!r}: {decision}; who may: {others}"
 
     def reads(self, key: str) -> Decision:
         """Return whether a query is one of those that only read, for visitors without a name."""
