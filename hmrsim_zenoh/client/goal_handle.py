@@ -222,11 +222,16 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._delivering:
                 return
             self._delivering = True
-        while (call := self._next_mail()) is not None:
-            try:
-                call()
-            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
-                _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
+        try:
+            while (call := self._next_mail()) is not None:
+                try:
+                    call()
+                except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                    _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
+        except BaseException:
+            # An interrupt: the thread that has the next change calls the rest.
+            self._delivering = False
+            raise
 
     def _next_mail(self) -> Callable[[], None] | None:
         with self._changed:

@@ -79,6 +79,7 @@ class Lockstep:
         self._results: dict[tuple[str, str, str], list[Callable[[Answer], None]]] = {}
         self._undelivered: deque[Callable[[], None]] = deque()
         self._listeners: dict[str, _Listener] = {}
+        self._told: Happening | None = None
         self._idle = 0
         self._over = False
         self._error: Exception | None = None
@@ -191,8 +192,7 @@ class Lockstep:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
         """
         limit = time.monotonic() + timeout
-        with self._turns.take(self._ended, timeout) as ours:
-            return ours and self._step(until, wake, report, limit)
+        return self._turns.run(lambda: self._step(until, wake, report, limit), self._ended, timeout)
 
     def close(self) -> None:
         """Leave; cancels that are not applied yet are sent on their own keys."""
@@ -203,11 +203,12 @@ class Lockstep:
         self._turns.look()
         self._participant.leave()
         # A thread that waits for a grant has one now.
-        with self._turns.take(lambda: False, _LAST_WORDS) as ours:
-            if ours and self._participant.asking:
-                with suppress(HmrsimError):
-                    self._step(None, (), (), time.monotonic() + _LAST_WORDS)
-        self._flush([*(self._sent if self._participant.asking else ()), *self._queue])
+        with suppress(HmrsimError):
+            self._turns.run(self._take_last, lambda: False, _LAST_WORDS)
+        self._flush([*self._sent, *self._queue])
+
+    def _take_last(self) -> bool:
+        return self._participant.asking and self._step(None, (), (), time.monotonic() + _LAST_WORDS)
 
     def _flush(self, unsent: Sequence[_Command]) -> None:
         calls = []
@@ -224,9 +225,11 @@ class Lockstep:
         self._untils.append(until)
         try:
             while not (condition() or self._ended()) and time.monotonic() < limit:
-                with self._turns.take(lambda: condition() or self._ended(), limit - time.monotonic()) as ours:
-                    if ours:
-                        self._step(self._least_until(), self._kinds(), (), limit)
+                self._turns.run(
+                    lambda: self._step(self._least_until(), self._kinds(), (), limit),
+                    lambda: condition() or self._ended(),
+                    limit - time.monotonic(),
+                )
         finally:
             self._untils.remove(until)
         return condition()
@@ -256,7 +259,8 @@ class Lockstep:
             return True
         if not self._participant.asking:
             with self._lock:
-                self._sent, self._queue = self._queue, []
+                # What is left there was taken from the queue, and an interrupt came before it was asked for.
+                self._sent, self._queue = [*self._sent, *self._queue], []
             self._participant.ask(Wish(until, wake, report, [command.payload for command in self._sent]))
         try:
             grant = self._participant.take(limit - time.monotonic())
@@ -267,23 +271,25 @@ class Lockstep:
         except RequestError as error:
             if not self._sent:
                 raise
-            for command in self._sent:
-                command.then(error)
+            self._undelivered.extend(partial(command.then, error) for command in self._sent)
+            self._sent = []
+            self._hand_out()
             return True
         if grant is not None:
             self._deliver(grant)
         return grant is not None
 
     def _deliver(self, grant: Grant) -> None:
+        """Run the callbacks of a grant. Only its acceptance, the first of them, makes that the next one is taken."""
         answers = [_answer(item) for item in grant.accepted]
-        applied, lost = self._sent[: len(answers)], self._sent[len(answers) :]
-        self._idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
-        self._sent = []
-        with self._lock:
-            # The simulation was reset before the commands were applied.
-            self._queue[:0] = lost
-        self._undelivered.extend(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True))
-        self._undelivered.extend(partial(self._tell, event) for event in grant.events)
+        applied = self._sent[: len(answers)]
+        self._undelivered.extend(
+            [
+                partial(self._accept, grant, idle=self._idle + 1 if grant.reason == "idle" and not applied else 0),
+                *(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True)),
+                *(partial(self._tell, event) for event in grant.events),
+            ]
+        )
         self._hand_out()
         if grant.reason == "end" and not self._over:
             self._end()
@@ -291,15 +297,32 @@ class Lockstep:
             raise Idle("nothing is scheduled in the simulation and no participant acts: time can't go on")
 
     def _hand_out(self) -> None:
-        """Run the callbacks of a grant; those that an interrupt leaves over run in the next step."""
+        """Run callbacks. After an interrupt the next step runs the rest, from the interrupted one on."""
         while self._undelivered:
-            self._undelivered.popleft()()
+            try:
+                self._undelivered[0]()
+            except KeyboardInterrupt:
+                raise
+            except BaseException:
+                self._undelivered.popleft()
+                raise
+            self._undelivered.popleft()
+
+    def _accept(self, grant: Grant, *, idle: int) -> None:
+        self._idle = idle
+        with self._lock:
+            # The simulation was reset before the rest of the commands was applied.
+            self._sent, self._queue = [], [*self._sent[len(grant.accepted) :], *self._queue]
+        self._participant.accept(grant)
 
     def _tell(self, event: Happening) -> None:
         if event.kind == "result":
-            for then in self._results.pop((event.robot, event.action, event.goal_id), ()):
+            goal = event.robot, event.action, event.goal_id
+            for then in tuple(self._results.get(goal, ())):
                 then(dump({"status": event.status, "result": event.result}))
-        elif event.kind == "feedback":
+            self._results.pop(goal, None)
+        elif event.kind == "feedback" and event is not self._told:
+            self._told = event
             key = self._link.keys.action(event.robot, event.action, Verb.FEEDBACK)
             if listener := self._listeners.get(key):
                 listener.on_payload(dump({"goal_id": event.goal_id, "feedback": event.feedback}))

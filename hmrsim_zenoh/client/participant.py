@@ -108,7 +108,7 @@ class Participant:
         self._link = link
         self._token: zenoh.LivelinessToken | None = None
         self._wish: Wish | None = None
-        self._call = Call()
+        self._call: Call | None = None
         self._resynchronised = False
         self._failure: Exception | None = None
 
@@ -138,13 +138,14 @@ class Participant:
         return joined.goals
 
     def ask(self, wish: Wish) -> None:
-        """Request an advance; `take` returns the answer."""
+        """Request an advance; `take` sends it and returns the answer."""
         self._resynchronised = False
-        self._ask(wish)
-        self._wish = wish
+        self._wish, self._call = wish, None
 
     def take(self, timeout: float = math.inf) -> Grant | None:
         """Wait for the answer; None if it does not come within *timeout* wall seconds: the caller may wait again.
+
+        An interrupt loses nothing: this returns the same answer until the caller has called `accept` with it.
 
         Raises:
             Dropped: The simulator goes on without this participant.
@@ -152,16 +153,23 @@ class Participant:
             SimulatorNotFound, SimulatorGone, ClientClosed: There will be no answer.
         """
         limit = time.monotonic() + timeout
-        while self._answered(limit - time.monotonic()):
+        if self._call is None:
+            self._call = self._advance()
+        while self._answered(self._call, limit - time.monotonic()):
             answer = self._call.answer
             if isinstance(answer, bytes):
-                return self._granted(_read(Grant, answer))
+                return _read(Grant, answer)
             if isinstance(answer, RequestError):
                 if (grant := self._ended(answer)) is not None:
-                    return self._granted(grant)
+                    return grant
                 self._resynchronised = True
-            self._ask(self._wish or Wish())
+            self._call = self._advance()
         return None
+
+    def accept(self, grant: Grant) -> None:
+        """Go on from where a grant leaves off; the next advance may be requested."""
+        self.epoch, self.now = grant.epoch, grant.now
+        self._wish = None
 
     def leave(self) -> None:
         """Leave, and tell the simulator if it is there."""
@@ -179,23 +187,20 @@ class Participant:
     def fail(self, error: Exception) -> None:
         """Fail the pending request; from any thread."""
         self._failure = error
-        self._call.give_up()
+        if (call := self._call) is not None:
+            call.give_up()
 
     def _join(self) -> _Joined:
         while True:
-            self._call = self._send("join", dump({"name": self.name}), _ONE_TRY)
-            self._answered(math.inf)
-            if isinstance(answer := self._call.answer, RequestError):
+            self._call = call = self._send("join", dump({"name": self.name}), _ONE_TRY)
+            self._answered(call, math.inf)
+            if isinstance(answer := call.answer, RequestError):
                 raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer
             if answer is not None:
                 return _read(_Joined, answer)
 
-    def _granted(self, grant: Grant) -> Grant:
-        self._wish = None
-        self.epoch, self.now = grant.epoch, grant.now
-        return grant
-
-    def _ask(self, wish: Wish) -> None:
+    def _advance(self) -> Call:
+        wish = self._wish or Wish()
         head = {
             "participant": self.name,
             "epoch": self.epoch,
@@ -204,18 +209,18 @@ class Participant:
             "report": list(wish.report),
         }
         payload = b'%b,"commands":[%b]}' % (dump(head)[:-1], b",".join(wish.commands))
-        self._call = self._send("advance", payload, _FOR_EVER)
+        return self._send("advance", payload, _FOR_EVER)
 
     def _send(self, request: str, payload: bytes, timeout: float) -> Call:
         return self._link.call(Port(self._link.time_key(request)), payload, timeout=timeout)
 
-    def _answered(self, timeout: float) -> bool:
+    def _answered(self, call: Call, timeout: float) -> bool:
         """Wait for the answer; an answer of None was lost, and the request may be repeated."""
         self._check()
-        if not self._call.wait(timeout):
+        if not call.wait(timeout):
             return False
         self._check()
-        if self._call.answer is None:
+        if call.answer is None:
             if absence := self._link.absence():
                 raise absence
             time.sleep(_PAUSE)

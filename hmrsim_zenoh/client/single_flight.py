@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 
 class SingleFlight:
@@ -14,13 +13,16 @@ class SingleFlight:
         self._changed = threading.Condition()
         self._who: int | None = None
 
-    @contextmanager
-    def take(self, needless: Callable[[], bool], timeout: float) -> Iterator[bool]:
-        """Wait for the calling thread's turn; yield False if it became needless or timed out.
+    def run(self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float) -> bool:
+        """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
 
         Args:
+            work: Called unless it became needless before this thread's turn came, or the time was over.
             needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
             timeout: Wall seconds.
+
+        Returns:
+            What *work* returned; False if it was not called.
 
         Raises:
             RuntimeError: The calling thread has the turn already: a callback waits for an event that comes after it.
@@ -28,15 +30,15 @@ class SingleFlight:
         me = threading.get_ident()
         if self._who == me:
             raise RuntimeError("a callback can't wait for what happens after it")
-        with self._changed:
-            patience = min(timeout, threading.TIMEOUT_MAX)
-            ours = self._changed.wait_for(lambda: self._who is None or needless(), patience) and not needless()
-            if ours:
-                self._who = me
         try:
-            yield ours
+            with self._changed:
+                patience = min(timeout, threading.TIMEOUT_MAX)
+                if not self._changed.wait_for(lambda: self._who is None or needless(), patience) or needless():
+                    return False
+                self._who = me
+            return work()
         finally:
-            if ours:
+            if self._who == me:
                 with self._changed:
                     self._who = None
                     self._changed.notify_all()

@@ -88,6 +88,7 @@ def test_an_advance_says_what_is_wanted(keeper, participant):
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
     participant.ask(Wish(3.0, ["result"], ["feedback"], [b'{"robot":"eve"}']))
     granted = participant.take(PATIENCE)
+    participant.accept(granted)
 
     assert (granted, participant.epoch, participant.now) == (Grant(epoch=5, now=3.0, reason="until"), 5, 3.0)
     assert keeper.of("advance") == [
@@ -124,11 +125,21 @@ def test_an_answer_may_be_waited_for_in_turns(simulator, keeper, participant):
     queryable = simulator.session.declare_queryable("hmrsim/_world/time/advance", held, complete=True)
     participant.ask(Wish())
     early = participant.take(0.05)
-    asking = participant.asking
     release.set()
 
-    assert (early, asking, participant.take(PATIENCE).now, participant.asking) == (None, True, 3.0, False)
+    assert (early, participant.asking, participant.take(PATIENCE).now) == (None, True, 3.0)
     queryable.undeclare()
+
+
+def test_an_answer_may_be_taken_until_it_is_accepted(keeper, participant):
+    """Who was interrupted before gets it again, and the simulator is not asked twice."""
+    keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
+    participant.ask(Wish(3.0))
+    first, second = participant.take(PATIENCE), participant.take(PATIENCE)
+    asking = participant.asking
+    participant.accept(second)
+
+    assert (first, asking, participant.asking, len(keeper.of("advance"))) == (second, True, False, 1)
 
 
 def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
@@ -136,7 +147,7 @@ def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
     granted = {"epoch": 1, "now": 0.5, "reason": "until", **NOTHING}
     keeper.answers["advance"] = [refusal("epoch", "epoch 4 is not the current one, which is 0"), granted]
     participant.ask(Wish(0.5))
-    participant.take(PATIENCE)
+    participant.accept(participant.take(PATIENCE))
 
     assert [4, 0] == [request["epoch"] for request in keeper.of("advance")]
     assert (participant.epoch, participant.now) == (1, 0.5)
