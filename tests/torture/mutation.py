@@ -38,6 +38,7 @@ _VALUES: Final[tuple[Any, ...]] = (
 )
 _MAX_DEPTH: Final = 2_000
 _MAX_BYTES: Final = 2_000_000
+_MAX_VALUES: Final = 100_000
 _DEEP: Final = (
     *('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "),
     *("&a [*a, ", "(", '<mxCell id="x">', "  "),
@@ -100,8 +101,21 @@ def with_other_value(data: Any, random: Random) -> Any:
     elif isinstance(copy, dict):
         copy[random.choice(("", "x", "type", "at", "name", "include", "lanes"))] = random.choice(_VALUES)
     else:
-        copy += copy * random.choice((1, 10, 1_000))
+        more = copy * random.choice((1, 10, 1_000))
+        # Lists of lists that grow several times would not fit into memory.
+        copy += more if _has_at_most(_MAX_VALUES, more) else []
     return copy
+
+
+def _has_at_most(most: int, data: Any) -> bool:
+    """Return whether there are at most so many values in some, at any depth."""
+    ahead, seen = [data], 0
+    while ahead and seen <= most:
+        one = ahead.pop()
+        seen += 1
+        if len(ahead) + seen <= most and isinstance(one, dict | list):
+            ahead += one.values() if isinstance(one, dict) else one
+    return seen + len(ahead) <= most
 
 
 def _span(content: bytes, random: Random, longest: int = 64) -> tuple[int, int]:
