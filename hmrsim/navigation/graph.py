@@ -7,7 +7,6 @@ and need none of its memory.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Collection, Sequence
 from functools import cached_property
 from itertools import pairwise
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.lanes import START, Lanes
 from hmrsim.navigation.planner import Planner
 from hmrsim.navigation.route import Leg, Route
@@ -45,7 +45,7 @@ class WaypointGraph:
         self.lanes = Lanes(world)
         self._closed: frozenset[Lane] = frozenset()
         self._current: Planner | None = None
-        self._planners: OrderedDict[frozenset[Lane], Planner] = OrderedDict()
+        self._planners: Kept[frozenset[Lane], Planner] = Kept(_KEPT_PLANNERS)
 
     @cached_property
     def ids(self) -> RouteIds:
@@ -74,14 +74,10 @@ class WaypointGraph:
         return self.lanes.edges[self.lanes.numbers[lane]].speed_limit
 
     def _planner_without(self, lanes: frozenset[Lane]) -> Planner:
-        planner = self._planners.get(lanes)
-        if planner is None:
-            numbers = {self.lanes.numbers[lane] for lane in lanes if lane in self.lanes.numbers}
-            planner = self._planners[lanes] = Planner(self.lanes, numbers)
-            if len(self._planners) > _KEPT_PLANNERS:
-                self._planners.popitem(last=False)
-        self._planners.move_to_end(lanes)
-        return planner
+        numbers = self.lanes.numbers
+        return self._planners.get(
+            lanes, lambda: Planner(self.lanes, {numbers[lane] for lane in lanes if lane in numbers})
+        )
 
     def plan(self, start: Point, goal: Point, speed: float, avoid: Collection[Lane] = ()) -> Route:
         """Return the quickest route for a robot of this greatest *speed*, without the lanes that it is to *avoid*.

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
 
@@ -115,7 +116,7 @@ class Lanes:
             self.into[edge.end].append(edge)
         self.at = {point: i for i, point in enumerate(points) if self.out[i] or self.into[i]}
         self.limited = any(edge.ride or edge.speed_limit < math.inf for edge in self.edges)
-        self.nearest = lru_cache(_KEPT_POINTS)(self._nearest)
+        self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
 
     @cached_property
     def _grid(self) -> SegmentGrid:
@@ -241,8 +242,11 @@ class Lanes:
         a, b = min(lanes)
         return (len(self.names) + self.tracks.index((self.names[a], self.names[b])),)
 
-    def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
+    def nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         """Return how far the nearest lane is, and all lanes as near as that."""
+        return self._kept_nearest.get(point, lambda: self._nearest(point))
+
+    def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         nearest = math.inf
         lanes: set[tuple[int, int]] = set()
         for edge in self.driven:

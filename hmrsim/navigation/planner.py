@@ -6,13 +6,13 @@ import heapq
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
@@ -47,7 +47,7 @@ class Planner:
         self._lanes = lanes
         self._closed = closed
         self._trees = Trees(lanes, closed)
-        self._entrance = lru_cache(_KEPT_ROUTES)(self._enter)
+        self._entrances: Kept[tuple[Point, Point, float], list[Leg] | None] = Kept(_KEPT_ROUTES)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
@@ -76,7 +76,7 @@ class Planner:
             tree = self._trees.to(goal, speed)
             legs = self._follow(at, tree) if tree.cost[at] < math.inf else None
         else:
-            legs = self._entrance(start, goal, speed)
+            legs = self._entrances.get((start, goal, speed), lambda: self._enter(start, goal, speed))
         if legs is None:
             raise NoRoute(
                 ComputePathToPose.Result.NO_VALID_PATH,

@@ -5,13 +5,12 @@ from __future__ import annotations
 import heapq
 import math
 from array import array
-from collections import OrderedDict
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import Point, distance
+from hmrsim.navigation.kept import Kept
 
 if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Edge, Lanes
@@ -65,9 +64,9 @@ class Trees:
         self._out = _without(lanes.out, closed)
         # Nothing is to be settled where there is no choice.
         self._forks = [node for node, out in enumerate(self._out) if len(out) > 1]
-        self._seconds = lru_cache(_KEPT_SPEEDS)(self._seconds_at)
-        self._trees: OrderedDict[tuple[Point, float], Tree] = OrderedDict()
-        self._most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
+        self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
+        most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
+        self._trees: Kept[tuple[Point, float], Tree] = Kept(most)
 
     def __contains__(self, key: tuple[Point, float]) -> bool:
         """Return whether the tree of a destination and a speed is there."""
@@ -75,15 +74,7 @@ class Trees:
 
     def to(self, goal: Point, speed: float) -> Tree:
         """Return the tree of a destination, made now or kept from before."""
-        key = (goal, speed)
-        tree = self._trees.get(key)
-        if tree is None:
-            tree = self._trees[key] = self._search(goal, speed)
-            if len(self._trees) > self._most:
-                self._trees.popitem(last=False)
-        else:
-            self._trees.move_to_end(key)
-        return tree
+        return self._trees.get((goal, speed), lambda: self._search(goal, speed))
 
     def _search(self, goal: Point, speed: float) -> Tree:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
@@ -118,9 +109,10 @@ class Trees:
         self._settle_ties(tree, speed)
         return tree
 
-    def _seconds_at(self, speed: float) -> array[float]:
+    def _seconds(self, speed: float) -> array[float]:
         """Return how long each lane takes at this greatest speed, by its number."""
-        return array("d", [edge.seconds(speed) for edge in self._lanes.edges])
+        edges = self._lanes.edges
+        return self._kept_seconds.get(speed, lambda: array("d", [edge.seconds(speed) for edge in edges]))
 
     def _leaving(self, edge: Edge, leave: Point, goal: Point, speed: float) -> _Entry:
         """Return what to do at the start of a lane that is left at a point for the destination."""
