@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
 import zenoh
 from pydantic import AfterValidator, Field
@@ -118,23 +119,16 @@ class TimeRequests:
         self._keys = keys
         self._actions = actions
         self._max_payload = max_payload
-        self._readers: dict[str, Callable[[bytes, Any], TimeCommand]] = {
-            "join": self._join,
-            _ADVANCE: self._advance,
-            "leave": self._leave,
-            "set": self._set,
-            "state": self._state,
-        }
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the requests, as the ends of keys."""
-        return tuple(f"{_FOLDER}{name}" for name in self._readers)
+        return tuple(f"{_FOLDER}{name}" for name in self._READERS)
 
     def serves(self, topic: str) -> bool:
         """Return whether a topic of the world is a request about time."""
         request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        known = topic.startswith(_FOLDER) and request in self._readers
+        known = topic.startswith(_FOLDER) and request in self._READERS
         return known and (not member or (request == _ADVANCE and member in self._members))
 
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
@@ -144,7 +138,7 @@ class TimeRequests:
             UnreadableError: The request is invalid.
         """
         request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        return self._advance(payload, reply_to, member) if member else self._readers[request](payload, reply_to)
+        return self._advance(payload, reply_to, member) if member else self._READERS[request](self, payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         request = read(plain(kind), payload, max_payload=self._max_payload)
@@ -213,6 +207,10 @@ class TimeRequests:
             return read(plain(kind), to_json(goal), max_payload=self._max_payload)
         except UnreadableError as error:
             raise error.below(where) from None
+
+    _READERS: ClassVar[Mapping[str, Callable[[TimeRequests, bytes, Any], TimeCommand]]] = MappingProxyType(
+        {"join": _join, _ADVANCE: _advance, "leave": _leave, "set": _set, "state": _state}
+    )
 
 
 def _no_denial(_member: str, _key: str) -> str:
