@@ -23,6 +23,7 @@ from hmrsim_zenoh.wire.envelopes import dump
 if TYPE_CHECKING:
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
     from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.access_control import AccessControl
 
@@ -49,7 +50,7 @@ class Description:
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
-        self._view: bytes | None = None
+        self._view: tuple[World | None, bytes] = (None, b"")
 
     @property
     def policy(self) -> AccessControl | None:
@@ -64,7 +65,7 @@ class Description:
 
     def forget(self) -> None:
         """Drop the cached descriptions."""
-        self._info = self._route_graph = self._view = None
+        self._info = self._route_graph = None
 
     @property
     def serves(self) -> dict[str, list[str]]:
@@ -107,9 +108,10 @@ class Description:
 
     def view(self) -> bytes:
         """Return the static data for viewers: the world with its defaults, and forms."""
-        if self._view is None:
-            self._view = to_json(shown(self._simulator.world))
-        return self._view
+        world = self._simulator.world
+        if self._view[0] is not world:
+            self._view = world, to_json(shown(world))
+        return self._view[1]
 
     def _described(self) -> dict[str, Any]:
         simulator, serves = self._simulator, self.serves
