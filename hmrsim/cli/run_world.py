@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.cli.heap import use_few_arenas
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
@@ -78,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(asked.trace, loaded.world, run)
     screen = display(loaded.world.name, asked.log_level, on_terminal=sys.stderr.isatty())
+    use_few_arenas()
     with _recording(asked.record, run) as watchers:
         host = Host(
             loaded,
