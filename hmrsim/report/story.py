@@ -63,6 +63,7 @@ class Story:
     restarts: int = 0
     _offset: int = 0
     _anew: bool = True
+    _over: bool = False
 
     def __post_init__(self) -> None:
         """Map each kind of occurrence to its handler."""
@@ -93,7 +94,12 @@ class Story:
         }
 
     def take(self, occurrence: Occurrence) -> None:
-        """Process an occurrence; an invalid one is ignored, and counted."""
+        """Process an occurrence; an invalid one is ignored, and counted, and one after the end is ignored.
+
+        The last ones come when Python frees the processes of a simulation that is over, which stop their robots.
+        """
+        if self._over:
+            return
         try:
             self._take(occurrence)
         except ValueError as error:
@@ -105,6 +111,7 @@ class Story:
             self.now = at + self._offset
         self.robot_log.keep(set(), self.now)
         self.facility_log.end(self.now)
+        self._over = True
 
     @property
     def began(self) -> int | None:

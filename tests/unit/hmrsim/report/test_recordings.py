@@ -187,6 +187,16 @@ def test_a_little_step_back_is_no_restart(back, restarts):
     assert (restarts, 1_000_000_000) == (story.restarts, story.now)
 
 
+def test_after_the_end_nothing_counts():
+    """Such as the stops of robots whose processes Python frees some time later."""
+    story = Story()
+    story.take(Occurrence(1_000_000_000, DoorClosed("d")))
+    story.end()
+    story.take(Occurrence(2_000_000_000, DoorClosed("d")))
+
+    assert ({"door_closed": 1}, 1_000_000_000) == (story.counts, story.now)
+
+
 def test_robots_that_come_and_go(report):
     """Each is counted for as long as it is there."""
     spawn = services()["spawn_entity"].request.model_validate(
