@@ -176,8 +176,8 @@ class FaultType(Generic[S]):
         """Return the JSON Schema of the form that injects it; ``subject`` names what it is injected into."""
         about = inspect.getmodule(self.begin)
         text = inspect.getdoc(about) or "" if about else ""
-        schema = _schema(self.settings)
-        fields = dict(schema["properties"])
+        schema = self.settings.model_json_schema()
+        fields = schema["properties"]
         subject = next((name for name in SUBJECTS if fields.pop(name, None)), "")
         return {
             "title": self.title or _in_words(self.name),
@@ -205,11 +205,6 @@ class FaultType(Generic[S]):
     def lasts(self) -> bool:
         """Whether it lasts for some time, and does not end at the instant at which it begins."""
         return issubclass(self.settings, Spell)
-
-
-@cache
-def _schema(settings: type[Occurrence]) -> dict[str, Any]:
-    return settings.model_json_schema()
 
 
 def _in_words(name: str) -> str:
