@@ -1,24 +1,40 @@
-"""The settings of the C library's heap in a process that runs for hours."""
+"""The C library's heap in a process that runs for hours."""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import sys
+import time
 from typing import Final
 
 _M_ARENA_MAX: Final = -8
 """Of glibc's ``mallopt``."""
 _ARENAS: Final = 2
 
+_EVERY: Final = 60.0
+"""Wall seconds between two times that free memory is given back: it takes some milliseconds, and Python goes on."""
 
-def use_few_arenas() -> None:
-    """Have all threads share a few heaps, before any of them begins, unless the environment says how many.
 
-    By default glibc gives each of Zenoh's threads one of its own. What one allocates another frees, and free pieces
-    pile up in each: memory grows for hours, with nothing in it.
+class Heap:
+    """The heap of this process, with few arenas for all threads; to be made before any of them begins.
+
+    By default glibc gives each of Zenoh's threads an arena of its own. What one allocates another frees, and free
+    pieces pile up in each: memory grows for hours, with nothing in it. The environment may say how many there are to
+    be. Nothing is done where the C library is not glibc.
     """
-    if sys.platform == "linux" and "MALLOC_ARENA_MAX" not in os.environ:
-        mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-        if mallopt is not None:
+
+    def __init__(self) -> None:
+        library = ctypes.CDLL(None) if sys.platform == "linux" else None
+        self._trim = getattr(library, "malloc_trim", None)
+        self._due = time.monotonic() + _EVERY
+        mallopt = getattr(library, "mallopt", None)
+        if mallopt is not None and "MALLOC_ARENA_MAX" not in os.environ:
             mallopt(_M_ARENA_MAX, _ARENAS)
+
+    def give_back(self) -> None:
+        """Give free memory back to the system, once a minute; to be called now and then."""
+        now = time.monotonic()
+        if self._trim is not None and now >= self._due:
+            self._due = now + _EVERY
+            self._trim(0)

@@ -8,7 +8,7 @@ import secrets
 import shlex
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.garbage import collect_rarely
-from hmrsim.cli.heap import use_few_arenas
+from hmrsim.cli.heap import Heap
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(asked.trace, loaded.world, run)
     screen = display(loaded.world.name, asked.log_level, on_terminal=sys.stderr.isatty())
-    use_few_arenas()
+    heap = Heap()
     with _recording(asked.record, run) as watchers:
         host = Host(
             loaded,
@@ -97,7 +97,11 @@ def run(args: argparse.Namespace) -> int:
             if run.strict:
                 plugins.check()
             with viewed(asked.view, host.endpoints or asked.session.connect, asked.session) as view:
-                _serve(host, refresh, lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json))
+                _serve(
+                    host,
+                    [refresh, heap.give_back],
+                    lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json),
+                )
             if isinstance(host.error, HmrsimError):
                 raise host.error
     if host.error is not None:
@@ -116,7 +120,7 @@ def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManag
     return recorded(path, settings)
 
 
-def _serve(host: Host, refresh: Callable[[], None], tell_ready: Callable[[], None]) -> None:
+def _serve(host: Host, now_and_then: Sequence[Callable[[], None]], tell_ready: Callable[[], None]) -> None:
     """Run the simulation until its end or a signal."""
     signals: list[int] = []
     with on_signals(signals.append):
@@ -124,7 +128,8 @@ def _serve(host: Host, refresh: Callable[[], None], tell_ready: Callable[[], Non
         host.start()
         tell_ready()
         while not signals and not host.wait(_LOOK):
-            refresh()
+            for each in now_and_then:
+                each()
         host.stop()
 
 
