@@ -132,7 +132,7 @@ class ActionServers:
         self._servers: dict[tuple[str, str], ActionServer] = {}
         self._made: Counter[tuple[str, str]] = Counter()
         self._numbers = itertools.count()
-        self._forgotten: OrderedDict[tuple[int, str], GoalStatus] = OrderedDict()
+        self._forgotten: OrderedDict[bytes, GoalStatus] = OrderedDict()
 
     def reseed(self, seed: str) -> None:
         """Generate the ids of goals from another seed from now on."""
@@ -245,13 +245,13 @@ class ActionServers:
         del goal.server.goals[goal.goal_id]
         # A made id is not sent again.
         if goal.from_client:
-            self._forgotten[goal.server.number, goal.goal_id] = goal.status
+            self._forgotten[_key(goal.server, goal.goal_id)] = goal.status
             if len(self._forgotten) > MAX_FORGOTTEN:
                 self._forgotten.popitem(last=False)
 
     def forgotten(self, server: ActionServer, goal_id: str) -> GoalStatus | None:
         """Return how a goal ended whose result is no longer kept, so that a late resend is not executed again."""
-        return self._forgotten.get((server.number, goal_id))
+        return self._forgotten.get(_key(server, goal_id))
 
     def of(self, robot: str) -> list[ActionServer]:
         """Return the actions of a robot that have been asked for, in order of name."""
@@ -286,3 +286,8 @@ def as_answered(goal_id: str | None) -> str:
         return parse_goal_id(goal_id or "")
     except ValueError:
         return goal_id or ""
+
+
+def _key(server: ActionServer, goal_id: str) -> bytes:
+    """Return what stands for a goal for as long as it is forgotten, in little memory."""
+    return b"%d/%b" % (server.number, goal_id.encode())

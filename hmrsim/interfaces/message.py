@@ -38,7 +38,10 @@ class Array:
 class Message(BaseModel):
     """A ROS message: immutable, strict, and built (as a validator) when first used."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True, allow_inf_nan=False)
+    # Values are not cached: most that clients send are ids, of which each comes once.
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, defer_build=True, allow_inf_nan=False, cache_strings="keys"
+    )
 
     ros_type: ClassVar[str] = ""
     """The ROS type name, such as ``geometry_msgs/msg/Pose`` or ``nav2_msgs/action/Wait_Goal``."""

@@ -46,7 +46,10 @@ class UnreadableError(HmrsimError):
 class Envelope(BaseModel):
     """The base of envelopes: strict, without unknown fields."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
+    # Values are not cached: most are ids, of which each comes once.
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True, cache_strings="keys"
+    )
 
 
 class SendGoalRequest(Envelope, Generic[G]):
@@ -124,12 +127,14 @@ class GoalStatusArray(Envelope):
 @cache
 def around(envelope: type[BaseModel], message: type[Message]) -> TypeAdapter[Any]:
     """Return the reader of an *envelope* with a *message* of this type; built upon first use."""
-    return TypeAdapter(envelope[message])  # type: ignore[index]  # mypy does not know that the base is generic
+    return plain(envelope[message])  # type: ignore[index]  # mypy does not know that the base is generic
 
 
 @cache
 def plain(envelope: type[BaseModel]) -> TypeAdapter[Any]:
     """Return the reader of an *envelope* or message without type parameters."""
+    # An adapter that builds a model that is not built yet caches strings all the same.
+    envelope.model_rebuild()
     return TypeAdapter(envelope)
 
 
