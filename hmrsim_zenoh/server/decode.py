@@ -13,7 +13,6 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import zenoh
-from pydantic import TypeAdapter
 
 from hmrsim.diagnostics import listed
 from hmrsim.protocol.answers import GoalResponse
@@ -37,6 +36,8 @@ from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_ANY_GOAL: TypeAdapter[Any] = TypeAdapter(SendGoalRequest[dict[str, Any]])
 _KEPT_KEYS = 16_384
 
 _TOPICS = {"odom": Topic.ODOM, "battery_state": Topic.BATTERY_STATE, "detections": Topic.DETECTIONS}
@@ -323,7 +323,7 @@ class Requests:
 
 def _goal_reader(action: AnyAction | None) -> TypeAdapter[Any]:
     if action is None:
-        return _ANY_GOAL
+        return plain(SendGoalRequest[dict[str, Any]])
     message: type[Message] = action.goal
     return around(SendGoalRequest, message)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import pytest
 
@@ -15,8 +16,9 @@ MANY = 1_000
 @pytest.mark.parametrize(
     ("reader", "text"),
     [
-        (around(SendGoalRequest, Wait.Goal), '{"goal_id":"%032x","goal":{"time":{"sec":1}}}'),
-        (plain(GetResultRequest), '{"goal_id":"%032x"}'),
+        (around(SendGoalRequest, Wait.Goal), '{"goal_id":"a%031x","goal":{"time":{"sec":1}}}'),
+        (plain(SendGoalRequest[dict[str, Any]]), '{"goal_id":"b%031x","goal":{}}'),
+        (plain(GetResultRequest), '{"goal_id":"c%031x"}'),
     ],
 )
 def test_ids_that_were_read_are_not_kept(reader, text):
