@@ -8,16 +8,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.message import Message
 from hmrsim.settings.payload import MAX_PAYLOAD
-
-if TYPE_CHECKING:
-    from hmrsim.interfaces.message import Message
 
 G = TypeVar("G")
 
@@ -44,12 +42,9 @@ class UnreadableError(HmrsimError):
 
 
 class Envelope(BaseModel):
-    """The base of envelopes: strict, without unknown fields."""
+    """The base of envelopes, which are read as messages are: strict, without unknown fields."""
 
-    # Values are not cached: most are ids, of which each comes once.
-    model_config = ConfigDict(
-        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True, cache_strings="keys"
-    )
+    model_config = Message.model_config
 
 
 class SendGoalRequest(Envelope, Generic[G]):
