@@ -42,12 +42,8 @@ class Simulator:
         return open_client(SessionOptions(connect=(self.endpoint,)))
 
     def memory(self) -> int:
-        """Return the bytes of memory that it has allocated (Linux).
-
-        Pages of libraries do not count: they become its own, or shared, as other processes that read them come and go.
-        """
-        lines = Path(f"/proc/{self.process.pid}/smaps_rollup").read_text().splitlines()
-        return _KIB * next(int(line.split()[1]) for line in lines if line.startswith("Anonymous"))
+        """Return the bytes of memory that it has allocated (Linux)."""
+        return allocated(self.process.pid)
 
     @property
     def runs(self) -> bool:
@@ -69,6 +65,15 @@ class Simulator:
         if code:
             raise RuntimeError(f"it ended with exit code {code}")
         return time.perf_counter() - began
+
+
+def allocated(process: int | str) -> int:
+    """Return the bytes of memory that a process has allocated, by its id or as ``self`` (Linux).
+
+    Pages of libraries do not count: they become its own, or shared, as other processes that read them come and go.
+    """
+    lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
+    return _KIB * next(int(line.split()[1]) for line in lines if line.startswith("Anonymous"))
 
 
 @contextmanager

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import pytest
 
 from hmrsim.cli import heap
-
-
-def anonymous():
-    """Return the bytes of memory that this process has allocated."""
-    lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
-    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("Anonymous"))
+from tests.torture._simulator import allocated
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's /proc")
@@ -28,7 +22,7 @@ def test_free_memory_is_given_back_once_a_minute(monkeypatch):
     sizes = []
     for now[0] in (59.0, 60.0):
         tidied.give_back()
-        sizes.append(anonymous())
+        sizes.append(allocated("self"))
 
     assert last
     assert sizes[1] < sizes[0] - 20e6
