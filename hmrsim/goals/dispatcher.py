@@ -6,6 +6,7 @@ All requests that wait for a result are held here, in the simulation's thread.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Generator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -306,14 +307,16 @@ class Dispatcher:
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, begins=False)
-        goal.result, goal.failure, goal.message = result, None, None
-        goal.ended = self._stamp()
+        goal.end(self._stamp(), result)
         self._change(goal, event)
         self._tell(goal, inside=name in self.cut_off)
         ended = self._ended.setdefault(name, {})
         ended[goal] = None
         if len(ended) > self._keep_results:
             self._forget(next(iter(ended)))
+        # Most clients ask for a result until the next goal has ended, if they do at all.
+        for before in itertools.islice(reversed(ended), 1, 2):
+            before.pack_result()
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
         """Answer all requests that wait for a goal that has ended, or only that of the robot's own script."""
@@ -321,8 +324,8 @@ class Dispatcher:
         for key, reply_to in waiting.items():
             if inside and not isinstance(reply_to, SimpyEvent):
                 goal.waiting[key] = reply_to
-            elif goal.result is not None:
-                self._answer(reply_to, ResultResponse(goal.status, goal.result))
+            elif (result := goal.result) is not None:
+                self._answer(reply_to, ResultResponse(goal.status, result))
 
     def _change(self, goal: ServedGoal, event: GoalEvent) -> None:
         goal.status = next_status(goal.status, event)
@@ -362,8 +365,8 @@ class Dispatcher:
         goal = server.goals.get(command.goal_id)
         if goal is None:
             self._answer(command.reply_to, ResultResponse(GoalStatus.UNKNOWN, server.action.result()))
-        elif goal.result is not None and goal.status.terminal and self.cut_off.reach(command):
-            self._answer(command.reply_to, ResultResponse(goal.status, goal.result))
+        elif goal.status.terminal and self.cut_off.reach(command) and (result := goal.result) is not None:
+            self._answer(command.reply_to, ResultResponse(goal.status, result))
         else:
             goal.waiting[id(command.reply_to)] = command.reply_to
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.actions import FRAMES, Flaw, unknown_frame
 from hmrsim.diagnostics import listed
+from hmrsim.engine.internal_errors import BUGS
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.interfaces.quantities import flaw
@@ -61,7 +62,6 @@ class ServedGoal:
         from_client: Whether the client made the id, and so may send it again.
         ended: When it ended, in simulated nanoseconds; None while it is active.
         message: The goal message; None after the end.
-        result: Its result; None while it is active.
         process: The process that executes it; None when it has none any more.
         waiting: The requests for its result, by their id, as not all are hashable.
         sample: Returns feedback; None for none, and after the end.
@@ -77,13 +77,39 @@ class ServedGoal:
     status: GoalStatus = GoalStatus.ACCEPTED
     ended: int | None = None
     message: Message | None = None
-    result: Message | None = None
     process: simpy.Process | None = None
     waiting: dict[int, Any] = field(default_factory=dict)
     sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
     failure: Callable[[int, str], Message] | None = None
     listed: GoalEntry | None = None
+    _result: Message | bytes | None = field(default=None, init=False)
+
+    @property
+    def result(self) -> Message | None:
+        """Its result; None while it is active."""
+        kept = self._result
+        if isinstance(kept, bytes):
+            packed: Message = self.server.action.result.model_validate_json(kept)
+            return packed
+        return kept
+
+    def end(self, stamp: int, result: Message) -> None:
+        """Note when it has ended and its result, and drop what only an active goal needs."""
+        self.ended, self._result, self.failure, self.message = stamp, result, None, None
+
+    def pack_result(self) -> None:
+        """Hold the result as text, in a tenth of the memory, if it can be read again."""
+        kept = self._result
+        if kept is None or isinstance(kept, bytes) or type(kept) is not self.server.action.result:
+            return
+        try:
+            text = kept.model_dump_json(warnings=False).encode()
+            type(kept).model_validate_json(text)
+        except BUGS:
+            # The type is a plug-in's, and need not be as strict with what it is made of.
+            return
+        self._result = text
 
     def failed(self, code: int, message: str) -> Message:
         """Return the result of a goal that did not succeed."""

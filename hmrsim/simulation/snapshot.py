@@ -97,7 +97,7 @@ def _goals(kept: list[ServedGoal]) -> list[dict[str, Any]]:
             "stamp": values_of(goal.stamp),
             "ended": None if goal.ended is None else values_of(goal.ended),
             "status": int(goal.status),
-            "result": goal.result.model_dump(mode="json") if goal.result else None,
+            "result": result.model_dump(mode="json") if (result := goal.result) else None,
         }
         for goal in (*ended[-1:], *(goal for goal in kept if not goal.status.terminal))
     ]

@@ -9,7 +9,7 @@ import pytest
 
 from hmrsim.actions import error_of, registry
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import WORLD as THE_WORLD
 from hmrsim_zenoh.schemas import action_schema
 from hmrsim_zenoh.wire.envelopes import SendGoalRequest, around, read
@@ -95,6 +95,20 @@ def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared)
     assert "SUCCEEDED" == log.changes(GOAL)[-1][1]
     assert run.simulator.dispatcher.goal_of(owner) is None
     assert isinstance(log.result(GOAL), action.result)
+
+
+def test_its_result_can_be_read_when_the_next_goal_has_ended(action, owner, prepared):
+    """It is the same as at its end."""
+    run, now = prepared
+    log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
+    later = run.simulator.now
+    log = run(
+        (later, SendGoal(owner, action.name, example(action), NEXT)),
+        (later + 100.0, GetResult(owner, action.name, GOAL, "again")),
+    )
+
+    assert log.changes(NEXT)
+    assert log.result(GOAL) == log.answer("again").result
 
 
 @pytest.mark.parametrize("action", LASTING, ids=lambda action: action.name)

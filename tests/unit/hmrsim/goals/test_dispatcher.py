@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from contextlib import suppress
 from dataclasses import replace
@@ -15,7 +16,7 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
@@ -404,6 +405,33 @@ class TestResult:
         log = run((0.0, wait(1)), (2.0, wait(1, goal_id=B)), (4.0, wait(1, goal_id=C)), *asks)
 
         assert [0, 4, 4] == [log.answer(i + "?").status for i in (A, B, C)]
+
+    def test_results_that_are_kept_take_little_memory(self, run):
+        """Paths of one hundred goals: the poses of the last one are messages, all others are text."""
+        goal = ComputePathToPose.Goal(goal=go().goal.pose)
+        ids = [f"{number:032x}" for number in range(1, 101)]
+        log = run(
+            *((float(at), SendGoal("wall_e", "compute_path_to_pose", goal, ids[at], ids[at])) for at in range(100))
+        )
+        poses = len(log.result(ids[0]).path.poses)
+        log.events.clear()
+
+        kept = sum(isinstance(each, PoseStamped) for each in gc.get_objects())
+        log = run((100.0, GetResult("wall_e", "compute_path_to_pose", ids[0], "again")))
+        assert poses == len(log.answer("again").result.path.poses) > 1
+        assert kept < 10 * poses
+
+    def test_a_result_that_can_not_be_read_as_json_is_kept(self, make_run):
+        """A plug-in's type may hold what its own validation refuses."""
+
+        def rubbish(robot, _goal, _report):
+            yield from robot.hold(1.0)
+            return Wait.Result.model_construct(error_msg=5)
+
+        run = make_run(actions={"wait": replace(all_actions()["wait"], process=rubbish)})
+        log = run((0.0, wait()), (2.0, wait(goal_id=B)), (4.0, GetResult("wall_e", "wait", A, "again")))
+
+        assert log.result(A) is log.answer("again").result
 
     def test_a_result_of_an_unknown_robot_is_refused(self, run):
         """The text names those that there are."""
