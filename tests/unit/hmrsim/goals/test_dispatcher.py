@@ -51,6 +51,12 @@ def cancel(goal_id="0" * 32, stamp=0, *, action="wait", robot="wall_e"):
     return CancelGoal(robot, action, goal_id, stamp, "cancel")
 
 
+def _alive(kind):
+    """Return the number of objects of a class."""
+    gc.collect()
+    return sum(isinstance(each, kind) for each in gc.get_objects())
+
+
 class TestAccept:
     """send_goal, as semantics and contract have it."""
 
@@ -410,13 +416,12 @@ class TestResult:
         """Paths of one hundred goals: the poses of the last one are messages, all others are text."""
         goal = ComputePathToPose.Goal(goal=go().goal.pose)
         ids = [f"{number:032x}" for number in range(1, 101)]
-        log = run(
-            *((float(at), SendGoal("wall_e", "compute_path_to_pose", goal, ids[at], ids[at])) for at in range(100))
-        )
+        before = _alive(PoseStamped)
+        log = run(*((1.0, SendGoal("wall_e", "compute_path_to_pose", goal, each, each)) for each in ids))
         poses = len(log.result(ids[0]).path.poses)
         log.events.clear()
 
-        kept = sum(isinstance(each, PoseStamped) for each in gc.get_objects())
+        kept = _alive(PoseStamped) - before
         log = run((100.0, GetResult("wall_e", "compute_path_to_pose", ids[0], "again")))
         assert poses == len(log.answer("again").result.path.poses) > 1
         assert kept < 10 * poses
