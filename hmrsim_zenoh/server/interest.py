@@ -11,6 +11,8 @@ from typing import Final, Generic, TypeVar
 
 import zenoh
 
+from hmrsim_zenoh.wire.wildcards import servers_own
+
 K = TypeVar("K", bound="Hashable")
 
 _LOOK_SECONDS: Final = 0.05
@@ -32,7 +34,7 @@ class SubscriberWatch(Generic[K]):
         self,
         session: zenoh.Session,
         patterns: Mapping[K, str],
-        anything: zenoh.KeyExpr | str,
+        anything: str,
         changed: Callable[[], None],
     ) -> None:
         self._session = session
@@ -45,7 +47,7 @@ class SubscriberWatch(Generic[K]):
         # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
         self._ended = threading.Event()
         # Matches every subscriber: a single check where there is none.
-        self._anything = session.declare_publisher(anything)
+        self._anything = session.declare_publisher(servers_own(anything))
         for kind, pattern in patterns.items():
             self.watch(kind, pattern)
         self._thread = threading.Thread(target=self._run, name="hmrsim-interest", daemon=True)
@@ -53,7 +55,7 @@ class SubscriberWatch(Generic[K]):
 
     def watch(self, kind: K, pattern: str) -> None:
         """Watch one more kind of keys."""
-        publisher = self._session.declare_publisher(pattern)
+        publisher = self._session.declare_publisher(servers_own(pattern))
         listener = publisher.declare_matching_listener(zenoh.handlers.RingChannel(1))
         with self._lock:
             self._publishers[kind], self._listeners[kind], self._listened[kind] = publisher, listener, False

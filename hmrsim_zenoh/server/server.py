@@ -44,6 +44,7 @@ from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.wildcards import servers_own
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -118,7 +119,7 @@ class Server:
         self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = QueryInbox(
             session,
-            keys.everything(),
+            servers_own(keys.everything()),
             decode=self._decode,
             refuse=self._refuse,
             wakeup_key=keys.wakeup_key(),
@@ -146,7 +147,7 @@ class Server:
         self._looked_for_goals = -1
         self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
-            keys.history(), zenoh.handlers.Callback(self.inbox.put_query), complete=False
+            servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
     def follow(self) -> None:

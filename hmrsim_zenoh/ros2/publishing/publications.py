@@ -63,7 +63,7 @@ class Publications:
         self._publishers = Publishers(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
         patterns = goal_topics.patterns(wire) | topics.patterns(wire)
-        self._interest = SubscriberWatch(session, patterns, zenoh.KeyExpr.autocanonize(wire.key("/**")), changed)
+        self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
         self._topics = Topics(self._endpoints, self._publishers, self._interest)
         # Referenced here, as latched publishers have to keep their message until they are declared.
