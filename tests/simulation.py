@@ -135,7 +135,7 @@ class Run:
 
     def lines(self) -> list[str]:
         """End the trace, and return its lines."""
-        self.trace.close(self.simulator.moment)
+        self.trace.close(self.simulator.now)
         return "".join(self.written).splitlines(keepends=True)
 
     def ask(self, service: str, request: object = None) -> object:

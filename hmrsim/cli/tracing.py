@@ -110,7 +110,7 @@ class TraceFile:
                 with suppress(HmrsimError):
                     self.flush()
                 raise
-            self._trace.close(simulator.moment)
+            self._trace.close(simulator.now)
 
     def flush(self) -> None:
         """Write the buffered lines."""

@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
-
-
-class Moment(NamedTuple):
-    """When a command arrived, as precisely as a replay needs it.
-
-    Attributes:
-        processed: The number of events that had been processed.
-        now: The simulated time, in seconds.
-    """
-
-    processed: int
-    now: float
 
 
 class Sink(Protocol):
@@ -36,5 +24,11 @@ class Sink(Protocol):
 class CommandSink(Sink, Protocol):
     """A sink that receives commands, too."""
 
-    def commanded(self, command: Command, by: str, moment: Moment) -> None:
-        """Take a command from outside, before it is applied; *by* is the participant that sent it, if one did."""
+    def commanded(self, command: Command, by: str, now: float) -> None:
+        """Take a command from outside, before it is applied, after all that is due at this instant.
+
+        Args:
+            command: The command.
+            by: The participant that sent it, if one did.
+            now: The simulated time, in seconds.
+        """

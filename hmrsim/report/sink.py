@@ -17,7 +17,6 @@ from hmrsim.simulation.snapshot import scene
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.sinks import Moment
     from hmrsim.simulation.simulator import Simulator
 
 
@@ -60,9 +59,9 @@ class ReportSink:
         for robot in self._simulator.robots:
             self._weigh(robot)
 
-    def commanded(self, _command: Command, _by: str, moment: Moment) -> None:
+    def commanded(self, _command: Command, _by: str, now: float) -> None:
         """Pass on the time, as the command may reset it."""
-        self._take(Occurrence(stamp(moment.now), Commanded()))
+        self._take(Occurrence(stamp(now), Commanded()))
 
     def _see(self) -> None:
         self._take(Occurrence(stamp(self._simulator.now), SceneSeen(scene(self._simulator))))

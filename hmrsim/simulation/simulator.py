@@ -43,7 +43,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
-from hmrsim.protocol.sinks import CommandSink, Moment
+from hmrsim.protocol.sinks import CommandSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.detections import Detections
@@ -67,6 +67,9 @@ if TYPE_CHECKING:
 
 _BATCH = 1_000
 """Events that are taken in one go where nothing else wants to be done between them."""
+
+_MOST_OF_AN_INSTANT = 1_000
+"""Batches of events of one instant after which a command is applied all the same."""
 
 _ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
 """Outputs that a robot publishes itself, and that a client does not get while the robot is cut off."""
@@ -117,8 +120,6 @@ class Simulator:
         detections: What its robots' sensors see.
         readings: The latest message of each topic.
         scripts: What its robots do by themselves.
-        processed: Events processed since the start. It depends on neither subscribers nor clocks, so that
-            (number of events, command) says exactly when a command came.
         generation: How often time was reset.
         allow_files: The folder whose files clients may load worlds from; None for none.
     """
@@ -146,7 +147,7 @@ class Simulator:
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
         self._clock_published = (-1, 0.0)
-        self.processed = 0
+        self._busy = False
         self.generation = 0
         publisher = self.publisher = EventPublisher(self.env, self.interest, self.emit)
         self._errors = InternalErrors(publisher, strict=settings.strict, mark=self._mark)
@@ -223,10 +224,14 @@ class Simulator:
             self._sinks.append(self.scripts)
 
     def submit(self, command: Command, by: str = "") -> None:
-        """Apply a command from outside at this instant; its outputs go to the sinks, now or later.
+        """Apply a command from outside, after all that is due at this instant; its outputs go to the sinks.
 
+        So time and order of the commands decide what happens, and how many events the simulation needs does not. Only a
+        command that a sink submits is applied at once, in the middle of an instant.
         *by* is the participant that sent it, if it takes part in lockstep.
         """
+        if not (self._busy or isinstance(command, _UNRECORDED)):
+            self.finish_instant()
         if isinstance(command, CallService):
             service = self._service(command.service)
             if wrong := flaw(command.request):
@@ -259,7 +264,7 @@ class Simulator:
     def _record(self, command: Command, by: str) -> None:
         for sink in self._command_sinks:
             try:
-                sink.commanded(command, by, self.moment)
+                sink.commanded(command, by, self.env.now)
             except BUGS as bug:
                 self._sink_failed(sink, bug)
 
@@ -409,11 +414,6 @@ class Simulator:
         self.generation += 1
 
     @property
-    def moment(self) -> Moment:
-        """The time, as exactly as a replay needs it."""
-        return Moment(self.processed, self.env.now)
-
-    @property
     def limit(self) -> float:
         """The time up to which time may move; infinite while the simulation plays."""
         return self.gate.limit
@@ -448,8 +448,19 @@ class Simulator:
         Returns:
             Whether anything was due.
         """
+        return self._process(min(until, self.gate.limit), most, idle=idle)
+
+    def _process(self, until: float, most: int, *, idle: bool) -> bool:
+        busy = self._busy
+        self.env.horizon, self._busy = until, True
+        try:
+            return self._process_some(most, idle=idle) > 0
+        finally:
+            self._busy = busy
+
+    def _process_some(self, most: int, *, idle: bool) -> int:
+        """Process at most so many events and samples that are due at the horizon or before; return how many."""
         taken = 0
-        self.env.horizon = min(until, self.gate.limit)
         while taken < most:
             sample, event = self.telemetry.next_due, self.env.peek()
             due = min(sample, event) if idle or not self.env.idle else math.inf
@@ -460,11 +471,19 @@ class Simulator:
                 self._sample()
                 taken += 1
             else:
-                events = self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
-                self.processed += events
-                taken += events
+                taken += self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
             self._check_sinks()
-        return taken > 0
+        return taken
+
+    def finish_instant(self) -> None:
+        """Take all that is due in this nanosecond, also while time may not move on.
+
+        A bug that makes events at one instant for ever does not keep commands out: one of them may end it.
+        """
+        until = end_of_instant(self.now)
+        for _ in range(_MOST_OF_AN_INSTANT):
+            if not self._process(until, _BATCH, idle=True):
+                return
 
     def _sample(self) -> None:
         try:
@@ -494,6 +513,7 @@ class Simulator:
         """Run until every script has ended, or *until* is reached."""
         while self.scripts.running and self.process_events(until, _BATCH, idle=False):
             pass
+        self.finish_instant()
         if self.scripts.running and until < math.inf:
             self.advance(until)
 

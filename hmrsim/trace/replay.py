@@ -1,6 +1,6 @@
 """Replay of a trace, without a network or a controller, to check that the run is reproduced.
 
-The commands of the trace are submitted to a new simulation after the same number of events and at the same time; the
+The commands of the trace are submitted to a new simulation at the same times and in the same order; the
 trace of that simulation is compared line by line. A truncated trace is compared up to its last line.
 """
 
@@ -19,7 +19,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 import hmrsim
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import dotted, shown
-from hmrsim.engine.sim_time import end_of_instant, stamp
+from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
@@ -108,7 +108,6 @@ class _Line(BaseModel):
 
     kind: str
     stamp: Time
-    after: int = 0
     command: str = ""
     by: str = ""
 
@@ -166,8 +165,6 @@ class _Replay:
         if line is not None and line.kind in ("command", "end") and not self._made:
             self._let_it_be(line)
             if not self._made:
-                if self._simulator.processed != line.after:
-                    return None
                 self._repeat(line, number)
         until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS) if line is not None else math.inf
         while not self._made and self._simulator.process_events(until, 1):
@@ -175,19 +172,18 @@ class _Replay:
         return self._made.popleft() if self._made else None
 
     def _let_it_be(self, line: _Line) -> None:
-        """Process events until the moment at which a command arrived, or until one of them is traced."""
+        """Process all that is due when a command arrived, or until some of it is traced."""
         simulator = self._simulator
-        until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS)
-        while not self._made and simulator.processed < line.after and simulator.process_events(until, 1):
+        at = line.stamp.to_nanoseconds() / NANOSECONDS
+        while not self._made and simulator.process_events(end_of_instant(at), 1):
             self._trace.flush()
-        at = line.stamp.to_nanoseconds()
-        if simulator.processed == line.after and stamp(simulator.now) < at:
-            simulator.advance_clock(at / NANOSECONDS)
+        if not self._made:
+            simulator.advance_clock(at)
 
     def _repeat(self, line: _Line, number: int) -> None:
         """Submit the commands of the trace."""
         if line.kind == "end":
-            self._trace.close(self._simulator.moment)
+            self._trace.close(self._simulator.now)
             return
         self._commands += 1
         self._simulator.submit(_command(line, number), line.by)
@@ -228,8 +224,10 @@ def _command(line: _Line, number: int) -> Command:
     """Return the command that a line stands for.
 
     Raises:
-        TraceError: It stands for none.
+        TraceError: It stands for none, or is of a version that counted events.
     """
+    if "after" in (line.model_extra or {}):
+        raise TraceError(f"line {number}: a trace of an older version, which counts events; record the run again")
     if line.command not in _COMMANDS:
         raise TraceError(f"line {number}: no command {shown(line.command)}; there are {', '.join(_COMMANDS)}")
     try:

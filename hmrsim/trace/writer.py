@@ -3,14 +3,15 @@
 A trace can be replayed (`hmrsim.trace.replay`), and the same run has the same trace, byte for byte::
 
     {"contract":1,"hmrsim":"…","kind":"header","seed":7,…,"world":{"definition":{…},"hash":"…","name":"…"}}
-    {"after":0,"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
+    {"by":"nurses","command":"send_goal","goal":{…},…,"kind":"command","stamp":{"nanosec":1,"sec":0}}
     {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
-    {"after":42,"kind":"end","stamp":{…}}
+    {"kind":"end","stamp":{…}}
 
 Keys are sorted, times are whole nanoseconds of simulated time, and there is no wall time. Commands are written
 unchanged, so that they can be submitted again; coordinates and other numbers of events are rounded to 1e-9, so that
-the last bit of a processor's arithmetic does not matter. ``after`` counts the events of the simulation that had been
-processed when a command arrived. Motion from lane to lane is left out: a replay computes it again.
+the last bit of a processor's arithmetic does not matter. A command is applied after all that is due in its nanosecond,
+so that its stamp and its place among the commands say all that a replay needs. Motion from lane to lane is left out: a
+replay computes it again.
 """
 
 from __future__ import annotations
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.sinks import Moment
     from hmrsim.settings.run import RunSettings
     from hmrsim.world.model import World
 
@@ -126,9 +126,9 @@ class Trace:
             except OSError as error:
                 raise WriteError(f"the trace can't be written: {reason_of(error)}") from None
 
-    def close(self, moment: Moment) -> None:
-        """Write the last line, which says that the trace is complete: the run ends at *moment*."""
-        self._add({"kind": "end", **_moment(moment)})
+    def close(self, now: float) -> None:
+        """Write the last line, which says that the trace is complete: the run ends at this time, in seconds."""
+        self._add({"kind": "end", "stamp": values_of(stamp(now))})
         self.flush()
 
     def wants(self, topic: Topic) -> bool:
@@ -166,12 +166,12 @@ class Trace:
         self._results[event.action] = (result, text)
         return text
 
-    def commanded(self, command: Command, by: str, moment: Moment) -> None:
+    def commanded(self, command: Command, by: str, now: float) -> None:
         """Write a command."""
         recorder = self._recorders.get(type(command))
         fields = recorder(command) if recorder else None
         if fields is not None:
-            self._add({"kind": "command", **fields, **_moment(moment), **({"by": by} if by else {})})
+            self._add({"kind": "command", **fields, "stamp": values_of(stamp(now)), **({"by": by} if by else {})})
 
     def _call_service(self, command: commands.CallService) -> dict[str, Any] | None:
         service = services()[command.service]
@@ -183,10 +183,6 @@ class Trace:
         self._lines.append(_encode(fields))
         if len(self._lines) >= _BATCH:
             self.flush()
-
-
-def _moment(moment: Moment) -> dict[str, Any]:
-    return {"after": moment.processed, "stamp": values_of(stamp(moment.now))}
 
 
 def _send_goal(command: commands.SendGoal) -> dict[str, Any]:

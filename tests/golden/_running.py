@@ -118,7 +118,7 @@ class Run:
 
     def trace(self):
         """Return the trace, which ends now."""
-        self._trace.close(self._simulator.moment)
+        self._trace.close(self._simulator.now)
         return "".join(self._lines)
 
     def send(self, name, robot, order=None, action=None, goal=None):
@@ -173,7 +173,7 @@ def _served(world):
     with Host(loaded, options, settings, sinks=[trace]) as host:
         host.start()
         yield host.endpoints[0], pieces
-    trace.close(host.simulator.moment)
+    trace.close(host.simulator.now)
 
 
 def traced_tree(world, tree, robots):

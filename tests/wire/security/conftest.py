@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.sinks import Moment
     from hmrsim.protocol.topics import Topic
 
 MEMBERS = (
@@ -63,7 +62,7 @@ class Ledger:
         """Want nothing."""
         return False
 
-    def commanded(self, command: Command, _by: str, _moment: Moment) -> None:
+    def commanded(self, command: Command, _by: str, _now: float) -> None:
         """Remember a command."""
         changes = isinstance(command, (SendGoal, CancelGoal))
         if changes or (isinstance(command, CallService) and registry()[command.service].changes_world):

@@ -81,7 +81,7 @@ def test_they_are_traced_and_reported(simulator):
     trace = Trace(Header.of(world_of(WORLD, "test"), RunSettings()), written.append)
     run = simulator(sinks=[trace])
     run.run_scripts()
-    trace.close(run.moment)
+    trace.close(run.now)
     lines = "".join(written).splitlines(keepends=True)
 
     (line,) = [line for line in lines if "floor_cleaned" in line]

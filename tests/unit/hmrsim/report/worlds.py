@@ -71,5 +71,5 @@ def traced(world, *, commands=(), until=None):
     simulator.run_scripts()
     if until is not None:
         simulator.advance(until)
-    trace.close(simulator.moment)
+    trace.close(simulator.now)
     return lines

@@ -291,14 +291,15 @@ def test_a_vehicle_is_disabled_until_the_last_cause_is_gone(stage):
 
 
 def test_a_goal_and_a_breakdown_at_one_instant_leave_the_robot_where_it_is():
-    """It neither sets out nor stops, and its goal is aborted."""
+    """It has set out when the fault comes, and stops at once; its goal is aborted."""
     run = simulate({**WORLD, "traffic": {"policy": "reserve"}}, topics=EVENTS)
     run.simulator.submit(go("ann", (20.0, 0.0), 1))
+    start = run.simulator.robots["ann"].pose().point
     run.ask("inject_fault", {"type": "breakdown", "robot": "ann"})
     run.simulator.run()
 
     assert "ABORTED" == run.log.changes(f"{1:032x}")[-1][1]
-    assert [] == run.log.happened("stopped")
+    assert [(0.0, {"robot": "ann", "at": [*start]})] == run.log.happened("stopped")
 
 
 # --- random walks ---------------------------------------------------------------------------------------------------

@@ -226,13 +226,13 @@ class TestState:
         script = run.simulator.scripts.all["wall_e"]
         assert (ScriptState.DONE, 3.0 + 16.0) == (script.state, script.ended)
 
-    def test_scripts_that_have_not_begun_begin_once(self):
-        """At the first instant, too."""
+    def test_scripts_begin_before_a_reset_at_their_instant(self):
+        """The first goal is accepted, aborted, and begun anew."""
         run = simulate(SCRIPTED)
         reset(run)
         log = run()
 
-        assert 3 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
+        assert 4 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
 
     def test_a_run_after_it_is_the_first_run(self):
         """The same at the same times, but for the ids."""

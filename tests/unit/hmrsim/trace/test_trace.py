@@ -63,14 +63,13 @@ class TestTrace:
         assert SMALL_WORLD["bounds"] == header["world"]["definition"]["bounds"]
 
     def test_a_command_comes_before_what_comes_of_it(self):
-        """With its time, and the number of events before it."""
+        """With its time."""
         lines = [json.loads(line) for line in traced((1.5, WAIT))]
 
         assert ["header", "command", "status", "status", "status", "command", "end"] == [each["kind"] for each in lines]
         assert {"sec": 1, "nanosec": 500_000_000} == lines[1]["stamp"]
-        assert (0, "send_goal", "eve", {"time": {"sec": 4}}) == tuple(
-            lines[1][key] for key in ("after", "command", "robot", "goal")
-        )
+        command = tuple(lines[1][key] for key in ("command", "robot", "goal"))
+        assert ("send_goal", "eve", {"time": {"sec": 4}}) == command
 
     def test_a_status_is_as_on_the_wire(self):
         """The last one has the result, without what is the default."""
@@ -239,15 +238,38 @@ class TestReplay:
 
         assert (number + 1, lines[number]) == (difference.line, difference.replay + "\n")
 
-    @pytest.mark.parametrize("after", [0, 10**9])
-    def test_a_command_at_another_moment_is_a_difference(self, after):
-        """After fewer events, or after more than there are."""
+    @pytest.mark.parametrize("sec", [3, 7])
+    def test_a_command_at_another_time_is_a_difference(self, sec):
+        """Earlier or later; what comes of it has another stamp."""
         lines = traced((0.0, WAIT), (5.0, PICK))
         number = next(n for n, line in enumerate(lines) if '"pickup"' in line)
         command = json.loads(lines[number])
-        lines[number] = json.dumps({**command, "after": after}, sort_keys=True, separators=(",", ":")) + "\n"
+        at = {"nanosec": 0, "sec": sec}
+        lines[number] = json.dumps({**command, "stamp": at}, sort_keys=True, separators=(",", ":")) + "\n"
 
         assert replay(lines).difference is not None
+
+    def test_a_trace_that_counts_events_is_refused(self):
+        """Older versions said so when a command came; the events are others now."""
+        lines = traced((0.0, WAIT))
+        lines[1] = json.dumps({**json.loads(lines[1]), "after": 0}, sort_keys=True, separators=(",", ":")) + "\n"
+
+        with pytest.raises(TraceError, match="line 2: a trace of an older version"):
+            replay(lines)
+
+    def test_a_command_comes_after_all_that_is_due_at_its_time(self):
+        """A goal that ends at the instant of a cancel has ended before it comes."""
+        run = simulate(traced=True)
+        run((0.0, WAIT), (0.0, WAIT._replace(robot="wall_e", goal_id=B)), until=3.0)
+        while run.simulator.now < 4.0:
+            run.simulator.process_events(4.0, 1)
+        run.simulator.submit(WAIT)
+        run.simulator.stop()
+        lines = run.lines()
+
+        kinds = [(line["kind"], line.get("status")) for line in map(json.loads, lines[1:]) if line["stamp"]["sec"] == 4]
+        assert kinds[:3] == [("status", 4), ("status", 4), ("command", None)]
+        assert replay(lines).difference is None
 
     @pytest.mark.parametrize(
         ("line", "why"),
