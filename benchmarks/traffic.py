@@ -40,10 +40,10 @@ class _Lanes:
         self.driven = 0
 
     def emit(self, output: Output) -> None:
-        """Count the event if a robot begins a lane."""
-        self.driven += (
-            isinstance(output, EventStamped) and isinstance(output.event, MotionBegan) and output.event.lane is not None
-        )
+        """Count the lanes that a robot begins, or is going to."""
+        if isinstance(output, EventStamped) and isinstance(output.event, MotionBegan):
+            lanes = [output.event.lane, *(each["lane"] for each in output.event.then)]
+            self.driven += sum(lane is not None for lane in lanes)
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it takes a topic."""

@@ -15,6 +15,10 @@ from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
+    from hmrsim.geometry import Point
+
+_INSTANT: Final = 1e-6
+"""Seconds by which a rounded time may be too early."""
 
 _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
 
@@ -55,7 +59,7 @@ class RobotSum:
         moved: The items that it has put down.
         carries: The item that it holds.
         does: The running behaviour of its tree, or the last one.
-        target: The end of the segment that it drives.
+        way: The segments that it drives: for each when it ends, in simulated seconds, and from where to where it leads.
     """
 
     type: str
@@ -65,7 +69,7 @@ class RobotSum:
     moved: list[str] = field(default_factory=list)
     carries: str = ""
     does: str = ""
-    target: tuple[float, float] = (0.0, 0.0)
+    way: Sequence[tuple[float, Point, Point]] = ()
 
 
 class Story:
@@ -86,7 +90,7 @@ class Story:
         name = event.subject
         ended = False
         if (robot := self.robots.get(name)) is not None:
-            ended = _follow(robot, event)
+            ended = _follow(robot, event, at)
         elif getattr(event, "robot", ""):
             # The robot is not part of the mission.
             return
@@ -126,8 +130,8 @@ class Story:
         }
 
 
-def _follow(robot: RobotSum, event: Event) -> bool:
-    """Record what a robot does; return whether a goal has ended."""
+def _follow(robot: RobotSum, event: Event, time: float) -> bool:
+    """Record what a robot does at a time; return whether a goal has ended."""
     match event:
         case GoalStatusChanged():
             status = GoalStatus(event.status)
@@ -140,11 +144,26 @@ def _follow(robot: RobotSum, event: Event) -> bool:
             robot.carries = ""
             robot.moved.append(event.item)
         case MotionBegan():
-            robot.target = event.to[:2]
-            robot.distance += math.dist(event.from_[:2], robot.target)
+            robot.distance -= _left(robot.way, time, event.from_[:2])
+            robot.way = [*_segments(event, time)]
+            robot.distance += math.fsum(math.dist(start, end) for _, start, end in robot.way)
         case Stopped():
-            robot.distance -= math.dist(event.at, robot.target)
+            robot.distance -= _left(robot.way, time, event.at)
+            robot.way = ()
     return False
+
+
+def _segments(event: MotionBegan, time: float) -> Iterator[tuple[float, Point, Point]]:
+    """Yield the segments of a motion that begins at a time."""
+    yield (time := time + event.duration), event.from_[:2], event.to[:2]
+    for each in event.then:
+        yield (time := time + each["duration"]), tuple(each["from"][:2]), tuple(each["to"][:2])
+
+
+def _left(way: Sequence[tuple[float, Point, Point]], time: float, at: Point) -> float:
+    """Return how much of a way is left for a robot that is somewhere on it at a time."""
+    ahead = [(start, end) for ends, start, end in way if ends > time + _INSTANT]
+    return math.dist(at, ahead[0][1]) + math.fsum(math.dist(*segment) for segment in ahead[1:]) if ahead else 0.0
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:

@@ -140,9 +140,9 @@ class Environment(_Clock):
             self._clear()
         return self._queue[0][0] if self._queue else math.inf
 
-    def abandon(self, timeout: simpy.Timeout) -> None:
-        """Abandon a timeout that no process waits for any more: time does not advance for it."""
-        self._abandon(timeout)
+    def abandon(self, event: simpy.Timeout | At) -> None:
+        """Abandon an event of some time that no process waits for any more: time does not advance for it."""
+        self._abandon(event)
 
     def _abandon(self, event: simpy.Event) -> None:
         event.callbacks = _ABANDONED
@@ -172,6 +172,16 @@ class Environment(_Clock):
         while self._queue and self._queue[0][0] <= self._now and self._queue[0][1] == URGENT:
             self.step()
 
+    def schedule_at(self, event: simpy.Event, at: float) -> None:
+        """Schedule an event at this very time: a delay would have to be added to a time again, and is rounded.
+
+        Raises:
+            ValueError: The time is NaN, which would put all events out of order.
+        """
+        if at != at:  # noqa: PLR0124 - NaN
+            raise ValueError("a time is NaN")
+        heapq.heappush(self._queue, (at, NORMAL, next(self._eid), event))
+
     def schedule_last(self, event: simpy.Event, at: float) -> None:
         """Schedule an event at this time, after all others of that instant."""
         heapq.heappush(self._queue, (at, _LAST, next(self._eid), event))
@@ -195,6 +205,17 @@ def _no_event(error: BaseException) -> BaseException:
 
 def _raise(error: BaseException, _process: simpy.Process | None) -> None:
     raise error
+
+
+class At(simpy.Event):
+    """An event at this very time, in simulated seconds."""
+
+    def __init__(self, env: Environment, at: float, callbacks: list[Callable[[simpy.Event], None]]) -> None:
+        # As simpy's timeout does, without the call of the base's.
+        self.env = env
+        self.callbacks = callbacks
+        self._ok, self._value = True, None
+        env.schedule_at(self, at)
 
 
 class Tick(simpy.Event):

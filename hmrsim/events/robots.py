@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from pydantic import Field
 
@@ -22,7 +22,10 @@ class MotionBegan(
     traced=False,
     changes=Part.MOTION,
 ):
-    """A robot begins to drive a lane or another straight segment, to turn in place, or to ride in a lift."""
+    """A robot begins to drive a lane or another straight segment, to turn in place, or to ride in a lift.
+
+    Where nothing is to be decided in between, it tells of the following ones, too.
+    """
 
     robot: RobotName
     from_: Annotated[_Pose, Field(description="The pose where it begins: x, y in the world's unit, yaw in radians.")]
@@ -42,6 +45,13 @@ class MotionBegan(
             "and how much of the distance lies before this piece."
         ),
     ] = None
+    then: Annotated[
+        tuple[dict[str, Any], ...],
+        Field(
+            description="What it does after that, one after the other, unless another event comes first: each with "
+            "fields as these, without `robot`."
+        ),
+    ] = ()
 
 
 class RouteTaken(

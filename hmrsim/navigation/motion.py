@@ -10,7 +10,7 @@ where the robot would have had to set out to have that speed now.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -102,8 +102,13 @@ class Piece(NamedTuple):
         length = -self.length if backwards and self.length else self.length
         return length / self.duration, self.turned / self.duration
 
-    def event(self, robot: str) -> MotionBegan:
-        """Return the event that a robot begins it, with the data that a subscriber needs to draw it."""
+    def event(self, robot: str, further: Iterable[Piece] = ()) -> MotionBegan:
+        """Return the event that a robot begins it, with the data that a subscriber needs to draw it.
+
+        Args:
+            robot: The robot's name.
+            further: The pieces that it drives after it without a further event.
+        """
         leg, profile = self.leg, self.profile
         return MotionBegan(
             robot,
@@ -114,6 +119,7 @@ class Piece(NamedTuple):
             turned=None if leg else self.turned,
             ride=bool(leg and leg.ride),
             profile=(profile.distance, profile.speed, profile.acceleration, self.driven_before) if profile else None,
+            then=tuple(piece.describe() for piece in further),
         )
 
     def describe(self) -> dict[str, Any]:

@@ -181,30 +181,30 @@ class Story:
             if not GoalStatus(whole(goal, "status")).terminal:
                 self.goal_log.ask_of(at, GoalAccepted.from_json(goal))
                 self._status(at, GoalStatusChanged.from_json(goal))
-        motion = self._motion_in(robot, at, track)
+        motions = self._motions_in(robot, at, track)
         # Events may have said already that it drives, or waits.
-        if motion is None or not track.drives(motion):
+        if not motions or not track.drives(motions[0]):
             track.halt(at)
-            if motion is not None:
-                track.go(motion)
-        if motion is None and robot.get("waits") and track.wait is None:
+            if motions:
+                track.go(*motions)
+        if not motions and robot.get("waits") and track.wait is None:
             track.wait = WaitRecord(track.name, at, "way", goal=track.goal)
         track.settle(at)
 
-    def _motion_in(self, robot: Mapping[str, Any], at: int, track: Track) -> Motion | None:
-        """Return how a robot moves in a scene."""
+    def _motions_in(self, robot: Mapping[str, Any], at: int, track: Track) -> list[Motion]:
+        """Return how a robot moves in a scene, and is going to."""
         motion = robot.get("motion")
         if not isinstance(motion, dict):
-            return None
+            return []
         began = motion.get("began")
         since = round(number(motion, "began") * 1e9) + self._offset if began is not None else at
-        return Motion.of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
+        return Motion.all_of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
 
     def _motion(self, at: int, event: MotionBegan) -> None:
         track = self.robot_log.track(event.robot, at)
         track.stand_no_more(at, WentOn.kind)
         track.stop_queueing(at, WentOn.kind)
-        track.go(Motion.of(at, event, track.goal))
+        track.go(*Motion.all_of(at, event, track.goal))
         track.settle(at)
 
     def _stopped(self, at: int, event: Stopped) -> None:

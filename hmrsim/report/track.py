@@ -12,6 +12,8 @@ from hmrsim.navigation.motion import Trapezoid
 from hmrsim.report.occurrence import Misfit
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
     from hmrsim.report.goal_record import GoalRecord, WaitRecord
@@ -39,12 +41,21 @@ class Motion:
     goal: GoalRecord | None
 
     @classmethod
-    def of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> Motion:
-        """Return the segment of an event.
+    def all_of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> list[Motion]:
+        """Return the segment of an event, and those after it.
 
         Raises:
-            Misfit: It describes none.
+            ValueError: It describes none.
         """
+        events = [event, *(type(event).from_json({**fields, "robot": event.robot}) for fields in event.then)]
+        segments, seconds = [], 0.0
+        for each in events:
+            segments.append(cls._of(at + round(seconds * NANOSECONDS), each, goal))
+            seconds += each.duration
+        return segments
+
+    @classmethod
+    def _of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> Motion:
         start, end = event.from_[:2], event.to[:2]
         if not 0 <= event.duration <= _MAX_SECONDS:
             raise Misfit("duration out of range")
@@ -91,6 +102,7 @@ class Track:
     curve: list[tuple[int, float]] = field(default_factory=list)
     spans: list[tuple[int, int, State]] = field(default_factory=list)
     motion: Motion | None = None
+    coming: Sequence[Motion] = ()
     wait: WaitRecord | None = None
     queued: WaitRecord | None = None
     stood: list[WaitRecord] = field(default_factory=list)
@@ -149,16 +161,21 @@ class Track:
         self.ended, self._since, self._state = None, at, "idle"
 
     def catch_up(self, at: int) -> None:
-        """End the states that have ended by some time without an event."""
-        motion = self.motion
-        if motion is not None and motion.until <= at + _INSTANT:
+        """End the segments and states that have ended by some time without an event."""
+        while (motion := self.motion) is not None and motion.until <= at + _INSTANT:
+            if self.coming:
+                if motion.until >= at - _INSTANT:
+                    # One that stops here does not begin the next.
+                    return
+                self.go(*self.coming)
+                continue
             ended = at if motion.until >= at - _INSTANT else motion.until
             self.halt(ended, motion.end)
             self.settle(ended)
 
     def halt(self, at: int, where: Point | None = None) -> None:
         """End the current segment; *where* is the robot's point then, if that is known."""
-        motion = self.motion
+        motion, self.coming = self.motion, ()
         if motion is None:
             return
         self.motion = None
@@ -177,10 +194,10 @@ class Track:
         known = self.motion
         return known is not None and known.end == motion.end and abs(known.began - motion.began) <= _INSTANT
 
-    def go(self, motion: Motion) -> None:
-        """Begin a segment; a current one ends where this one begins."""
+    def go(self, motion: Motion, *coming: Motion) -> None:
+        """Begin a segment, after which others come; a current one ends where this one begins."""
         self.halt(motion.began, motion.start)
-        self.motion = motion
+        self.motion, self.coming = motion, coming
         if motion.length <= 0:
             return
         # A robot that continues at another speed is still on the same drive.

@@ -120,6 +120,7 @@ class Robot(MobileBase):
         if not isinstance(battery, Battery):
             return None
         energy = Energy(self._env, self, battery, self._publisher)
+        self._follows_speed = bool(battery.settings.drain.distance)
         if energy.level is Level.EMPTY:
             super().disable(EMPTY, energy.why_empty)
         return energy

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from simpy import Event
 
+from hmrsim.engine.environment import At
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.nav2_msgs import FollowPath
@@ -57,7 +58,7 @@ class MobileBase(DrivingVehicle):
         return self._graph
 
     def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
-        """Wait until its motion or the open lanes change, or for some seconds."""
+        """Wait until it begins another lane or turn, its motion or the open lanes change, or for some seconds."""
         woken = Event(self._env)
 
         def wake(_event: Event) -> None:
@@ -65,7 +66,8 @@ class MobileBase(DrivingVehicle):
                 woken.succeed()
 
         # No condition of simpy: if its process were interrupted it would stay with events that may never happen.
-        over = self._env.timeout(seconds) if seconds < math.inf else None
+        until = min(self._env.now + seconds, self.piece_ends)
+        over = At(self._env, until, []) if until < math.inf else None
         events = [event for event in (self._motion_changes(), self._admission.lanes_change(), over) if event]
         for event in events:
             event.callbacks.append(wake)
@@ -164,8 +166,7 @@ class MobileBase(DrivingVehicle):
         if self._route is None or self._state.stands:
             return
         if self._state.waits:
-            self._drive = self._driven(self.legs_ahead)
-            self._seconds, self._number = self._drive.seconds, 0
+            self._follow(self._driven(self.legs_ahead))
             self._enter(VehicleEvent.RESCALE)
             return
         leg, here = self.next_leg, self.pose().point
@@ -181,8 +182,7 @@ class MobileBase(DrivingVehicle):
             # It arrives at this instant, or turns there.
             return
         self._rest = self.pose()
-        if self._piece_ends is not None:
-            self._env.abandon(self._piece_ends)
+        self._abandon_way()
         self._drive = None
         self._enter(VehicleEvent.RESCALE)
         self._begin(self._driven(rest), admitted=leg is not None and not at_end)

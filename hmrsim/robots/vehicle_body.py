@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,10 +13,9 @@ from hmrsim.navigation.motion import Piece, Progress
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
 
 if TYPE_CHECKING:
-    from simpy import Timeout
-
-    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.environment import At, Environment
     from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.navigation.motion import Drive
@@ -34,7 +34,8 @@ class VehicleBody:
 
     Args:
         speed: Its maximum speed, in the world's unit a second.
-        changed: Called whenever it begins or ceases to move, or begins a lane or a turn; None for no call.
+        changed: Called whenever it begins or ceases to move, or goes on after something was to be decided; None for no
+            call. With *follows_speed* also whenever it begins a lane or a turn at another mean speed.
 
     Attributes:
         radius: Of its footprint; 0 if it has none.
@@ -56,18 +57,20 @@ class VehicleBody:
         "_entry",
         "_env",
         "_final_yaw",
+        "_follows_speed",
         "_graph",
+        "_last",
         "_motion_change",
         "_number",
-        "_on_piece_end",
+        "_on_way_end",
         "_own_changed",
-        "_piece_ends",
         "_publisher",
         "_rest",
         "_route",
         "_seconds",
         "_speed",
         "_state",
+        "_way_end",
         "base",
         "disabled_reasons",
         "flies",
@@ -110,6 +113,7 @@ class VehicleBody:
         self._graph = graph
         self._admission = admission
         self._publisher = publisher
+        self._follows_speed = False
         # Replaced as long as a process waits for the event, so that it costs nothing otherwise.
         self._changed = self._own_changed = changed
         self._motion_change: Event | None = None
@@ -120,13 +124,14 @@ class VehicleBody:
         # Where it is to go, and the yaw to face there, None for any.
         self._route: Route | None = None
         self._final_yaw: float | None = None
-        # How it drives there, which piece of the drive it is at, since when, and until when.
+        # How it drives there, the piece of the drive that it is known to have begun, and when; `_catch_up` brings both
+        # up to date. Nothing is to be decided, and no event happens, before the end of the last piece.
         self._drive: Drive | None = None
         self._seconds: Sequence[float] = ()
-        self._number = 0
+        self._number = self._last = 0
         self._began = 0.0
-        self._piece_ends: Timeout | None = None
-        self._on_piece_end: list[Callable[[Any], None]] = []
+        self._way_end: At | None = None
+        self._on_way_end: list[Callable[[Any], None]] = []
         self._arrived: Event | None = None
 
     @property
@@ -157,7 +162,7 @@ class VehicleBody:
     @property
     def sets_out(self) -> bool:
         """Whether it begins a lane or a turn at this very instant."""
-        return self._state.moves and self._began == self._env.now
+        return self._state.moves and self.began == self._env.now
 
     @property
     def busy(self) -> bool:
@@ -198,10 +203,22 @@ class VehicleBody:
         if event is not None:
             event.succeed()
 
+    def _catch_up(self) -> None:
+        """Take note of the pieces that it has driven since the last event; at the end of one it is on the next."""
+        if self._number == self._last or not self._state.moves:
+            return
+        now, seconds, number, last = self._env.now, self._seconds, self._number, self._last
+        began, ends = self._began, self._began + self._seconds[number]
+        while ends <= now and number < last:
+            number += 1
+            began, ends = ends, ends + seconds[number]
+        self._number, self._began = number, began
+
     def progress(self) -> Progress:
         """Return where it is now, and how far it still has to go; nothing is left when it stands."""
         if self._drive is None:
             return Progress(self._rest)
+        self._catch_up()
         return self._drive.progress(self._number, 0.0 if self._state.waits else self._env.now - self._began)
 
     def pose(self) -> Pose:
@@ -211,17 +228,26 @@ class VehicleBody:
     @property
     def piece(self) -> Piece | None:
         """The lane or the turn that it drives now; None when it stands, or waits."""
-        return None if self._drive is None or self._state.waits else self._drive.piece(self._number)
+        if self._drive is None or self._state.waits:
+            return None
+        self._catch_up()
+        return self._drive.piece(self._number)
 
     @property
     def next_leg(self) -> Leg | None:
         """The leg that it drives now, or waits for; None when it stands, or turns."""
-        return None if self._drive is None else self._drive.legs[self._number]
+        if self._drive is None:
+            return None
+        self._catch_up()
+        return self._drive.legs[self._number]
 
     @property
     def legs_ahead(self) -> list[Leg]:
         """The legs that it has not driven to their ends; none when it stands."""
-        return [] if self._drive is None else [leg for leg in self._drive.legs[self._number :] if leg]
+        if self._drive is None:
+            return []
+        self._catch_up()
+        return [leg for leg in self._drive.legs[self._number :] if leg]
 
     @property
     def speed(self) -> float:
@@ -250,12 +276,29 @@ class VehicleBody:
     @property
     def began(self) -> float:
         """When it began the piece that it drives now, in simulated seconds."""
+        self._catch_up()
         return self._began
 
+    @property
+    def piece_ends(self) -> float:
+        """When it begins the next piece, if no event says so; infinite otherwise."""
+        self._catch_up()
+        if self._number == self._last or not self._state.moves:
+            return math.inf
+        return self._began + self._seconds[self._number]
+
     def motion(self) -> dict[str, Any] | None:
-        """Return the piece that it drives now, as an observer sees it; None when it stands, or waits."""
-        piece = self.piece
-        return piece.describe() if piece else None
+        """Return the piece that it drives now and those after it, as an observer sees them; None when it stands."""
+        fields = self._motion_began().to_json() if self.piece else {}
+        fields.pop("robot", None)
+        return fields or None
+
+    def _motion_began(self) -> MotionBegan:
+        """Return the event that it begins the piece that it drives now, with all that it drives before an event."""
+        if self._drive is None:
+            raise AssertionError
+        first, *further = (self._drive.piece(number) for number in range(self._number, self._last + 1))
+        return first.event(self.name, further)
 
     def route(self) -> list[list[float]]:
         """Return the points that it still drives to, as JSON values; none when it stands."""

@@ -1,6 +1,7 @@
 """Driving: a vehicle drives one lane or turn after the other, each lane when traffic admits it.
 
-There is one event a lane, and none in between.
+There is one event where something is to be decided, such as whether it may drive the next lane, and none in between:
+where nothing can be in its way, a whole route is one event.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from collections.abc import Collection, Generator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from simpy import Event, Timeout
-from simpy.events import NORMAL
+from simpy import Event
 
+from hmrsim.engine.environment import At
 from hmrsim.errors import NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
@@ -22,7 +23,6 @@ from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
 if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
-    from hmrsim.events.robots import MotionBegan
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Leg
@@ -42,9 +42,8 @@ class DrivingVehicle(VehicleBody):
         # A drive that begins at this instant begins at this speed.
         self._entry = self._env.now, piece.run_up(self._env.now - self._began) if piece else 0.0
         self._rest = self.pose()
-        if self._piece_ends is not None:
-            self._env.abandon(self._piece_ends)
-        self._drive = self._piece_ends = None
+        self._abandon_way()
+        self._drive = None
         self._enter(VehicleEvent.HALT)
         self._admission.stopped(self, leg)
         if self._changed is not None:
@@ -90,36 +89,82 @@ class DrivingVehicle(VehicleBody):
 
     def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
         """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
-        self._drive, self._seconds, self._number = driven, driven.seconds, 0
+        self._follow(driven)
         self._began = self._env.now
         if self._publisher.interest.motion:
             self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
         if admitted or self._may_begin(0):
-            self._begin_piece(0)
+            self._begin_way(0)
 
-    def _begin_piece(self, number: int) -> None:
-        """Begin a piece of the drive; `_begin_next` goes on from there.
+    def _follow(self, driven: Drive) -> None:
+        """Take a drive, of which no piece is begun yet."""
+        self._drive, self._seconds = driven, driven.seconds
+        self._number = self._last = 0
 
-        One timeout is scheduled anew for each piece, past the process that drives: with many robots that is half
-        the work of the whole simulation.
+    def _begin_way(self, number: int) -> None:
+        """Begin a piece of the drive, and drive up to where something is to be decided; `_go_on` goes on from there.
+
+        One event is scheduled anew for each way, past the process that drives: with many robots that is half the work
+        of the whole simulation.
         """
         self._number, self._began = number, self._env.now
-        self._piece_ends = Timeout(self._env, self._seconds[number])
-        self._piece_ends.callbacks = self._on_piece_end = [self._begin_next]
+        self._last = self._sure_up_to(number)
+        self._on_way_end = [self._go_on]
+        self._way_end = At(self._env, self._way_ends(), self._on_way_end)
         self._publish_motion()
 
-    def _begin_next(self, piece_end: Event) -> None:
-        if piece_end is not self._piece_ends:
+    def _go_on(self, way_end: Event) -> None:
+        """Decide what comes after the end of a way."""
+        if way_end is not self._way_end:
             # It was stopped on that way.
             return
-        number = self._number + 1
+        number = self._last + 1
         if number == len(self._seconds):
+            self._number = self._last
             self._arrive()
         elif not self._admission.needed or self._may_begin(number):
             self._number, self._began = number, self._env.now
-            piece_end.callbacks = self._on_piece_end
-            self._env.schedule(piece_end, NORMAL, self._seconds[number])
+            self._last = self._sure_up_to(number)
+            way_end.callbacks = self._on_way_end
+            self._env.schedule_at(way_end, self._way_ends())
             self._publish_motion()
+
+    def _sure_up_to(self, number: int) -> int:
+        """Return up to which piece it drives on from one that it may drive, before something is to be decided."""
+        last = len(self._seconds) - 1
+        if self._admission.needed and self._drive and self._state.needs_admission and not self.flies:
+            last = self._admission.sure_up_to(self, self._drive.legs, number)
+        if self._follows_speed and self._drive:
+            velocity = self._drive.piece(number).velocity
+            while number < last and self._drive.piece(number + 1).velocity == velocity:
+                number += 1
+            return number
+        return last
+
+    def _way_ends(self) -> float:
+        """Return when it ends the last piece of its way."""
+        at = self._began
+        for seconds in self._seconds[self._number : self._last + 1]:
+            at += seconds
+        return at
+
+    def look_ahead(self) -> None:
+        """Decide at the next lane that is no longer sure, as more can be in its way than when it began."""
+        if not self._state.moves:
+            return
+        self._catch_up()
+        last = self._sure_up_to(self._number)
+        if last < self._last:
+            self._abandon_way()
+            self._last = last
+            self._on_way_end = [self._go_on]
+            self._way_end = At(self._env, self._way_ends(), self._on_way_end)
+
+    def _abandon_way(self) -> None:
+        """Let nothing happen at the end of its way."""
+        if self._way_end is not None:
+            self._env.abandon(self._way_end)
+            self._way_end = None
 
     def _publish_motion(self) -> None:
         if self._changed is not None:
@@ -127,25 +172,19 @@ class DrivingVehicle(VehicleBody):
         if self._publisher.interest.motion:
             self._publisher.publish_untraced(self._motion_began)
 
-    def _motion_began(self) -> MotionBegan:
-        piece = self.piece
-        if piece is None:
-            raise AssertionError
-        return piece.event(self.name)
-
     def _may_begin(self, number: int) -> bool:
         """Return whether it is admitted to a piece of its drive; if not, it waits here."""
         leg = self._drive.legs[number] if self._drive and self._state.needs_admission and not self.flies else None
         if leg is None or self._admission.admit(self, leg):
             return True
-        self._number = number
+        self._number = self._last = number
         self._block()
         self._admission.decide(self)
         return False
 
     def _block(self) -> None:
         self._enter(VehicleEvent.BLOCK)
-        self._piece_ends = None
+        self._way_end = None
         self.recoveries += 1
         if self._changed is not None:
             self._changed()
@@ -155,7 +194,7 @@ class DrivingVehicle(VehicleBody):
         if driven is None or arrived is None:
             raise AssertionError
         last = driven.piece(len(self._seconds) - 1)
-        self._rest, self._drive, self._piece_ends = last.end, None, None
+        self._rest, self._drive, self._way_end = last.end, None, None
         self._enter(VehicleEvent.ARRIVE)
         self._admission.arrived(self)
         if self._changed is not None:
@@ -179,7 +218,7 @@ class DrivingVehicle(VehicleBody):
             self._route = route
             driven = self._driven(route.legs)
             if driven.seconds:
-                self._drive, self._seconds, self._number = driven, driven.seconds, 0
+                self._follow(driven)
             else:
                 # Where it has yielded is where it was going.
                 self._enter(VehicleEvent.ARRIVE)
@@ -191,7 +230,7 @@ class DrivingVehicle(VehicleBody):
         """Drive the leg for which it waits, or begin its maneuver: it is admitted now."""
         if self._drive is None or self._drive.in_pieces or self._state is VehicleState.MANEUVER_BLOCKED:
             self._enter(VehicleEvent.RESUME)
-            self._begin_piece(self._number)
+            self._begin_way(self._number)
         else:
             driven = self._driven(self.legs_ahead)
             self._enter(VehicleEvent.RESUME)
@@ -205,10 +244,9 @@ class DrivingVehicle(VehicleBody):
 
     def step_back(self) -> None:
         """Lose the right of way at the instant at which it sets out, and wait."""
-        piece_ends = self._piece_ends
+        self._last = self._number
+        self._abandon_way()
         self._block()
-        if piece_ends is not None:
-            self._env.abandon(piece_ends)
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
         """Take another route from where it waits, without these lanes; return whether there is one."""

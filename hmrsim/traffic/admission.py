@@ -59,6 +59,7 @@ class Admission:
         self.graph = graph
         self.publisher = publisher
         self.waits: dict[Vehicle, Wait] = {}
+        self._vehicles: dict[Vehicle, None] = {}
         self._stopped: dict[Vehicle, tuple[float, Wait]] = {}
         self._env = env
         self._barriers = Barriers()
@@ -119,6 +120,9 @@ class Admission:
 
     def _follow_closures(self) -> None:
         self._update_needed()
+        if self._obstructed and self._rules is None:
+            for robot in self._vehicles:
+                robot.look_ahead()
         self.look_again([*self.waits])
         event, self._lanes_change = self._lanes_change, None
         if event is not None:
@@ -130,6 +134,7 @@ class Admission:
 
     def place(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands where it has not driven to, or is new."""
+        self._vehicles[robot] = None
         self.forget(robot)
         self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
@@ -150,6 +155,7 @@ class Admission:
 
     def remove(self, robot: Vehicle) -> None:
         """Take note that a vehicle is there no longer."""
+        self._vehicles.pop(robot, None)
         self.closures.clear(robot.name)
         self.forget(robot)
         self._stopped.pop(robot, None)
@@ -219,6 +225,24 @@ class Admission:
             return True
         self._wait(robot, leg, why)
         return False
+
+    def sure_up_to(self, robot: Vehicle, legs: Sequence[Leg | None], number: int) -> int:
+        """Return up to which of a drive's pieces a vehicle need not ask, from one that it may begin now.
+
+        It asks again before each leg where rules say who may drive, behind a barrier, and where there is one, or a
+        closed lane.
+        """
+        if self._rules is not None or self._barriers.holds(robot):
+            return number
+        for at in range(number + 1, len(legs)):
+            leg = legs[at]
+            if leg is not None and self._is_in_doubt(leg):
+                return at - 1
+        return len(legs) - 1
+
+    def _is_in_doubt(self, leg: Leg) -> bool:
+        """Return whether something other than vehicles may be in the way on a leg."""
+        return bool(self._barriers) if leg.lane is None else not self.is_open(leg.lane)
 
     @property
     def asking(self) -> Iterable[Vehicle]:

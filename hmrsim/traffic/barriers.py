@@ -84,6 +84,10 @@ class Barriers:
             for barrier in barriers:
                 barrier.enter(robot, leg)
 
+    def holds(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle drives through one."""
+        return robot in self._inside
+
     def leave(self, robot: Vehicle) -> None:
         """Take note that a vehicle is at the end of its leg, or has stopped on it."""
         for barrier in self._inside.pop(robot, ()):

@@ -100,6 +100,21 @@ async ([base, VIEW, prefix = '']) => {
       there.begin(new Motion({ from: [10, 0, 0], to: [10, 10, 0], duration: 5 }, 6));
       equal([points.slice(1), [[0, 0, 1], [10, 0, 6]]], [there.route, there.driven]);
     },
+    'a robot drives what it is told at once, one after the other'() {
+      const points = [[10, 0], [10, 10], [0, 10]];
+      const then = [
+        { from: [10, 0, 1], to: [10, 10, 1], duration: 5 },
+        { from: [10, 10, 3], to: [0, 10, 3], duration: 10 },
+      ];
+      const told = event(1, 'motion', { robot: 'wall_e', from: [0, 0, 0], to: [10, 0, 0], duration: 10, lane: null, then });
+      const there = wallE(event(1, 'route', { robot: 'wall_e', points }), told);
+      equal([[5, 0, 0], 25], [there.poseAt(6), there.distanceRemaining(6)]);
+      equal([[10, 4, 1], points.slice(1), 'driving'], [there.poseAt(13), there.route, there.stateAt(13)]);
+      equal([[5, 10, 3], [[0, 0, 1], [10, 0, 11], [10, 10, 16]]], [there.poseAt(21), there.driven]);
+      equal(['idle', 26], [there.stateAt(26), there.ends]);
+      there.stop(21, [5, 10]);
+      equal([[5, 10, 3], -Infinity], [there.poseAt(30), there.ends]);
+    },
     'a robot waits for others until it moves'() {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));
       const there = model.robots.get('wall_e');

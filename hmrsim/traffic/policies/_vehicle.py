@@ -83,6 +83,9 @@ class Vehicle(Protocol):
     def legs_ahead(self) -> list[Leg]:
         """The legs that it has not driven to their ends; none when it stands."""
 
+    def look_ahead(self) -> None:
+        """Ask again before each lane on its way that may be closed by now."""
+
     def go_on(self) -> None:
         """Drive the leg for which it waits: it is admitted now."""
 

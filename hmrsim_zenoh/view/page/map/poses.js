@@ -60,8 +60,8 @@ export class Poses {
 /** Return whether any robot moves between two times. */
 export function anyRobotMoves(model, before, now) {
   const least = Math.min(before, now);
-  for (const { motion } of model.robots.values()) {
-    if (motion !== null && motion.ends > least) return true;
+  for (const robot of model.robots.values()) {
+    if (robot.ends > least) return true;
   }
   return false;
 }

@@ -2,7 +2,7 @@
 
 import { rideSeconds } from './fixtures.js';
 import { ACCEPTED, errorOf, isActive } from './goals.js';
-import { Motion } from './motion.js';
+import { motionsOf } from './motion.js';
 
 /**
  * @typedef {import('./model.js').Model} Model
@@ -48,7 +48,7 @@ export const CHANGES = new Map(
       if (robot === null || !event.to) return;
       if (robot.queue !== null) leaveQueue(model, robot);
       if (model.deadlocks.length) model.endDeadlocks(robot.name);
-      robot.begin(new Motion(event, time));
+      robot.begin(...motionsOf(event, time));
       model.touch('robots');
     },
     'robots.route': ofRobot((model, robot, { points }) => {

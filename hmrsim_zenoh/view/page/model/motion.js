@@ -53,6 +53,21 @@ class Trapezoid {
   }
 }
 
+/**
+ * Return the motions that an event `motion` says, one after the other.
+ * @param {{duration?: number, then?: object[]}} said
+ * @param {number} began In simulated seconds.
+ * @returns {Motion[]}
+ */
+export function motionsOf(said, began) {
+  const motions = [];
+  for (const each of [said, ...(said.then ?? [])]) {
+    motions.push(new Motion(each, began));
+    began += each.duration ?? 0;
+  }
+  return motions;
+}
+
 /** One lane driven, one turn made or one ride: what the event `motion` says, and when it began. */
 export class Motion {
   /**

@@ -80,6 +80,8 @@ export class Robot {
     this.planner = 'graph';
     /** @type {Motion} What it drives or drove last, or how it stands; before that what came earlier. */
     this._track = NOWHERE;
+    /** @type {readonly Motion[]} What it drives after that, unless something comes first. */
+    this._coming = NONE;
     /** @type {Way} */
     this._way = NO_WAY;
     /** @type {Tail<[number, number, number]>} */
@@ -93,6 +95,7 @@ export class Robot {
    * @returns {number[]} x, y, yaw.
    */
   poseAt(time, out = [0, 0, 0]) {
+    if (this._coming.length) this._driveUpTo(time);
     return this._track.at(time).poseAt(time, out);
   }
 
@@ -117,6 +120,7 @@ export class Robot {
    * @returns {boolean}
    */
   movesAt(time) {
+    if (this._coming.length) this._driveUpTo(time);
     return this.motion !== null && !this.waits && (time < this.motion.ends || this._way.goesOn);
   }
 
@@ -127,6 +131,11 @@ export class Robot {
    */
   distanceRemaining(time) {
     return this._way.remaining(this.poseAt(time, scratch));
+  }
+
+  /** @returns {number} Until when it moves by what is known, in simulated seconds. */
+  get ends() {
+    return (this._coming.at(-1) ?? this.motion)?.ends ?? -Infinity;
   }
 
   /** @returns {readonly Point[]} The points that it still drives to; none when it stands. */
@@ -150,8 +159,25 @@ export class Robot {
   /**
    * Begin a motion.
    * @param {Motion} motion
+   * @param {...Motion} coming What it drives after that.
    */
-  begin(motion) {
+  begin(motion, ...coming) {
+    if (this._coming.length) this._driveUpTo(motion.began);
+    this._begin(motion);
+    this._coming = coming;
+  }
+
+  /** Begin those motions that have begun by a time. */
+  _driveUpTo(time) {
+    let begun = 0;
+    while (begun < this._coming.length && this._coming[begun].began <= time) {
+      this._begin(this._coming[begun]);
+      begun += 1;
+    }
+    if (begun) this._coming = this._coming.slice(begun);
+  }
+
+  _begin(motion) {
     this._follow(motion);
     this.motion = motion;
     this.waits = false;
@@ -293,6 +319,7 @@ export class Robot {
   /** Stand still from a time on. */
   _stand(time, x, y, yaw) {
     const at = [x, y, yaw];
+    this._coming = NONE;
     this._follow(new Motion({ from: at, to: at }, time));
     this.motion = null;
   }

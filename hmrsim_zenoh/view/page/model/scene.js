@@ -2,7 +2,7 @@
 
 import { FROM_TAGS } from './fixtures.js';
 import { errorOf, isActive } from './goals.js';
-import { Motion } from './motion.js';
+import { motionsOf } from './motion.js';
 import { Robot } from './robot.js';
 import { secondsOf } from './stamps.js';
 import { saidOf } from './state.js';
@@ -71,7 +71,7 @@ function loadRobot(model, robot, said, time) {
   robot.battery = said.battery ?? null;
   robot.sensors = said.sensors ?? [];
   robot.take(said.route ?? [], (a, b) => model.world.rides(a, b));
-  if (said.motion?.to) robot.begin(new Motion(said.motion, said.motion.began ?? time));
+  if (said.motion?.to) robot.begin(...motionsOf(said.motion, said.motion.began ?? time));
   if (said.waits) robot.wait(said.waiting?.since ?? time, said.waiting?.for ?? [], said.waiting?.why ?? '');
   if (robot.battery) model.history.battery(robot.name, time, robot.battery.percentage);
   loadGoals(model, robot, said.goals ?? [], time);

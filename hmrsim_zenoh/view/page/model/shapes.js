@@ -21,6 +21,8 @@ const isStamp = isLike({ sec: isNumber, nanosec: isOptional(isNumber) });
 const isGoal = isLike({ action: isName, ...maybe({ goal_id: isName, stamp: isStamp, status: isNumber }) });
 const MOVES = maybe({ from: isPoint, to: isPoint, duration: isNumber, turned: isNumber, lane: isNames, began: isNumber });
 const isProfile = (value) => isNumbers(value) && value.length > 2;
+const PIECE = { ...MOVES, profile: isOptional(isProfile) };
+const isMotion = isLike({ ...PIECE, then: isOptional(isListOf(isLike(PIECE))) });
 
 /** What an event of any kind has, if it has it. */
 const ANY = maybe({
@@ -38,7 +40,7 @@ const isAt = isLike(maybe({ at: isPoint }));
 /** What it has by the part that it changes. @type {Map<string, (event: any) => boolean>} */
 const OF_PART = new Map([
   ...['robots.pose', 'robots.waiting', 'robots.battery', 'items.carrier', 'entities'].map((part) => [part, isAt]),
-  ['robots.motion', isLike({ ...MOVES, profile: isOptional(isProfile) })],
+  ['robots.motion', isMotion],
   ['robots.goals', isLike({ robot: isName, action: isName })],
   ['fixtures.lift', isLike(maybe({ from: isName, to: isName, stop: isName }))],
 ]);
@@ -54,7 +56,7 @@ const isRobot = isLike({
   name: isName,
   ...maybe({
     type: isName, radius: isNumber, pose: isPoint, speed: isNumber, dock: isName, holds: isNames, route: isListOf(isPoint),
-    ailments: isRecord, motion: isLike({ ...MOVES, profile: isOptional(isProfile) }), goals: isListOf(isGoal),
+    ailments: isRecord, motion: isMotion, goals: isListOf(isGoal),
     battery: isLike({ percentage: isNumber }), sensors: isListOf(isLike({ name: isName })),
   }),
 });

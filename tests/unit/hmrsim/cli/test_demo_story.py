@@ -102,6 +102,15 @@ def test_distance_is_what_was_driven(story):
     assert 7.0 == story.robots["eve"].distance
 
 
+def test_a_way_told_at_once_counts_as_far_as_it_was_driven(story):
+    """Stopped on its second lane, of which it has driven a half."""
+    back = {"from": [8.0, 0.0, 0.0], "to": [0.0, 0.0, 0.0], "duration": 8.0, "lane": None}
+    list(story.on_event(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (8.0, 0.0, 0.0), 8.0, None, then=(back, back))))
+    list(story.on_event(12.0, Stopped("eve", (4.0, 0.0))))
+
+    assert 12.0 == story.robots["eve"].distance
+
+
 def test_items_are_moved_once_they_lie(story):
     """An item that is carried has not been moved yet."""
     list(story.on_event(2.5, ItemPicked(*LINEN)))

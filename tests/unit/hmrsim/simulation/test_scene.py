@@ -178,7 +178,8 @@ class TestWatched:
         """Distance, speed and acceleration of the stretch, and how much of it was driven before."""
         log = simulate(WORLD)((0.0, go(1, 2, robot="cart")))
 
-        turned, driven, _ = (fields for _, fields in log.happened("motion"))
+        ((_, turned),) = log.happened("motion")
+        driven, _ = turned["then"]
 
         assert ([4.0, 1.0, 0.5, 0.0], Trapezoid(4.0, 1.0, 0.5).duration) == (driven["profile"], driven["duration"])
         assert pytest.approx(3.1415927) == abs(turned["turned"])
