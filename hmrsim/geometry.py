@@ -87,6 +87,14 @@ def crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
     return _side(a, b, c) * _side(a, b, d) <= 0.0 and _side(c, d, a) * _side(c, d, b) <= 0.0
 
 
+def gap(a: Point, b: Point, c: Point, d: Point) -> float:
+    """Return how far the segments *a*-*b* and *c*-*d* are from each other; 0 where they meet."""
+    if crosses(a, b, c, d):
+        return 0.0
+    feet = ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
+    return min(distance(point, foot(point, start, end)) for point, start, end in feet)
+
+
 def inside(point: Point, outline: Sequence[Point]) -> bool:
     """Return whether *point* is inside a closed outline (even-odd rule)."""
     x, y = point

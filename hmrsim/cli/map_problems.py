@@ -16,6 +16,7 @@ from hmrsim.settings.world import WorldSettings
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions
+from hmrsim.world_checks.crossings import check_crossings
 
 if TYPE_CHECKING:
     from hmrsim.errors import Problem
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 def validate(args: argparse.Namespace) -> int:
     """List the problems of the file that the options name; return the exit code."""
     try:
-        problems, code = read_world(args, argument="file").warnings, ExitCode.DONE
+        problems = read_world(args, argument="file", further=[check_crossings]).warnings
+        code = ExitCode.DONE
     except WorldError as error:
         misused = any(_is_wrong_use(problem) for problem in error.problems) or not _readable(args)
         problems, code = error.problems, ExitCode.WRONG_USE if misused else ExitCode.FAILED

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +15,18 @@ from hmrsim.world.options import renames
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
     from hmrsim.errors import Problem
+    from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
 
 
 def read_world(
-    args: argparse.Namespace, *, argument: str = "world", below: Mapping[str, Any] | None = None
+    args: argparse.Namespace,
+    *,
+    argument: str = "world",
+    below: Mapping[str, Any] | None = None,
+    further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
     """Read the world that a command line names, with its additions.
 
@@ -28,13 +34,20 @@ def read_world(
         args: The command line.
         argument: What the world is called there.
         below: The settings of a file.
+        further: Further checks, as `load_world` takes them.
 
     Raises:
         WorldError: It is not valid.
     """
     settings = read_settings(args, WorldSettings, below)
     options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
-    return load_world(getattr(args, argument), add_robots=settings.robot, add_items=settings.item, options=options)
+    return load_world(
+        getattr(args, argument),
+        add_robots=settings.robot,
+        add_items=settings.item,
+        options=options,
+        further=further,
+    )
 
 
 def show_warnings(loaded: LoadedWorld) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import MAX_FINDINGS, dotted
@@ -20,6 +21,7 @@ from hmrsim.world_checks.validation import Lost, validate
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.diagnostics import Finding
     from hmrsim.world.merging import Source
     from hmrsim.world.model import World
 
@@ -47,6 +49,7 @@ def load_world(
     add_robots: Sequence[str] = (),
     add_items: Sequence[str] = (),
     options: ReadOptions = AS_IT_IS,
+    further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
     """Read a world with the files that it includes, and check it.
 
@@ -55,6 +58,7 @@ def load_world(
         add_robots: Further robots, each ``NAME@X,Y[:TYPE]``.
         add_items: Further items, each ``NAME@X,Y[:KG]``.
         options: How to read drawings.
+        further: Checks for which only some callers want to wait; a world with errors is not given to them.
 
     Raises:
         WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
@@ -73,6 +77,9 @@ def load_world(
     findings = list(valid.findings)
     if valid.world is not None:
         findings += [valid.original_of(finding) for finding in check(valid.world, lost)]
+    severities = {finding.severity for finding in findings} | {problem.severity for problem in problems}
+    if valid.world is not None and not lost and "error" not in severities:
+        findings += [finding for find in further for finding in islice(find(valid.world), MAX_FINDINGS)]
     problems += [*merged.problems, *(merged.problem(finding) for finding in findings)]
     problems = _in_order(problems, file)
     if valid.world is None or any(problem.severity == "error" for problem in problems):

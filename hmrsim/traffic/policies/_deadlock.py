@@ -83,7 +83,7 @@ class DeadlockResolver:
 
     def _around(self, group: Sequence[Vehicle], target: int) -> Iterator[Vehicle]:
         """Yield the vehicles that may be moved, in breadth-first order from the target."""
-        out = self._admission.graph.lanes.out
+        out, near = self._admission.graph.lanes.out, self._slots.near
         seen, todo = {target}, deque([target])
         while todo:
             node = todo.popleft()
@@ -91,9 +91,11 @@ class DeadlockResolver:
                 if other not in group and self._slots.held(other) == (node,) and self._movable(other, group[0]):
                     yield other
             for edge in out[node]:
-                if edge.end not in seen:
-                    seen.add(edge.end)
-                    todo.append(edge.end)
+                beside = (at for slot in edge.leg.slots for at in near.get(slot, ()) if at < len(out))
+                for end in (edge.end, *beside):
+                    if end not in seen:
+                        seen.add(end)
+                        todo.append(end)
 
     def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Move] | None, int]:
         """Search the places of a group breadth first; return the moves, and how many combinations were searched."""
@@ -105,8 +107,8 @@ class DeadlockResolver:
             if places[0] == target:
                 return _moves(before, places, group), len(before)
             for i, place in enumerate(places):
-                for edge in self._steps(group, place):
-                    if edge.end in places:
+                for edge in self._steps(group, i, place):
+                    if edge.end in places or (self._slots.near and self._touches(group, i, edge, places)):
                         continue
                     after = (*places[:i], edge.end, *places[i + 1 :])
                     if after not in before:
@@ -114,12 +116,17 @@ class DeadlockResolver:
                         todo.append(after)
         return None, len(before)
 
-    def _steps(self, group: Sequence[Vehicle], place: int) -> Iterator[Edge]:
-        """Yield the lanes from a waypoint on which only the group can be in the way."""
+    def _touches(self, group: Sequence[Vehicle], i: int, edge: Edge, places: _Places) -> bool:
+        """Return whether one of a group would touch another one of it on a lane."""
+        touch, slots = self._slots.touch, edge.leg.slots
+        return any(touch(group[i], slots, group[j], at) for j, at in enumerate(places) if j != i)
+
+    def _steps(self, group: Sequence[Vehicle], i: int, place: int) -> Iterator[Edge]:
+        """Yield the lanes from a waypoint on which only the group can be in the way of one of it."""
         slots, admission = self._slots, self._admission
         for edge in admission.graph.lanes.out[place]:
             lane = edge.leg.lane
-            others = (other for slot in edge.leg.slots if slots.full(slot) for other in slots.inside(slot))
+            others = (other for slot in edge.leg.slots for other in slots.in_the_way(group[i], slot))
             if lane and admission.is_open(lane) and all(other in group for other in others):
                 yield edge
 

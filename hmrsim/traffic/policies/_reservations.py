@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._vehicle import Vehicle
+
+_NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 
 
 class Slots:
@@ -21,10 +26,15 @@ class Slots:
 
     Args:
         capacities: Of each slot, how many vehicles may hold it at once.
+        near: The slots that a vehicle may have only while no other one is so near that their footprints touch.
         freed: Called with the vehicles that wait for slots that have just become free.
+
+    Attributes:
+        near: As given.
     """
 
-    def __init__(self, capacities: Sequence[float], freed: Callable[[Sequence[Vehicle]], None]) -> None:
+    def __init__(self, capacities: Sequence[float], near: Near, freed: Callable[[Sequence[Vehicle]], None]) -> None:
+        self.near = near
         self._free = [*capacities]
         self._inside: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
@@ -52,7 +62,44 @@ class Slots:
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> Iterator[int]:
         """Yield those of some slots that a vehicle does not hold and can't have now."""
         held = self._held.get(robot, ())
-        return (slot for slot in slots if self._free[slot] < 1 and slot not in held)
+        for slot in slots:
+            if slot not in held and (self._free[slot] < 1 or (slot in self.near and any(self.beside(robot, slot)))):
+                yield slot
+
+    def in_the_way(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
+        """Yield the vehicles because of which one that does not hold a slot can't have it now."""
+        if self._free[slot] < 1:
+            yield from self._inside[slot]
+        if slot in self.near:
+            yield from self.beside(robot, slot)
+
+    def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
+        """Yield the vehicles that a vehicle in a slot would touch from the slots near it."""
+        return (other for _, other in self._beside(robot, slot))
+
+    def _beside(
+        self, robot: Vehicle, slot: int, moving: Mapping[Vehicle, Sequence[int]] = _NOTHING
+    ) -> Iterator[tuple[int, Vehicle]]:
+        """Yield the slots near one and the vehicles there that one in it would touch, but for those it touches already.
+
+        Vehicles that were put where they touch could not leave each other otherwise.
+
+        *moving* are the slots of those that leave theirs at this instant.
+        """
+        for at, away in self.near.get(slot, {}).items():
+            there = [other for other in self._inside[at] if other not in moving]
+            there += [other for other, slots in moving.items() if at in slots]
+            for other in there:
+                if other is not robot and touch(away, robot.radius + other.radius) and not self._touches(robot, other):
+                    yield at, other
+
+    def _touches(self, robot: Vehicle, other: Vehicle) -> bool:
+        return any(self.touch(robot, self.held(robot), other, at) for at in self.held(other))
+
+    def touch(self, robot: Vehicle, slots: Iterable[int], other: Vehicle, at: int) -> bool:
+        """Return whether a vehicle in one of some slots touches another one in the slot *at*, which is none of them."""
+        radii = robot.radius + other.radius
+        return any(at in near and touch(near[at], radii) for slot in slots if (near := self.near.get(slot)))
 
     def on_spot(self, robot: Vehicle, point: Point) -> Iterator[Vehicle]:
         """Yield the vehicles that stand off the lanes, now or soon, where a vehicle's footprint would be at a point."""
@@ -71,6 +118,8 @@ class Slots:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
+        if self.near and self._waits_beside(robot, wanted):
+            return False
         if not (wanted or self._take_spot(robot, leg)):
             return False
         for slot in wanted:
@@ -84,6 +133,14 @@ class Slots:
         if wanted and self._spots:
             self._leave_spot(robot)
         return True
+
+    def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
+        """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
+        held = self._held.get(robot, ())
+        taken = [at for slot in wanted if slot not in held for at, _ in self._beside(robot, slot)]
+        for at in taken:
+            self._wanted.setdefault(at, {})[robot] = None
+        return bool(taken)
 
     def _take_spot(self, robot: Vehicle, leg: Leg) -> bool:
         if not leg.shares_end and next(self.on_spot(robot, leg.end), None) is not None:
@@ -100,6 +157,8 @@ class Slots:
         taken = Counter(slot for _, leg in moves for slot in leg.slots)
         if any(free[slot] + released[slot] < number for slot, number in taken.items()):
             return False
+        if self.near and self._collide({robot: leg.slots for robot, leg in moves}):
+            return False
         left = []
         for robot, leg in moves:
             for slot in self.held(robot):
@@ -115,6 +174,10 @@ class Slots:
             if waiting := self._wanted.pop(slot, None):
                 self._freed([*waiting])
         return True
+
+    def _collide(self, moving: Mapping[Vehicle, Sequence[int]]) -> bool:
+        """Return whether vehicles that move to these slots at once would touch each other, or one that stays."""
+        return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """Give a vehicle that stands these slots, also full ones, or its spot, and release all others."""
@@ -144,7 +207,8 @@ class Slots:
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer."""
         for slot in leg.slots:
-            self._wanted.get(slot, {}).pop(robot, None)
+            for at in (slot, *self.near.get(slot, ())):
+                self._wanted.get(at, {}).pop(robot, None)
         self._want_spots.pop(robot, None)
 
     def _release(self, robot: Vehicle, slot: int) -> None:

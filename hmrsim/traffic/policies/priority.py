@@ -119,8 +119,8 @@ class Priority(Reserve):
         if wait is None or not wait.leg.slots:
             return False
         slot = next(self.slots.missing(robot, wait.leg.slots), None)
-        # A vehicle that stands on the lane has to leave it before another one enters.
-        goes = slot == wait.leg.slots[-1]
+        # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
+        goes = slot == wait.leg.slots[-1] and self.slots.full(slot)
         chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, goes=goes)
         if chain is None:
             return False
@@ -161,12 +161,13 @@ class Priority(Reserve):
             pushed: The vehicles that have been asked already.
             goes: Whether the first vehicle leaves its own place at the same time.
         """
-        for other in sorted(self.slots.inside(slot), key=rank, reverse=True):
+        for other in sorted({*self.slots.inside(slot), *self.slots.beside(pusher, slot)}, key=rank, reverse=True):
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
-            for way in self._refuges(other, pusher):
-                if not self.slots.full(way.end) or (goes and first in self.slots.inside(way.end)):
+            for way in self._refuges(other, pusher, slot):
+                there = [*self.slots.in_the_way(other, way.end)]
+                if not there or (goes and first in there):
                     return [(other, way)]
                 further = self._chain(way.end, first, other, pushed, goes=goes)
                 if further is not None:
@@ -176,18 +177,20 @@ class Priority(Reserve):
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Vehicle, pusher: Vehicle) -> list[Exit]:
-        """Return the lanes by which a vehicle can yield: the free ones first, and the best for its own trip."""
+    def _refuges(self, robot: Vehicle, pusher: Vehicle, slot: int) -> list[Exit]:
+        """Return the lanes by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
         wait = self.admission.waits.get(robot)
         wanted, taken = wait.leg.slots[-1:] if wait else (), self.slots.held(pusher)
 
         def cost(way: Exit) -> tuple[bool, bool, float, int]:
-            return self.slots.full(way.end), way.end not in wanted, way.leg.length, way.end
+            return any(self.slots.in_the_way(robot, way.end)), way.end not in wanted, way.leg.length, way.end
 
         return [
             way
             for way in sorted(exits(self.admission, self.slots, robot), key=cost)
-            if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None and way.end not in taken
+            if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None
+            and way.end not in taken
+            and not self.slots.touch(robot, (way.end,), pusher, slot)
         ]
 
     def _resolve(self, robot: Vehicle) -> None:

@@ -1,7 +1,8 @@
 """A robot reserves its place and the next lane; a robot that comes later waits.
 
-A slot has room for one robot unless the world or the settings say otherwise. A robot that is blocked by one that
-stands for good is rerouted if there is another route. Robots that wait for each other in a cycle never go on by
+A slot has room for one robot unless the world or the settings say otherwise. Robots that would touch although they are
+in different slots, as where lanes cross without a waypoint, exclude each other likewise. A robot that is blocked by one
+that stands for good is rerouted if there is another route. Robots that wait for each other in a cycle never go on by
 themselves: as soon as the cycle closes, a ``deadlock`` is published; then one of them is rerouted, the one that set out
 last first, or backs off to a free waypoint beside it; where none can, the goal of the one that set out last is aborted.
 """
@@ -19,6 +20,7 @@ from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies._nearness import near_slots, widest
 from hmrsim.traffic.policies._reservations import Slots
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.world.model import World
 
@@ -53,7 +56,9 @@ class Reserve:
         self.admission = admission
         self.settings = settings
         self._published: tuple[float, frozenset[Vehicle]] | None = None
-        self.slots = Slots(_capacities(admission.world, admission.graph.lanes, settings), admission.look_again)
+        capacities = _capacities(admission.world, admission.graph.lanes, settings)
+        near = _near(admission.world, admission.graph.lanes, capacities)
+        self.slots = Slots(capacities, near, admission.look_again)
         self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
         self.forget, self.full = self.slots.forget, self.slots.full
         self.stand, self.inside = self.slots.stand, self.slots.inside
@@ -67,7 +72,7 @@ class Reserve:
         slots = self.slots
         found: dict[Vehicle, None] = {}
         for slot in slots.missing(robot, leg.slots):
-            found.update(dict.fromkeys(slots.inside(slot)))
+            found.update(dict.fromkeys(slots.in_the_way(robot, slot)))
         if not leg.slots:
             found.update(dict.fromkeys(slots.on_spot(robot, leg.end)))
         found.pop(robot, None)
@@ -112,6 +117,7 @@ class Reserve:
         if robot.rerouted >= self.settings.reroutes or not robot.may_yield:
             return False
         wanted = {slot for other in cycle if other is not robot for leg in other.legs_ahead for slot in leg.slots}
+        wanted |= {at for slot in wanted for at in self.slots.near.get(slot, ())}
         for way in exits(self.admission, self.slots, robot):
             if way.end not in wanted and self.slots.exchange([(robot, way.leg)]):
                 by = cycle[(cycle.index(robot) - 1) % len(cycle)]
@@ -213,6 +219,14 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
         room = of_lanes.get(frozenset(track)) or settings.lane_capacity
         capacities.append(math.inf if slot in rides else room or math.inf)
     return capacities
+
+
+def _near(world: World, lanes: Lanes, capacities: Sequence[float]) -> Near:
+    """Return which slots are too near each other, but for those with room for any number, where no one has a place."""
+    at = {name: slot for slot, name in enumerate(lanes.names)}
+    ends = [*((slot, slot) for slot in at.values()), *((at[a], at[b]) for a, b in lanes.tracks)]
+    compared = {slot: two for slot, two in enumerate(ends) if capacities[slot] < math.inf}
+    return near_slots(lanes.points, compared, widest(world))
 
 
 POLICY = Policy(name="reserve", settings=ReserveSettings, rule=Reserve)

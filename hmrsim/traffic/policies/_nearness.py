@@ -1,0 +1,126 @@
+"""Slots at which the footprints of two vehicles touch although they are not the same: lanes that cross, for one.
+
+Slots that share a waypoint always come near there, and vehicles follow each other from one to the next: these are no
+neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.geometry import SAME_PLACE, gap
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+Near = dict[int, dict[int, float]]
+"""By slot, its neighbours in order and how far each is away, in the world's unit; slots without any are left out."""
+
+_SHIFT = 0.382
+"""Share of a cell by which cells are moved: the lanes of a lattice would run along their borders, and be in two."""
+
+
+class _Shape(NamedTuple):
+    """A slot with its ends, and the box around it in which its neighbours are."""
+
+    slot: int
+    start: int
+    end: int
+    a: Point
+    b: Point
+    left: float
+    low: float
+    right: float
+    high: float
+
+
+def touch(away: float, radii: float) -> bool:
+    """Return whether two footprints can touch: how far their slots are *away*, and the sum of their *radii*.
+
+    Vehicles without a footprint do where slots meet; those that just fit beside each other do not.
+    """
+    return away < max(SAME_PLACE, radii - SAME_PLACE)
+
+
+def widest(world: World) -> float:
+    """Return the sum of the radii of two robots of a world that drive, at most, also of robots yet to be spawned."""
+    kinds = [*world.robot_types.values(), *map(world.robot_type, world.robots.values())]
+    return 2 * max((kind.base.radius or 0.0 for kind in kinds if not kind.base.flies), default=0.0)
+
+
+def near_slots(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], reach: float) -> Near:
+    """Return the slots that touch without a waypoint in common.
+
+    It takes time in proportion to the slots where they are of like length, and each is near few others.
+
+    Args:
+        points: Where each waypoint is.
+        ends: By slot, the waypoints at its ends; twice the same for a waypoint.
+        reach: The greatest sum of two vehicles' radii.
+    """
+    margin = max(SAME_PLACE, reach) / 2
+    shapes = [_shape(slot, points, two, margin) for slot, two in ends.items()]
+    long = [max(shape.right - shape.left, shape.high - shape.low) for shape in shapes if shape.start != shape.end]
+    size = max(math.fsum(long) / max(1, len(long)), 2 * margin)
+    cells: defaultdict[tuple[int, int], list[_Shape]] = defaultdict(list)
+    for shape in shapes:
+        for cell in _cells(shape, size, margin):
+            cells[cell].append(shape)
+    found: defaultdict[int, dict[int, float]] = defaultdict(dict)
+    for inside in cells.values():
+        _compare(inside, reach, found)
+    return {slot: dict(sorted(near.items())) for slot, near in sorted(found.items())}
+
+
+def _shape(slot: int, points: Sequence[Point], ends: tuple[int, int], margin: float) -> _Shape:
+    a, b = points[ends[0]], points[ends[1]]
+    (left, right), (low, high) = ((min(values) - margin, max(values) + margin) for values in zip(a, b, strict=True))
+    return _Shape(slot, *ends, a, b, left, low, right, high)
+
+
+def _cells(shape: _Shape, size: float, margin: float) -> Iterator[tuple[int, int]]:
+    """Yield the cells around a shape, each once: those of the boxes around its pieces."""
+    (ax, ay), (bx, by) = shape.a, shape.b
+    pieces = math.ceil(max(abs(bx - ax), abs(by - ay)) / size) or 1
+    seen: set[tuple[int, int]] = set()
+    for i in range(pieces):
+        first, last = i / pieces, (i + 1) / pieces
+        x0, y0, x1, y1 = ax + (bx - ax) * first, ay + (by - ay) * first, ax + (bx - ax) * last, ay + (by - ay) * last
+        left, right = _cell(min(x0, x1) - margin, size), _cell(max(x0, x1) + margin, size)
+        low, high = _cell(min(y0, y1) - margin, size), _cell(max(y0, y1) + margin, size)
+        for x in range(left, right + 1):
+            for y in range(low, high + 1):
+                if (x, y) not in seen:
+                    seen.add((x, y))
+                    yield x, y
+
+
+def _cell(coordinate: float, size: float) -> int:
+    return math.floor(coordinate / size + _SHIFT)
+
+
+def _compare(shapes: Sequence[_Shape], reach: float, found: defaultdict[int, dict[int, float]]) -> None:
+    """Add those slots of a cell to the ones *found* that touch."""
+    for number, (one, start, end, a, b, left, low, right, high) in enumerate(shapes):
+        for other, from_, to, c, d, other_left, other_low, other_right, other_high in shapes[:number]:
+            if other_left > right or other_right < left or other_low > high or other_high < low:
+                continue
+            if start in (from_, to) or end in (from_, to) or (one in found and other in found[one]):
+                continue
+            if _far(a, b, c, d, reach) or _far(c, d, a, b, reach):
+                continue
+            away = gap(a, b, c, d)
+            if touch(away, reach):
+                found[one][other] = found[other][one] = away
+
+
+def _far(a: Point, b: Point, c: Point, d: Point, reach: float) -> bool:
+    """Return whether a segment *c*-*d* is all on one side of the line *a*-*b*, and far from it: most are."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    one, other = dx * (c[1] - a[1]) - dy * (c[0] - a[0]), dx * (d[1] - a[1]) - dy * (d[0] - a[0])
+    away = min(one, other) if one > 0.0 else min(-one, -other)
+    return away > 0.0 and away > max(SAME_PLACE, reach) * math.hypot(dx, dy)

@@ -1,0 +1,230 @@
+"""Lanes that cross without a waypoint, and lanes nearer to each other than robots are wide."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.geometry import gap
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.topics import Topic
+from hmrsim.traffic.policies._nearness import near_slots
+from tests.profiles import examples
+from tests.simulation import simulate
+
+A, B = "a" * 32, "b" * 32
+
+
+def squared(p, a, b):
+    """Return the exact square of the distance of a point from a segment."""
+    (px, py), (ax, ay), (bx, by) = p, a, b
+    dx, dy = bx - ax, by - ay
+    length = dx * dx + dy * dy
+    share = min(max(Fraction((px - ax) * dx + (py - ay) * dy, length), Fraction(0)), Fraction(1)) if length else 0
+    return (ax + share * dx - px) ** 2 + (ay + share * dy - py) ** 2
+
+
+def cut(a, b, c, d):
+    """Return whether two segments cross, each having an end on either side of the other."""
+
+    def side(p, q, r):
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+
+    return side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+
+
+def exact_gap(a, b, c, d):
+    """Return the exact square of the distance of two segments."""
+    return 0 if cut(a, b, c, d) else min(squared(a, c, d), squared(b, c, d), squared(c, a, b), squared(d, a, b))
+
+
+COORDINATES = st.tuples(st.integers(-6, 6), st.integers(-6, 6))
+
+
+@examples(400)
+@given(*[COORDINATES] * 4)
+def test_the_gap_of_two_segments(a, b, c, d):
+    """Points are segments without length."""
+    assert math.isclose(gap(a, b, c, d), math.sqrt(exact_gap(a, b, c, d)), abs_tol=1e-12)
+
+
+@st.composite
+def networks(draw):
+    """Return waypoints, and pairs of them with lanes in between."""
+    points = draw(st.lists(COORDINATES, min_size=2, max_size=14, unique=True))
+    pairs = [*combinations(range(len(points)), 2)]
+    return points, draw(st.lists(st.sampled_from(pairs), max_size=14, unique=True))
+
+
+@examples(400)
+@given(networks(), st.sampled_from([0.0, 0.75, 1.0, 2.5, 9.0]))
+def test_the_same_as_when_all_are_compared_with_all(network, reach):
+    """Whatever their lengths, and however many cells a lane is in."""
+    points, lanes = network
+    ends = dict(enumerate([*((i, i) for i in range(len(points))), *lanes]))
+    near = near_slots([(float(x), float(y)) for x, y in points], ends, reach)
+
+    expected = set()
+    for (one, (a, b)), (other, (c, d)) in combinations(ends.items(), 2):
+        away = exact_gap(points[a], points[b], points[c], points[d])
+        if {a, b}.isdisjoint((c, d)) and (away == 0 or away < (reach - 1e-6) * abs(reach - 1e-6)):
+            expected |= {(one, other), (other, one)}
+    assert expected == {(one, other) for one, others in near.items() for other in others}
+
+
+def test_lanes_of_a_lattice_are_no_neighbours():
+    """Robots that are as wide as its cells just fit beside each other, whatever rounding does."""
+    columns = range(8)
+    points = [(x * 0.1, y * 0.1) for x in columns for y in columns]
+    tracks = [(8 * x + y, 8 * x + y + 1) for x in columns for y in range(7)]
+    tracks += [(8 * x + y, 8 * x + y + 8) for x in range(7) for y in columns]
+    ends = dict(enumerate([*((i, i) for i in range(64)), *tracks]))
+
+    assert {} == near_slots(points, ends, 0.1)
+
+
+CROSS = {
+    "waypoints": {"west": [0, 0], "east": [20, 0], "north": [10, 10], "south": [10, -10]},
+    "lanes": [["west", "east"], ["north", "south"]],
+    "robots": {"ann": {"at": "west"}, "bob": {"at": "north"}},
+}
+BESIDE = {
+    "waypoints": {"a": [0, 0], "b": [20, 0], "c": [10, 10], "d": [10, 0.6]},
+    "lanes": [["a", "b"], ["c", "d"]],
+    "robot_types": {"slim": {"base": {"radius": 0.2}}, "wide": {"base": {"radius": 0.4}}},
+}
+
+
+def go(robot, x, y, goal_id):
+    """Return the command that sends a robot to a point."""
+    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
+
+
+def under(policy, world, **settings):
+    """Return a simulation of a world under a policy."""
+    return simulate({**world, "traffic": {"policy": policy, **settings}})
+
+
+def end(log, goal_id):
+    """Return when and how a goal ended, and what it says."""
+    at, status = log.changes(goal_id)[-1]
+    return round(at, 6), status, log.result(goal_id).error_msg
+
+
+@pytest.mark.parametrize("policy", ["reserve", "priority"])
+def test_the_later_robot_waits_where_lanes_cross_without_a_waypoint(policy):
+    """Until the other one has left the lane."""
+    log = under(policy, CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
+
+    waiting = {"robot": "bob", "at": [10.0, 10.0], "lane": ["north", "south"], "for": ["ann"]}
+    assert [(0.0, waiting)] == log.happened("waiting")
+    assert [(20.0, {"robot": "bob", "waited": 20.0})] == log.happened("went_on")
+    assert [(20.0, "SUCCEEDED", ""), (40.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+
+def test_lanes_with_room_for_any_number_do_not_exclude_each_other():
+    """Robots have no place of their own there."""
+    log = under("reserve", CROSS, lane_capacity=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
+
+    assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
+
+
+@pytest.mark.parametrize(("kind", "ends"), [("slim", 9.4), ("wide", 29.4)])
+def test_a_waypoint_is_too_near_to_a_lane_for_robots_that_are_wide(kind, ends):
+    """It is a matter of the two robots, whatever others there are."""
+    robots = {"ann": {"at": "a", "type": kind}, "bob": {"at": "c", "type": kind}}
+    world = {**BESIDE, "robots": robots}
+    log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, 0.6, B)))
+
+    assert [(20.0, "SUCCEEDED", ""), (ends, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+
+ROBOTS_BESIDE = {"ann": {"at": "a", "type": "wide"}, "bob": {"at": "d", "type": "wide"}}
+
+
+def test_a_robot_that_stands_beside_the_lane_blocks_it_under_reserve():
+    """As one that stands on it."""
+    log = under("reserve", {**BESIDE, "robots": ROBOTS_BESIDE}, patience=5.0)((0.0, go("ann", 20, 0, A)))
+
+    assert (5.0, "ABORTED", "blocked for 5 s at (0, 0): by bob") == end(log, A)
+
+
+def test_a_robot_that_stands_beside_the_lane_yields_under_priority():
+    """The other one sets out when it is far enough."""
+    run = under("priority", {**BESIDE, "robots": ROBOTS_BESIDE})
+    log = run((0.0, go("ann", 20, 0, A)))
+
+    made_room = {"robot": "bob", "by": "ann", "from": [10.0, 0.6], "to": [10.0, 10.0]}
+    assert [(0.0, made_room)] == log.happened("made_room")
+    assert (29.4, "SUCCEEDED", "") == end(log, A)
+
+
+def test_robots_that_were_put_too_near_each_other_can_leave():
+    """They touch in any case."""
+    waypoints = {"a": [0, 0], "b": [10, 0], "c": [0, 0.6], "d": [10, 10]}
+    robots = {name: {"at": at, "base": {"radius": 0.4}} for name, at in (("ann", "a"), ("bob", "c"))}
+    world = {"waypoints": waypoints, "lanes": [["a", "b"], ["c", "d"]], "robots": robots}
+    log = under("reserve", world)((0.0, go("ann", 10, 0, A)))
+
+    assert (10.0, "SUCCEEDED", "") == end(log, A)
+
+
+def test_no_place_to_yield_is_one_that_is_too_near_as_well():
+    """The robot takes the other way, though it is longer."""
+    waypoints = {**BESIDE["waypoints"], "e": [13, 0.6]}
+    world = {**BESIDE, "waypoints": waypoints, "lanes": [*BESIDE["lanes"], ["d", "e"]], "robots": ROBOTS_BESIDE}
+    log = under("priority", world)((0.0, go("ann", 20, 0, A)))
+
+    assert [[10.0, 10.0]] == [told["to"] for _, told in log.happened("made_room")]
+    assert (29.4, "SUCCEEDED", "") == end(log, A)
+
+
+@st.composite
+def tangles(draw):
+    """Return a world of waypoints in a grid with lanes across each other, its robots, and where each is to go."""
+    points = {f"n{x}{y}": [10 * x, 10 * y] for x in range(3) for y in range(3)}
+    pairs = [list(pair) for pair in combinations(points, 2)]
+    lanes = draw(st.lists(st.sampled_from(pairs), min_size=4, max_size=12, unique_by=tuple))
+    touched = sorted({name for lane in lanes for name in lane})
+    starts = draw(st.permutations(touched))[: draw(st.integers(2, 5))]
+    radii = st.sampled_from([None, 0.5, 2.0, 3.0])
+    robots = {f"r{i}": {"at": at, "base": {"radius": draw(radii)}} for i, at in enumerate(starts)}
+    goals = {name: draw(st.sampled_from(touched)) for name in robots}
+    return {"waypoints": points, "lanes": lanes, "robots": robots}, goals
+
+
+def check_apart(simulator):
+    """Fail if two robots hold slots in which their footprints touch."""
+    slots = simulator.roster.admission._rules.slots
+    for one, other in combinations(simulator.robots.values(), 2):
+        for at in slots.held(other):
+            assert not slots.touch(one, slots.held(one), other, at), (simulator.now, one.name, other.name)
+
+
+@pytest.mark.parametrize("policy", ["reserve", "priority"])
+@examples(60, share_fixtures=True)
+@given(tangles())
+def test_never_two_that_touch(policy, tangle):
+    """At every instant; under reserve every goal ends."""
+    world, goals = tangle
+    run = simulate({**world, "traffic": {"policy": policy}}, topics=frozenset({Topic.EVENTS}))
+    simulator = run.simulator
+    sent = [go(name, *world["waypoints"][goal], f"{i:032x}") for i, (name, goal) in enumerate(goals.items(), 1)]
+    for command in sent:
+        simulator.submit(command)
+    for _ in range(5_000):
+        if not simulator.process_events(math.inf, 1, idle=False):
+            break
+        check_apart(simulator)
+
+    if policy == "reserve":
+        ends = {run.log.changes(command.goal_id)[-1][1] for command in sent}
+        assert {"SUCCEEDED", "ABORTED"}.issuperset(ends)
