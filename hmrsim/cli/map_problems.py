@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -19,19 +19,30 @@ from hmrsim.world.options import ReadOptions
 from hmrsim.world_checks.crossings import check_crossings
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
     from hmrsim.errors import Problem
+    from hmrsim.world import World
 
 
 def validate(args: argparse.Namespace) -> int:
     """List the problems of the file that the options name; return the exit code."""
     try:
-        problems = read_world(args, argument="file", further=[check_crossings]).warnings
+        problems = read_world(args, argument="file", further=_further(traffic=args.traffic)).warnings
         code = ExitCode.DONE
     except WorldError as error:
         misused = any(_is_wrong_use(problem) for problem in error.problems) or not _readable(args)
         problems, code = error.problems, ExitCode.WRONG_USE if misused else ExitCode.FAILED
     _report(problems, as_json=args.json)
     return code
+
+
+def _further(*, traffic: bool) -> list[Callable[[World], Iterable[Finding]]]:
+    """Return the checks beside those that every command makes."""
+    if not traffic:
+        return [check_crossings]
+    from hmrsim.world_checks.forecast import forecast  # noqa: PLC0415 - it loads networkx
+
+    return [check_crossings, forecast]
 
 
 def _is_wrong_use(problem: Problem) -> bool:

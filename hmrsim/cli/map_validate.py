@@ -13,6 +13,7 @@ exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file, or an option, can
 
 examples:
   hmrsim map validate my_world.yaml
+  hmrsim map validate my_world.yaml --traffic
   hmrsim map validate my_world.yaml --json | jq -r '.[].message'
 
 {ENVIRONMENT}"""
@@ -23,5 +24,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = "List everything that is wrong with a world file, and what looks odd."
     parser.epilog = _EXAMPLES
     add_world_options(parser, argument="file")
+    parser.add_argument(
+        "--traffic",
+        action="store_true",
+        help="also say where robots will block each other for good under the traffic policy, or have nowhere to wait",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON list")
     parser.set_defaults(function=Later("hmrsim.cli.map_problems", "validate"))

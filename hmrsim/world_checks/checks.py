@@ -23,6 +23,7 @@ from hmrsim.world_checks.lanes import check_lanes
 from hmrsim.world_checks.scripts import check_scripts
 from hmrsim.world_checks.traffic import check_traffic
 from hmrsim.world_checks.validation import Lost
+from hmrsim.world_checks.walled_in import check_walled_in
 
 if TYPE_CHECKING:
     from typing import Any
@@ -57,6 +58,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         check_docks(world, lost),
         _check_robot_types(world),
         _check_robots(world, lost),
+        check_walled_in(world, lost),
         _check_items(world, lost),
         check_fixtures(world, lost),
         _check_inside(world),

@@ -1,0 +1,156 @@
+"""What the traffic of a world will come to: robots that block each other for good, or have nowhere to go.
+
+It follows from the lanes, the traffic policy and where robots start, not from what they will be asked to do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.diagnostics import Finding, listed, warning
+from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.topology.single_tracks import SingleTracks
+from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies.priority import PrioritySettings
+from hmrsim.traffic.policies.reserve import ReserveSettings
+from hmrsim.world.network import nearest
+from hmrsim.world.segments import SegmentGrid
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+_MAX_NAMED = 4
+"""Waypoints of a corridor that are named; of a longer one its ends are."""
+
+_MEETING = 2
+"""Robots that it takes for one to be in the way of another."""
+
+
+def forecast(world: World) -> Iterator[Finding]:
+    """Yield warnings of what the robots of a world will run into under its traffic policy; there are none under free.
+
+    The world must have no errors.
+    """
+    settings = policies()[world.traffic.policy].settings.model_validate(world.traffic.model_dump())
+    if isinstance(settings, ReserveSettings):
+        seen = _Forecast(world, settings)
+        yield from seen.check_corridors()
+        yield from seen.check_docks()
+        yield from seen.check_room()
+
+
+class _Place(NamedTuple):
+    """Where on the lanes something is.
+
+    Attributes:
+        ends: The waypoint, or those at both ends of the lane.
+        room: How many robots may be there.
+    """
+
+    ends: tuple[str, ...]
+    room: float
+
+
+class _Forecast:
+    """A world under a policy with reservations."""
+
+    def __init__(self, world: World, settings: ReserveSettings) -> None:
+        self._world = world
+        self._settings = settings
+        self._yields = isinstance(settings, PrioritySettings)
+        self._rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
+        self._tracks = SingleTracks(world.graph, self._rooms)
+        self._part = {name: part for part in self._tracks.parts for name in part}
+        self._names = {world.points[name]: name for name in self._part}
+        self._lanes = SegmentGrid([(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes])
+        ground = [name for name, robot in world.robots.items() if not world.robot_type(robot).base.flies]
+        self._starts = {name: world.point(world.robots[name].at) for name in ground} if self._part else {}
+        self._robots = Counter(self._part_at(self._starts))
+
+    def _part_at(self, points: dict[str, Point]) -> list[frozenset[str]]:
+        """Return the part of the lanes at each point, or beside it."""
+        waypoints = {name: self._world.points[name] for name in self._part}
+        return [self._part[name] for name in nearest(waypoints, points).values()] if points else []
+
+    def _place_at(self, point: Point) -> _Place | None:
+        """Return the waypoint or lane at a point; None beside the lanes."""
+        if point in self._names:
+            name = self._names[point]
+            return _Place((name,), self._rooms[name])
+        x, y = point
+        for i in sorted(self._lanes.near((x - SAME_PLACE, y - SAME_PLACE), (x + SAME_PLACE, y + SAME_PLACE))):
+            lane = self._world.lanes[i]
+            a, b = self._world.points[lane.from_], self._world.points[lane.to]
+            if distance(point, foot(point, a, b)) <= SAME_PLACE:
+                return _Place((lane.from_, lane.to), lane.capacity or self._settings.lane_capacity or math.inf)
+        return None
+
+    def check_corridors(self) -> Iterator[Finding]:
+        """Yield the single tracks in which two robots can block each other for good.
+
+        Under priority one of them goes back, if there is a place anywhere for the other one to pass.
+        """
+        numbers = {frozenset((lane.from_, lane.to)): i for i, lane in enumerate(self._world.lanes)}
+        for corridor in self._tracks.corridors:
+            part = self._part[corridor[0]]
+            is_all = len(corridor) == len(part)
+            if self._robots[part] < _MEETING or (self._yields and not is_all):
+                continue
+            names = corridor if len(corridor) <= _MAX_NAMED else (corridor[0], "…", corridor[-1])
+            other = "add a waypoint beside it" if is_all else "have one of them go back (policy 'priority')"
+            yield warning(
+                ("lanes", numbers[frozenset(corridor[:2])]),
+                f"{' - '.join(names)} is a single track without a way around: two robots that meet in it block each"
+                f" other for good, and lose their goals; make room for two at every other waypoint (capacity: 2), or"
+                f" {other}",
+                [*corridor],
+            )
+
+    def check_docks(self) -> Iterator[Finding]:
+        """Yield the docks whose robots stand in the only way to somewhere, and fill it."""
+        for name, dock in self._world.docks.items():
+            point = self._world.dock_point(name)
+            place = self._place_at(point)
+            beyond = self._tracks.cut_off(*place.ends) if place else ()
+            if not place or not beyond or place.room > dock.capacity:
+                continue
+            if self._robots[self._part[place.ends[0]]] >= _MEETING:
+                yield warning(
+                    ("docks", name, "at"),
+                    f"is at {'-'.join(place.ends)}, in the only way to {listed(sorted(beyond))}: no robot gets past one"
+                    f" that is docked; move it aside, or make room for one more (capacity: {dock.capacity + 1})",
+                    [*point],
+                )
+
+    def check_room(self) -> Iterator[Finding]:
+        """Yield the parts of the lanes with fewer places for robots than there are robots.
+
+        What is beside the lanes has room of its own: docks, places, and where robots start there.
+        """
+        beside = self._room_beside()
+        there = {name: point for name, point in self._starts.items() if self._place_at(point)}
+        for part, robots in Counter(self._part_at(there)).items():
+            room, aside = self._tracks.room(part) + beside[part], self._tracks.room_aside(part) + beside[part]
+            if robots >= max(room, _MEETING):
+                what = f"where {room:g} have room: none can move"
+            elif robots >= _MEETING and robots > aside and not self._yields:
+                what = f"where {aside:g} can stand without being in the only way of others"
+            else:
+                continue
+            text = f"are {robots} on the lanes around {min(part)!r}, {what}; add waypoints, or room at them (capacity)"
+            yield warning(("robots",), text, robots)
+
+    def _room_beside(self) -> Counter[frozenset[str]]:
+        """Return how many robots have room at the docks and places beside each part of the lanes."""
+        world = self._world
+        rooms = dict.fromkeys(world.places, 1) | {name: dock.capacity for name, dock in world.docks.items()}
+        beside = {name: point for name in rooms if not self._place_at(point := world.point(name))}
+        found: Counter[frozenset[str]] = Counter()
+        for name, part in zip(beside, self._part_at(beside), strict=True):
+            found[part] += rooms[name]
+        return found

@@ -1,0 +1,107 @@
+"""Where robots can't pass each other."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from itertools import combinations, permutations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.topology.single_tracks import SingleTracks
+from hmrsim.world import World
+from tests.profiles import examples
+
+
+def tracks(lanes, rooms=None, **parts):
+    """Return the single tracks of lanes between waypoints of one letter each, such as ``ab``."""
+    names = sorted({name for lane in lanes for name in lane} | {stop for stops in parts.values() for stop in stops})
+    points = {name: [number, number * number] for number, name in enumerate(names)}
+    lifts = {name: {"stops": [*stops]} for name, stops in parts.items()}
+    world = World.model_validate({"waypoints": points, "lanes": [[*lane] for lane in lanes], "lifts": lifts})
+    return SingleTracks(world.graph, {name: (rooms or {}).get(name, 1) for name in names})
+
+
+H = ["ax", "bx", "xm", "mn", "ny", "yc", "yd"]
+"""Two junctions, x and y, with two waypoints each, and a corridor of m and n in between."""
+
+
+def test_a_chain_between_two_junctions():
+    """The junctions are no part of it: there one can go aside."""
+    assert (("m", "n"),) == tracks(H).corridors
+
+
+@pytest.mark.parametrize(
+    ("lanes", "rooms"),
+    [([*H, "bc"], {}), ([lane for lane in H if lane not in ("xm", "mn")] + ["xn"], {}), (H, {"m": 2}), (H, {"n": 3})],
+    ids=["a way around", "a single waypoint", "room for two", "room for three"],
+)
+def test_what_is_no_corridor(lanes, rooms):
+    """Robots can pass, or go around, or aside."""
+    assert () == tracks(lanes, rooms).corridors
+
+
+def test_a_dead_end_is_one_too():
+    """Whoever wants out of it meets whoever wants in."""
+    assert (("p", "q", "r"),) == tracks(["ax", "bx", "xp", "pq", "qr"]).corridors
+
+
+def test_one_way_lanes_are_none():
+    """Robots do not meet on them."""
+    one_way = [{"from": a, "to": b, "one_way": True} for a, b in ("mn", "xm", "ny")]
+    lanes = [*([*lane] for lane in ("ax", "bx", "yc", "yd")), *one_way]
+    points = {name: [number, number * number] for number, name in enumerate("abcdmnxy")}
+    world = World.model_validate({"waypoints": points, "lanes": lanes})
+
+    assert () == SingleTracks(world.graph, dict.fromkeys("abcdmnxy", 1)).corridors
+
+
+def test_a_lift_ends_a_corridor():
+    """Robots that wait for it stand beside its door."""
+    found = tracks(["ab", "bc", "de", "ef"], {"c": math.inf, "d": math.inf}, lift="cd")
+
+    assert (("a", "b"), ("e", "f")) == found.corridors
+
+
+def test_what_is_beyond():
+    """The largest part is the one from which robots come; where there is a way around nothing is beyond."""
+    assert frozenset() == tracks([*H, "bc", "ad"]).cut_off("x")
+    assert frozenset("ab") == tracks([*H, "nz"]).cut_off("x")
+    assert frozenset("abx") == tracks([*H, "nz"]).cut_off("m")
+    assert frozenset("abx") == tracks([*H, "nz"]).cut_off("x", "m")
+    assert frozenset() == tracks([*H, "bc"]).cut_off("x", "m")
+
+
+def test_room_aside_leaves_the_only_way_free():
+    """A waypoint that cuts something off has room for one less."""
+    found = tracks(H, {"m": 2})
+    (part,) = found.parts
+
+    assert (9, 5) == (found.room(part), found.room_aside(part))
+
+
+def can_swap(beside, one, other):
+    """Return whether two robots can swap places by one move after the other, to waypoints that are free."""
+    todo, seen = [(one, other)], {(one, other)}
+    for a, b in todo:
+        moves = [(to, b) for to in beside[a] if to != b] + [(a, to) for to in beside[b] if to != a]
+        todo += [move for move in moves if move not in seen and not seen.add(move)]
+    return (other, one) in seen
+
+
+@examples(200)
+@given(st.lists(st.sampled_from([a + b for a, b in combinations("abcdef", 2)]), min_size=1, max_size=7, unique=True))
+def test_two_robots_can_swap_unless_all_is_one_corridor(lanes):
+    """That is when robots that make room for each other can't pass, either."""
+    found = tracks(lanes)
+    beside = defaultdict(set)
+    for a, b in lanes:
+        beside[a].add(b)
+        beside[b].add(a)
+
+    for part in found.parts:
+        swapped = [can_swap(beside, one, other) for one, other in permutations(sorted(part), 2)]
+        assert [frozenset(corridor) == part for corridor in found.corridors].count(True) == (not any(swapped))
+        assert len({*swapped}) == 1
