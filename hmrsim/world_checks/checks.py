@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from itertools import islice
@@ -85,19 +86,16 @@ def _check_bounds(world: World) -> Iterator[Finding]:
             )
 
 
-def _named_points(world: World) -> Iterator[tuple[Path, str, Point]]:
-    for name, point in world.points.items():
-        yield ("waypoints", name), name, point
-    for name, place in world.places.items():
-        yield ("places", name, "at"), name, place.at
-    for name, dock in world.docks.items():
-        if not isinstance(dock.at, str):
-            yield ("docks", name, "at"), name, dock.at
-
-
 def _check_names(world: World) -> Iterator[Finding]:
+    """Yield an error for each name of a place or dock that is also that of another point."""
+    named: list[tuple[Path, str, Point]] = [
+        *((("places", name, "at"), name, place.at) for name, place in world.places.items()),
+        *((("docks", name, "at"), name, dock.at) for name, dock in world.docks.items() if not isinstance(dock.at, str)),
+    ]
     first: dict[str, tuple[Path, Point]] = {}
-    for path, name, point in _named_points(world):
+    for path, name, point in named:
+        if name in world.points:
+            first[name] = ("waypoints", name), world.points[name]
         where, other = first.setdefault(name, (path, point))
         if distance(point, other) > SAME_PLACE:
             yield Finding(
@@ -126,11 +124,20 @@ def _spans(world: World) -> str:
 
 def _check_inside(world: World) -> Iterator[Finding]:
     # The docks have their own check.
-    points = [(path, point) for path, _, point in _named_points(world) if path[0] != "docks"]
+    points: list[tuple[Path, Point]] = [(("waypoints", name), point) for name, point in _strays(world)]
+    points += [(("places", name, "at"), place.at) for name, place in world.places.items()]
     points += [(("items", name, "at"), item.at) for name, item in world.items.items() if not isinstance(item.at, str)]
     for path, point in points:
         if _outside(world, point):
             yield warning(path, f"{_at(point)} is outside {_spans(world)}", list(point))
+
+
+def _strays(world: World) -> Iterator[tuple[str, Point]]:
+    """Yield the waypoints outside the bounds: a look at each of a grid's, so that little is done for one."""
+    x0, y0, x1, y1 = world.bounds or (-math.inf, -math.inf, math.inf, math.inf)
+    for name, (x, y) in world.points.items():
+        if not (x0 <= x <= x1 and y0 <= y <= y1):
+            yield name, (x, y)
 
 
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
@@ -164,6 +171,8 @@ def _check_robot_types(world: World) -> Iterator[Finding]:
 
 
 def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
+    if not world.robots:
+        return
     solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
     types = {**world.robot_types, **BUILT_IN_TYPES}
     for name, robot in world.robots.items():

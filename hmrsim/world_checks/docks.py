@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors and warnings of the docks of a world."""
-    ways = None if lost else _Ways(world)
+    ways = _Ways(world) if world.docks and not lost else None
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
         try:

@@ -30,7 +30,7 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
         yield from _check_door(world, name, door, lanes, lost)
     yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
-        frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes)
+        frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes if world.lifts else ())
     }
     for name, lift in world.lifts.items():
         yield from _check_stops(world, name, lift, lost)

@@ -41,6 +41,8 @@ class There:
 
 def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the faults of a world."""
+    if not world.faults:
+        return
     there = _there(world)
     names: dict[str, int] = {}
     for i, fault in enumerate(world.faults):

@@ -36,7 +36,8 @@ def resolved(world: World) -> dict[str, Any]:
     Lengths and speeds are in the world's unit; a capacity of None is any number.
     """
     waypoint_capacity, lane_capacity = _capacities(world)
-    grid = SegmentGrid([(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes])
+    lanes = world.lanes if world.doors else ()
+    grid = SegmentGrid([(world.points[lane.from_], world.points[lane.to]) for lane in lanes])
     return {
         "name": world.name,
         "units": world.units,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
@@ -43,6 +44,8 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
     """Yield an error for each robot that starts where another one is, or where the capacity is exceeded."""
     starts = [start for name, robot in world.robots.items() if (start := _start(world, name, robot)) is not None]
     starts.sort(key=lambda start: start[0])
+    if not starts:
+        return
     rooms = _Rooms(world, settings)
     widest = 2 * max((radius for _, radius, _ in starts), default=0.0)
     near: deque[tuple[Point, float, str]] = deque()
@@ -77,17 +80,24 @@ class _Rooms:
         self._taken: Counter[str] = Counter()
         points = world.points
         rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
-        self._waypoints = {point: (f"waypoint {name!r}", rooms[name]) for name, point in points.items()}
-        self._lanes = [
+        self._waypoints = {point: (name, rooms[name]) for name, point in points.items()}
+        self._world = world
+
+    @cached_property
+    def _lanes(self) -> list[tuple[Point, Point, str, int | None]]:
+        """The lanes, where a robot starts off the waypoints."""
+        points = self._world.points
+        return [
             (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
-            for lane in world.lanes
+            for lane in self._world.lanes
             if lane.from_ in points and lane.to in points
         ]
 
     def at(self, point: Point) -> tuple[str, float]:
         """Return the waypoint or lane at a point, and how many it has room for; "" and any number off the lanes."""
         if point in self._waypoints:
-            return self._waypoints[point]
+            name, room = self._waypoints[point]
+            return f"waypoint {name!r}", room
         for a, b, name, capacity in self._lanes:
             if distance(point, foot(point, a, b)) <= SAME_PLACE:
                 return name, capacity or self._settings.lane_capacity or math.inf
