@@ -53,7 +53,7 @@ def grid_world(robots: int, *, side: int = SIDE, seed: int = 1) -> World:
 
 def loaded(world: World) -> LoadedWorld:
     """Return a world that no file has, as `Host` takes it."""
-    return LoadedWorld(world=world, path=Path("benchmark.yaml"), warnings=(), hash="")
+    return LoadedWorld(world=world, path=Path("benchmark.yaml"), warnings=())
 
 
 def plan_everything(simulator: Simulator) -> None:

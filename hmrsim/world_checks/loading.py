@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -33,14 +34,17 @@ class LoadedWorld:
     Attributes:
         files: Those that it was read from: *path*, and what it includes.
         warnings: What can be run but is unlikely to be meant.
-        hash: SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same.
     """
 
     world: World
     path: Path
     warnings: tuple[Problem, ...]
-    hash: str
     files: tuple[Path, ...] = ()
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same."""
+        return world_hash(self.world)
 
 
 def load_world(
@@ -84,7 +88,7 @@ def load_world(
     problems = _in_order(problems, file)
     if valid.world is None or any(problem.severity == "error" for problem in problems):
         raise WorldError(problems)
-    return LoadedWorld(valid.world, path, tuple(problems), world_hash(valid.world), tuple(sorted(merged.paths)))
+    return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
 
 
 def world_of(data: dict[str, Any], source: str) -> World:
