@@ -67,7 +67,6 @@ def simulate(args: argparse.Namespace) -> int:
     if not scripts:
         warn(f"{loaded.path}: no robot has a script, so nothing was done; see `script` in a world file")
     summary = {
-        "world": {"name": loaded.world.name, "hash": loaded.hash},
         "seed": simulator.seed,
         "sim_time": simulator.now,
         "wall_time": wall_time,
@@ -75,7 +74,7 @@ def simulate(args: argparse.Namespace) -> int:
         "robots": [{**script.event().to_json(), "ended": script.ended} for script in scripts],
     }
     if args.json:
-        show_json(summary)
+        show_json({"world": {"name": loaded.world.name, "hash": loaded.hash}, **summary})
     else:
         # Loads rich, which takes 60 ms and is needed for text output only.
         from hmrsim.cli.simulate_text import show_summary  # noqa: PLC0415

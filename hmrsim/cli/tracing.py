@@ -86,9 +86,9 @@ class TraceFile:
 
     def __init__(self, path: Path | None, world: World, settings: RunSettings) -> None:
         self._path = path
-        self._trace = Trace(Header.of(world, settings), self._write)
         self._file: TextOutput | None = None
-        self.sinks: tuple[Trace, ...] = () if path is None else (self._trace,)
+        # The header has all of the world, which takes seconds where that is large.
+        self.sinks: tuple[Trace, ...] = () if path is None else (Trace(Header.of(world, settings), self._write),)
 
     @contextmanager
     def opened(self, simulator: Simulator) -> Iterator[None]:
@@ -101,6 +101,7 @@ class TraceFile:
         if self._path is None:
             yield
             return
+        (trace,) = self.sinks
         with TextOutput(_OPTION, self._path) as self._file:
             self.flush()
             try:
@@ -110,12 +111,12 @@ class TraceFile:
                 with suppress(HmrsimError):
                     self.flush()
                 raise
-            self._trace.close(simulator.now)
+            trace.close(simulator.now)
 
     def flush(self) -> None:
         """Write the buffered lines."""
-        if self._path is not None:
-            self._trace.flush()
+        for trace in self.sinks:
+            trace.flush()
 
     def _write(self, text: str) -> None:
         if self._file is None:
