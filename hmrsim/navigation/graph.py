@@ -1,8 +1,8 @@
 """Routes on the waypoint graph, given the lanes that are closed and the doors that are open now.
 
-Planning works on plain lists (`hmrsim.navigation.lanes`, `hmrsim.navigation.search`), which are made of `World.ways`,
-as the graph for networkx is (`World.graph`): searches that keep a tree for each destination are faster than networkx's,
-and need none of its memory.
+Planning works on arrays (`hmrsim.navigation.adjacency`, `hmrsim.navigation.search`) of the lanes that the graph for
+networkx has, too (`World.graph`): searches that keep a tree for each destination are faster than networkx's, and need
+none of its memory.
 """
 
 from __future__ import annotations
@@ -105,8 +105,7 @@ class WaypointGraph:
         if start not in self.lanes.at:
             return self.plan(start, goal, speed, [*closed, *avoid])
         planner = self._planner_without(self._closed.union(closed)) if closed else self._planner
-        numbers = {self.lanes.numbers[lane] for lane in avoid}
-        route = planner.detour(start, goal, speed, numbers)
+        route = planner.detour(start, goal, speed, {*avoid})
         if route is None:
             raise NoRoute(ComputePathToPose.Result.NO_VALID_PATH, "no other route")
         return route

@@ -1,25 +1,35 @@
-"""The lanes of a world as plain lists, with the obstacles around them: the data that planning works on."""
+"""The lanes of a world with the obstacles around them: the data that planning works on."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, between, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.navigation.adjacency import Adjacency, Numbers
 from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.made import Made
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
+    from array import array
+
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
+
+_KEPT_SPEEDS = 16
+"""Speeds for which it is kept how long each lane takes."""
+
+_HAIR = 2 * SAME_PLACE
+"""Distance from a lane that is looked at more closely."""
 
 
 class End(NamedTuple):
@@ -62,22 +72,47 @@ class Edge:
         return self.leg.seconds(speed)
 
 
+class Legs(dict[int, Leg]):
+    """All of each way, as part of a route, by its number; made when it is first asked for, as few are ever driven."""
+
+    def __init__(self, ways: Adjacency) -> None:
+        super().__init__()
+        self._ways = ways
+
+    def __missing__(self, number: int) -> Leg:
+        """Make a leg."""
+        ways = self._ways
+        a, b = ways.starts[number], ways.ends[number]
+        start, end, ride = ways.points[a], ways.points[b], ways.rides.get(number, 0.0)
+        leg = self[number] = Leg(
+            start,
+            end,
+            0.0 if ride else distance(start, end),
+            (ways.names[a], ways.names[b]),
+            ways.limits.get(number, math.inf),
+            (len(ways.names) + ways.tracks[0][number], b),
+            ride,
+        )
+        return leg
+
+
 class Lanes:
-    """Waypoints and lanes in lists, in order of name, so that an index orders as its name does.
+    """Waypoints and lanes by number, in order of name, so that a number orders as its name does.
 
     Args:
         world: Where they are. Its names must have been checked.
 
     Attributes:
+        ways: Which waypoints each way joins.
+        legs: Each way as a leg.
         edges: The ways of the world in order of the names of their ends.
-        driven: Those of them that are driven; a robot can enter and leave the others at their ends only.
+        driven: The numbers of those that are driven; a robot can enter and leave the others at their ends only.
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
         limited: Whether the quickest route depends on a robot's speed: a lane has a limit, or is a ride.
         points: Where each waypoint is.
         names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic.policies` counts them.
-        tracks: The lanes without direction, by the names of their ends; their slots are those that follow.
         numbers: The numbers of edges, by the names of the waypoints where they begin and end.
     """
 
@@ -91,40 +126,48 @@ class Lanes:
         self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
         self._closed: dict[tuple[Point, Point], None] = {}
         self._doors: Obstacles | None = None
-        names = sorted(world.waypoints)
-        points = [world.points[name] for name in names]
-        index = {name: i for i, name in enumerate(names)}
-        self.edges: list[Edge] = []
-        tracks: dict[tuple[int, int], int] = {}
-        for way in sorted(world.ways, key=lambda way: (way.start, way.end)):
-            start, end = index[way.start], index[way.end]
-            slots = (tracks.setdefault((min(start, end), max(start, end)), len(names) + len(tracks)), end)
-            leg = Leg(points[start], points[end], way.length, (way.start, way.end), way.speed_limit, slots, way.ride)
-            self.edges.append(Edge(len(self.edges), start, end, way.length, way.speed_limit, leg, way.ride))
-        self.driven = [edge for edge in self.edges if not edge.ride]
-        self.names, self.points = names, points
-        self.tracks = [(names[a], names[b]) for a, b in tracks]
-        self._by_slot: dict[int, list[Edge]] = {}
-        for edge in self.edges:
-            for slot in edge.leg.slots:
-                self._by_slot.setdefault(slot, []).append(edge)
-        self.numbers = {edge.leg.lane: edge.number for edge in self.edges if edge.leg.lane}
-        self.out: list[list[Edge]] = [[] for _ in names]
-        self.into: list[list[Edge]] = [[] for _ in names]
-        for edge in self.edges:
-            self.out[edge.start].append(edge)
-            self.into[edge.end].append(edge)
-        self.at = {point: i for i, point in enumerate(points) if self.out[i] or self.into[i]}
-        self.limited = any(edge.ride or edge.speed_limit < math.inf for edge in self.edges)
+        self.ways = ways = Adjacency(world)
+        self.names, self.points, self.numbers = ways.names, ways.points, Numbers(ways)
+        self.legs = Legs(ways)
+        self.edges = Made(len(ways.ends), partial(_edge, ways, self.legs))
+        self.driven: Sequence[int] = range(len(ways.ends))
+        if ways.rides:
+            self.driven = [number for number in self.driven if number not in ways.rides]
+        self.out = Made(len(ways.names), partial(_out, ways, self.edges))
+        self.into = Made(len(ways.names), partial(_into, ways, self.edges))
+        entered = set(ways.ends)
+        self.at = {
+            point: node
+            for node, point in enumerate(ways.points)
+            if ways.first[node] < ways.first[node + 1] or node in entered
+        }
+        self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
+        self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
+
+    @cached_property
+    def tracks(self) -> list[tuple[str, str]]:
+        """The lanes without direction, by the names of their ends; their slots follow those of waypoints."""
+        ways = self.ways
+        ends = (sorted((ways.starts[number], ways.ends[number])) for number in ways.tracks[1])
+        return [(self.names[a], self.names[b]) for a, b in ends]
+
+    def seconds(self, speed: float) -> array[float]:
+        """Return how long each way takes a robot of this greatest speed, by its number."""
+        return self._kept_seconds.get(speed, lambda: self.ways.seconds(speed))
+
+    def segment(self, number: int) -> tuple[Point, Point]:
+        """Return where a way begins, and where it ends."""
+        ways = self.ways
+        return ways.points[ways.starts[number]], ways.points[ways.ends[number]]
 
     @cached_property
     def _grid(self) -> SegmentGrid:
-        return SegmentGrid([(edge.leg.start, edge.leg.end) for edge in self.driven])
+        return SegmentGrid([self.segment(number) for number in self.driven])
 
     def crossed_by(self, a: Point, b: Point) -> list[Edge]:
         """Return the driven edges that a straight line meets, in order."""
-        return [self.driven[i] for i in self._grid.crossings(a, b)]
+        return [self.edges[self.driven[i]] for i in self._grid.crossings(a, b)]
 
     def check(self, point: Point, end: End = TARGET) -> None:
         """Check that a robot can be at *point*.
@@ -198,20 +241,38 @@ class Lanes:
     def edge_between(self, a: Point, b: Point) -> Edge | None:
         """Return the lane on which one gets from *a* to *b*; None if there is none. One rides from stop to stop."""
         at, to = self.at.get(a), self.at.get(b)
-        for edge in self.edges:
-            if edge.ride:
-                if (edge.start, edge.end) == (at, to):
-                    return edge
-                continue
-            begin = edge.leg.start
-            on_it = all(distance(point, self.foot(point, edge)) <= SAME_PLACE for point in (a, b))
-            if on_it and distance(begin, a) < distance(begin, b):
-                return edge
-        return None
+        ride = -1 if at is None or to is None else self.ways.number(at, to)
+        found = [ride] if ride in self.ways.rides else []
+        found += [number for number in self._around(a) if self._leads(number, a, b)][:1]
+        return self.edges[min(found)] if found else None
+
+    def _leads(self, number: int, a: Point, b: Point) -> bool:
+        """Return whether one gets from *a* to *b* on a lane."""
+        begin, _ = self.segment(number)
+        on_it = all(distance(point, self.foot(point, number)) <= SAME_PLACE for point in (a, b))
+        return on_it and distance(begin, a) < distance(begin, b)
+
+    def _around(self, point: Point) -> Iterator[int]:
+        """Yield the numbers of driven ways that may lead through a point: most are nowhere near."""
+        points, starts, ends = self.points, self.ways.starts, self.ways.ends
+        left, right, low, high = point[0] - _HAIR, point[0] + _HAIR, point[1] - _HAIR, point[1] + _HAIR
+        for number in self.driven:
+            (ax, ay), (bx, by) = points[starts[number]], points[ends[number]]
+            if (
+                (ax >= left or bx >= left)
+                and (ax <= right or bx <= right)
+                and (ay >= low or by >= low)
+                and (ay <= high or by <= high)
+            ):
+                yield number
 
     def leading_to(self, slot: int) -> list[Edge]:
         """Return the lanes, in each direction, of which a slot is a part."""
-        return self._by_slot.get(slot, [])
+        if slot < len(self.names):
+            return self.into[slot]
+        number = self.ways.tracks[1][slot - len(self.names)]
+        back = self.ways.number(self.ways.ends[number], self.ways.starts[number])
+        return [self.edges[way] for way in (number, back) if way >= 0]
 
     def part(self, edge: Edge, a: Point, b: Point) -> Leg:
         """Return the leg that drives a part of a lane."""
@@ -240,7 +301,9 @@ class Lanes:
         if away > SAME_PLACE:
             return ()
         a, b = min(lanes)
-        return (len(self.names) + self.tracks.index((self.names[a], self.names[b])),)
+        number = self.ways.number(a, b)
+        way = number if number >= 0 else self.ways.number(b, a)
+        return (len(self.names) + self.ways.tracks[0][way],)
 
     def nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         """Return how far the nearest lane is, and all lanes as near as that."""
@@ -249,26 +312,62 @@ class Lanes:
     def _nearest(self, point: Point) -> tuple[float, set[tuple[int, int]]]:
         nearest = math.inf
         lanes: set[tuple[int, int]] = set()
-        for edge in self.driven:
-            away = distance(point, self.foot(point, edge))
+        points, starts, ends = self.points, self.ways.starts, self.ways.ends
+        left, right = low, high = -math.inf, math.inf
+        for number in self.driven:
+            start, end = starts[number], ends[number]
+            a, b = points[start], points[end]
+            if (a[0] < left and b[0] < left) or (a[0] > right and b[0] > right):
+                continue
+            if (a[1] < low and b[1] < low) or (a[1] > high and b[1] > high):
+                continue
+            away = distance(point, foot(point, a, b))
             if away < nearest - SAME_PLACE:
                 nearest, lanes = away, set()
+                left, right = point[0] - away - _HAIR, point[0] + away + _HAIR
+                low, high = point[1] - away - _HAIR, point[1] + away + _HAIR
             if away <= nearest + SAME_PLACE:
-                lanes.add((min(edge.start, edge.end), max(edge.start, edge.end)))
+                lanes.add((min(start, end), max(start, end)))
         return nearest, lanes
 
-    def foot(self, point: Point, edge: Edge) -> Point:
+    def foot(self, point: Point, number: int) -> Point:
         """Return the point of a lane that is nearest to *point*."""
-        return foot(point, edge.leg.start, edge.leg.end)
+        return foot(point, *self.segment(number))
 
     def feet(self, point: Point) -> tuple[bool, list[tuple[Edge, Point]]]:
-        """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any."""
-        feet = [(edge, self.foot(point, edge)) for edge in self.driven]
-        here = [(edge, at) for edge, at in feet if distance(point, at) <= SAME_PLACE]
-        return bool(here), here or feet
+        """Return whether *point* is on a lane, and the nearest point of each lane that it is on."""
+        here = self._on(point)
+        return bool(here), [(self.edges[number], at) for number, at in here]
 
-    def seen(self, eye: Point, edge: Edge, hidden: Point) -> list[Point]:
+    def approaches(self, point: Point) -> tuple[bool, Iterable[tuple[int, Point]]]:
+        """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
+
+        Lanes are told by their numbers.
+        """
+        here = self._on(point)
+        return bool(here), here or ((number, self.foot(point, number)) for number in self.driven)
+
+    def _on(self, point: Point) -> list[tuple[int, Point]]:
+        """Return the lanes on which a point is, by their numbers, with their points that are nearest to it."""
+        feet = ((number, self.foot(point, number)) for number in self._around(point))
+        return [(number, at) for number, at in feet if distance(point, at) <= SAME_PLACE]
+
+    def seen(self, eye: Point, number: int, hidden: Point) -> list[Point]:
         """Return the points of a lane that are next best to its foot, if that is what is hidden."""
-        if hidden != self.foot(eye, edge):
+        if hidden != self.foot(eye, number):
             return []
-        return self._obstacles.edges_of_shadow(eye, edge.leg.start, edge.leg.end)
+        return self._obstacles.edges_of_shadow(eye, *self.segment(number))
+
+
+def _edge(ways: Adjacency, legs: Legs, number: int) -> Edge:
+    leg = legs[number]
+    return Edge(number, ways.starts[number], ways.ends[number], leg.length, leg.speed_limit, leg, leg.ride)
+
+
+def _out(ways: Adjacency, edges: Made[Edge], node: int) -> list[Edge]:
+    return [edges[number] for number in range(ways.first[node], ways.first[node + 1])]
+
+
+def _into(ways: Adjacency, edges: Made[Edge], node: int) -> list[Edge]:
+    begins, numbers = ways.into
+    return [edges[number] for number in numbers[begins[node] : begins[node + 1]]]

@@ -17,7 +17,7 @@ from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.lanes import Edge, Lanes
+    from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.search import Tree
 
 _KEPT_ROUTES = 256
@@ -29,10 +29,11 @@ class _Step:
     """What to do next on the way to a destination.
 
     Attributes:
+        way: The number of the lane to drive.
         leave: Where to leave it for the destination; None to drive it to its end.
     """
 
-    edge: Edge
+    way: int
     leave: Point | None = None
 
 
@@ -84,12 +85,13 @@ class Planner:
             )
         return self._lanes.route(legs, goal)
 
-    def detour(self, start: Point, goal: Point, speed: float, avoid: Collection[int]) -> Route | None:
-        """Return the quickest route from a waypoint that takes none of some edges; None if there is none.
+    def detour(self, start: Point, goal: Point, speed: float, avoid: Collection[tuple[str, str]]) -> Route | None:
+        """Return the quickest route from a waypoint that takes none of some lanes; None if there is none.
 
         The kept tree says how long the rest takes at least, so that little has to be looked at (A*).
         """
         speed = speed if self._lanes.limited else 1.0
+        avoided = {self._lanes.numbers[lane] for lane in avoid} | {*self._closed}
         tree, at = self._trees.to(goal, speed), self._lanes.at[start]
         came: dict[int, int] = {}
         heap = [(tree.cost[at], 0.0, at, -1)]
@@ -99,10 +101,10 @@ class Planner:
                 continue
             came[node] = by
             rest = self._follow(node, tree)
-            if not any(self._lanes.numbers[leg.lane] in avoid for leg in rest if leg.lane):
+            if not any(leg.lane in avoid for leg in rest):
                 return self._lanes.route([*self._back(node, came), *rest], goal)
             for edge in self._lanes.out[node]:
-                if edge.number not in avoid and edge.number not in self._closed and edge.end not in came:
+                if edge.number not in avoided and edge.end not in came:
                     total = seconds + edge.seconds(speed)
                     heapq.heappush(heap, (total + tree.cost[edge.end], total, edge.end, edge.number))
         return None
@@ -111,9 +113,8 @@ class Planner:
         """Return the legs by which one came to a waypoint."""
         legs = []
         while (number := came[node]) >= 0:
-            edge = self._lanes.edges[number]
-            legs.append(edge.leg)
-            node = edge.start
+            legs.append(self._lanes.legs[number])
+            node = self._lanes.ways.starts[number]
         return legs[::-1]
 
     def _straight(self, start: Point, goal: Point) -> bool:
@@ -127,7 +128,7 @@ class Planner:
     def _enter(self, start: Point, goal: Point, speed: float) -> list[Leg] | None:
         """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
         tree = self._trees.to(goal, speed)
-        on_lanes, feet = self._lanes.feet(start)
+        on_lanes, feet = self._lanes.approaches(start)
         ways: list[tuple[float, int, Point, _Step]] = []
         order = count()
 
@@ -136,31 +137,31 @@ class Planner:
             if seconds < math.inf:
                 heapq.heappush(ways, (seconds, next(order), point, how))
 
-        for edge, point in feet:
-            if edge.number in self._closed and not on_lanes:
+        for number, point in feet:
+            if number in self._closed and not on_lanes:
                 continue
-            offer(point, _Step(edge))
-            offer(point, _Step(edge, self._lanes.foot(tree.goal, edge)))
+            offer(point, _Step(number))
+            offer(point, _Step(number, self._lanes.foot(tree.goal, number)))
         while ways:
             _, _, point, how = heapq.heappop(ways)
             if not (on_lanes or self._lanes.clear(start, point)):
-                for seen in self._lanes.seen(start, how.edge, point):
+                for seen in self._lanes.seen(start, how.way, point):
                     offer(seen, how)
             elif not (how.leave is None or tree.on_lanes or self._lanes.clear(how.leave, tree.goal)):
-                for seen in self._lanes.seen(tree.goal, how.edge, how.leave):
-                    offer(point, _Step(how.edge, seen))
+                for seen in self._lanes.seen(tree.goal, how.way, how.leave):
+                    offer(point, _Step(how.way, seen))
             else:
                 return _cut([Leg(start, point, distance(start, point)), *self._take(point, how, tree)])
         return None
 
     def _seconds(self, start: Point, point: Point, how: _Step, tree: Tree, speed: float) -> float:
         """Return how long it takes by way of *point* on a lane; infinite if that leads nowhere, or backwards."""
-        edge, leave = how.edge, how.leave
-        to_lane, lane_speed = distance(start, point) / speed, min(speed, edge.speed_limit)
+        ways, leave = self._lanes.ways, how.leave
+        begin, end = self._lanes.segment(how.way)
+        to_lane, lane_speed = distance(start, point) / speed, min(speed, ways.limits.get(how.way, math.inf))
         if leave is None:
-            return to_lane + distance(point, edge.leg.end) / lane_speed + tree.cost[edge.end]
+            return to_lane + distance(point, end) / lane_speed + tree.cost[ways.ends[how.way]]
         last = distance(leave, tree.goal)
-        begin = edge.leg.start
         if distance(begin, leave) < distance(begin, point) or (tree.on_lanes and last > SAME_PLACE):
             return math.inf
         return to_lane + distance(point, leave) / lane_speed + last / speed
@@ -169,29 +170,28 @@ class Planner:
         """Return the legs from a point of a lane to the destination, when *how* is what to do there."""
         legs = [self._leg(start, how, tree)]
         if how.leave is None:
-            return legs + self._follow(how.edge.end, tree)
+            return legs + self._follow(self._lanes.ways.ends[how.way], tree)
         return [*legs, Leg(how.leave, tree.goal, distance(how.leave, tree.goal))]
 
     def _follow(self, node: int, tree: Tree) -> list[Leg]:
         """Return the legs from a waypoint to the destination."""
         legs: list[Leg] = []
-        edges, step, leave = self._lanes.edges, tree.step, tree.leave
+        whole, ends, step, leave = self._lanes.legs, self._lanes.ways.ends, tree.step, tree.leave
         while (number := step[node]) >= 0:
-            edge = edges[number]
             if node in leave:
-                return legs + self._take(edge.leg.start, _Step(edge, leave[node]), tree)
-            legs.append(edge.leg)
-            node = edge.end
+                return legs + self._take(self._lanes.points[node], _Step(number, leave[node]), tree)
+            legs.append(whole[number])
+            node = ends[number]
         return legs
 
     def _leg(self, start: Point, how: _Step, tree: Tree) -> Leg:
         """Return the leg that a step drives on its lane; it ends exactly at a destination on the lane."""
-        edge = how.edge
-        if how.leave is None and start == edge.leg.start:
-            return edge.leg
-        end = edge.leg.end if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
-        slots = edge.leg.slots if end == edge.leg.end else edge.leg.slots[:1]
-        return Leg(start, end, distance(start, end), edge.leg.lane, edge.speed_limit, slots)
+        leg = self._lanes.legs[how.way]
+        if how.leave is None and start == leg.start:
+            return leg
+        end = leg.end if how.leave is None else (tree.goal if tree.on_lanes else how.leave)
+        slots = leg.slots if end == leg.end else leg.slots[:1]
+        return Leg(start, end, distance(start, end), leg.lane, leg.speed_limit, slots)
 
 
 def _cut(legs: list[Leg]) -> list[Leg]:

@@ -13,13 +13,13 @@ from hmrsim.geometry import Point, distance
 from hmrsim.navigation.kept import Kept
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.lanes import Edge, Lanes
+    from hmrsim.navigation.lanes import Lanes
 
 _TIE = 1e-9
 """Trips whose times differ by less than this share take equally long."""
 
 _KEPT_SPEEDS = 16
-"""Speeds for which it is kept how long each lane takes."""
+"""Speeds for which it is kept how long each lane takes that is not closed."""
 
 _KEPT_NODES = 4_000_000
 """Waypoints in all kept trees together: some 48 MB."""
@@ -60,10 +60,6 @@ class Trees:
     def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:
         self._lanes = lanes
         self._closed = closed
-        self._into = _without(lanes.into, closed)
-        self._out = _without(lanes.out, closed)
-        # Nothing is to be settled where there is no choice.
-        self._forks = [node for node, out in enumerate(self._out) if len(out) > 1]
         self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
         most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
         self._trees: Kept[tuple[Point, float], Tree] = Kept(most)
@@ -78,15 +74,16 @@ class Trees:
 
     def _search(self, goal: Point, speed: float) -> Tree:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
-        cost = array("d", [math.inf]) * len(self._lanes.out)
-        tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.out), {})
-        found, takes = cost[:], self._seconds(speed)
+        cost = array("d", [math.inf]) * len(self._lanes.names)
+        tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.names), {})
+        found, takes = [math.inf] * len(cost), self._seconds(speed)
+        starts, (begins, into) = self._lanes.ways.starts, self._lanes.ways.into
         if tree.on_lanes:
             heap: list[_Entry] = [(0.0, self._lanes.at[goal], 0, -1, None)]
         else:
-            on_lane, feet = self._lanes.feet(goal)
+            on_lane, feet = self._lanes.approaches(goal)
             tree = replace(tree, on_lanes=on_lane)
-            heap = [self._leaving(edge, point, goal, speed) for edge, point in feet if edge.number not in self._closed]
+            heap = [self._leaving(number, point, goal, speed) for number, point in feet if number not in self._closed]
             heapq.heapify(heap)
         while heap:
             seconds, node, _, number, leave = heapq.heappop(heap)
@@ -95,47 +92,51 @@ class Trees:
             if leave:
                 # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
                 if not (tree.on_lanes or self._lanes.clear(leave, goal)):
-                    edge = self._lanes.edges[number]
-                    for seen in self._lanes.seen(goal, edge, leave):
-                        heapq.heappush(heap, self._leaving(edge, seen, goal, speed))
+                    for seen in self._lanes.seen(goal, number, leave):
+                        heapq.heappush(heap, self._leaving(number, seen, goal, speed))
                     continue
                 tree.leave[node] = leave
             cost[node], tree.step[node] = seconds, number
-            for edge in self._into[node]:
-                total = seconds + takes[edge.number]
-                if total < found[edge.start]:
-                    found[edge.start] = total
-                    heapq.heappush(heap, (total, edge.start, 2 * edge.number, edge.number, None))
+            for way in into[begins[node] : begins[node + 1]]:
+                total = seconds + takes[way]
+                start = starts[way]
+                if total < found[start]:
+                    found[start] = total
+                    heapq.heappush(heap, (total, start, 2 * way, way, None))
         self._settle_ties(tree, speed)
         return tree
 
     def _seconds(self, speed: float) -> array[float]:
-        """Return how long each lane takes at this greatest speed, by its number."""
-        edges = self._lanes.edges
-        return self._kept_seconds.get(speed, lambda: array("d", [edge.seconds(speed) for edge in edges]))
+        """Return how long each lane takes at this greatest speed, by its number; infinitely long where it is closed."""
+        return self._kept_seconds.get(speed, lambda: self._open(speed)) if self._closed else self._lanes.seconds(speed)
 
-    def _leaving(self, edge: Edge, leave: Point, goal: Point, speed: float) -> _Entry:
+    def _open(self, speed: float) -> array[float]:
+        takes = self._lanes.seconds(speed)[:]
+        for number in self._closed:
+            takes[number] = math.inf
+        return takes
+
+    def _leaving(self, number: int, leave: Point, goal: Point, speed: float) -> _Entry:
         """Return what to do at the start of a lane that is left at a point for the destination."""
-        along = distance(edge.leg.start, leave) / min(speed, edge.speed_limit)
-        return along + distance(leave, goal) / speed, edge.start, 2 * edge.number + 1, edge.number, leave
+        ways, (begin, _) = self._lanes.ways, self._lanes.segment(number)
+        along = distance(begin, leave) / min(speed, ways.limits.get(number, math.inf))
+        return along + distance(leave, goal) / speed, ways.starts[number], 2 * number + 1, number, leave
 
     def _settle_ties(self, tree: Tree, speed: float) -> None:
         """Where several ways take equally long, choose the next waypoint that comes first by name."""
         cost, step, takes = tree.cost, tree.step, self._seconds(speed)
-        for node in self._forks:
+        ways = self._lanes.ways
+        first, ends = ways.first, ways.ends
+        # Nothing is to be settled where there is no choice.
+        for node in ways.forks:
             number = step[node]
             if number < 0 or node in tree.leave:
                 continue
-            most, taken = cost[node] * (1 + _TIE), self._lanes.edges[number].end
-            for edge in self._out[node]:
-                if edge.end >= taken:
+            most, taken = cost[node] * (1 + _TIE), ends[number]
+            for way in range(first[node], first[node + 1]):
+                end = ends[way]
+                if end >= taken:
                     break
-                if cost[edge.end] < cost[node] and cost[edge.end] + takes[edge.number] <= most:
-                    step[node] = edge.number
+                if cost[end] < cost[node] and cost[end] + takes[way] <= most:
+                    step[node] = way
                     break
-
-
-def _without(edges: list[list[Edge]], closed: Collection[int]) -> list[list[Edge]]:
-    if not closed:
-        return edges
-    return [[edge for edge in some if edge.number not in closed] for some in edges]

@@ -1,0 +1,154 @@
+"""Which waypoints ways join, by number, in arrays: a grid has two million ways, most of which are never driven."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from itertools import accumulate, chain, permutations, repeat
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+
+class Adjacency:
+    """The lanes of a world in each direction in which they can be driven, and the rides in its lifts.
+
+    Waypoints are numbered in order of name, ways by the names of where they begin, and then of where they end: numbers
+    order as names do. Of two ways between the same waypoints the last one counts, rides after all lanes.
+
+    Args:
+        world: Where they are. Its names must have been checked.
+
+    Attributes:
+        names: Of the waypoints.
+        points: Where they are.
+        index: Their numbers, by name.
+        first: By waypoint, the number of the first way that begins there; the others follow it. One more at the end.
+        starts: By way, the waypoint where it begins.
+        ends: By way, the waypoint where it ends.
+        limits: By way, the most that may be driven there, for those that have a limit.
+        rides: By way, the seconds that a lift takes, for those that are rides.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.names = sorted(world.waypoints)
+        self.points: list[Point] = [world.points[name] for name in self.names]
+        self.index = {name: number for number, name in enumerate(self.names)}
+        limits: dict[tuple[int, int], float] = {}
+        rides: dict[tuple[int, int], float] = {}
+        rows = self._rows(world, limits, rides)
+        self.first = array("i", accumulate(map(len, rows), initial=0))
+        self.starts = array("i", chain.from_iterable(map(repeat, range(len(rows)), map(len, rows))))
+        self.ends = array("i", chain.from_iterable(rows))
+        self.limits = {self.number(*ends): limit for ends, limit in limits.items() if limit < math.inf}
+        self.rides = {self.number(*ends): seconds for ends, seconds in rides.items()}
+
+    def _rows(
+        self, world: World, limits: dict[tuple[int, int], float], rides: dict[tuple[int, int], float]
+    ) -> list[list[int]]:
+        """Return by waypoint where ways lead from there, in order; note what is said of them."""
+        index = self.index
+        rows: list[list[int]] = [[] for _ in self.names]
+        for lane in world.lanes:
+            start, end = index[lane.from_], index[lane.to]
+            for a, b in ((start, end), (end, start))[: 1 if lane.one_way else 2]:
+                rows[a].append(b)
+                if lane.speed_limit or (a, b) in limits:
+                    limits[a, b] = lane.speed_limit or math.inf
+        for lift in world.lifts.values():
+            for i, j in permutations(range(len(lift.stops)), 2):
+                a, b = index[lift.stops[i]], index[lift.stops[j]]
+                rows[a].append(b)
+                rides[a, b] = lift.seconds(i, j)
+                limits.pop((a, b), None)
+        for node, row in enumerate(rows):
+            rows[node] = sorted({*row})
+        return rows
+
+    def number(self, start: int, end: int) -> int:
+        """Return the number of the way between two waypoints, by their numbers; -1 if there is none."""
+        last = self.first[start + 1]
+        number = bisect_left(self.ends, end, self.first[start], last)
+        return number if number < last and self.ends[number] == end else -1
+
+    @cached_property
+    def into(self) -> tuple[array[int], array[int]]:
+        """The numbers of all ways by the waypoint where they end, in order; and before them where each's begin."""
+        counts = [0] * (len(self.names) + 1)
+        for end in self.ends:
+            counts[end + 1] += 1
+        begins = array("i", accumulate(counts))
+        free, numbers = begins.tolist(), array("i", repeat(0, len(self.ends)))
+        for number, end in enumerate(self.ends):
+            numbers[free[end]] = number
+            free[end] += 1
+        return begins, numbers
+
+    @cached_property
+    def forks(self) -> array[int]:
+        """The waypoints from which several ways lead."""
+        first = self.first
+        return array("i", (node for node in range(len(self.names)) if first[node + 1] - first[node] > 1))
+
+    @cached_property
+    def tracks(self) -> tuple[array[int], array[int]]:
+        """By way, the number of the track that it has in common with the way back; by track, its first way."""
+        tracks, firsts = array("i", repeat(-1, len(self.ends))), array("i")
+        first, ends = self.first, self.ends
+        # Ways back begin at the waypoint where a way ends, in the order in which one comes to them here.
+        back = first.tolist()
+        for node in range(len(self.names)):
+            for way in range(first[node], first[node + 1]):
+                if tracks[way] >= 0:
+                    continue
+                tracks[way] = track = len(firsts)
+                firsts.append(way)
+                end = ends[way]
+                other, last = back[end], first[end + 1]
+                while other < last and ends[other] < node:
+                    other += 1
+                if other < last and ends[other] == node:
+                    tracks[other] = track
+                    other += 1
+                back[end] = other
+        return tracks, firsts
+
+    def seconds(self, speed: float) -> array[float]:
+        """Return how long each way takes a robot of this greatest speed, by its number, as `Leg.seconds` does."""
+        at = self.points.__getitem__
+        lengths = array("d", map(math.dist, map(at, self.starts), map(at, self.ends)))
+        found = lengths if speed == 1.0 else array("d", (length / speed for length in lengths))
+        for number, limit in self.limits.items():
+            found[number] = math.dist(at(self.starts[number]), at(self.ends[number])) / min(speed, limit)
+        for number, ride in self.rides.items():
+            found[number] = ride
+        return found
+
+
+class Numbers(Mapping[tuple[str, str], int]):
+    """The numbers of ways, by the names of the waypoints where they begin and end."""
+
+    def __init__(self, ways: Adjacency) -> None:
+        self._ways = ways
+
+    def __getitem__(self, lane: tuple[str, str]) -> int:
+        """Return the number of a way."""
+        start, end = lane
+        number = self._ways.number(self._ways.index[start], self._ways.index[end])
+        if number < 0:
+            raise KeyError(lane)
+        return number
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        """Yield all ways in order."""
+        name = self._ways.names.__getitem__
+        return zip(map(name, self._ways.starts), map(name, self._ways.ends), strict=True)
+
+    def __len__(self) -> int:
+        """Return how many ways there are."""
+        return len(self._ways.ends)

@@ -1,0 +1,122 @@
+"""The arrays of lanes, against the ways of the world one by one."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.navigation.adjacency import Adjacency, Numbers
+from hmrsim.navigation.lanes import Lanes
+from hmrsim.world.model import World
+
+NAMES = ["a", "b", "c", "d", "e", "f"]
+
+lanes = st.lists(
+    st.tuples(
+        st.sampled_from([(a, b) for a in NAMES for b in NAMES if a < b]),
+        st.booleans(),
+        st.booleans(),
+        st.sampled_from([None, 0.5, 2.0]),
+    ),
+    unique_by=lambda lane: lane[0],
+)
+lifts = st.lists(st.lists(st.sampled_from(NAMES), min_size=2, max_size=3, unique=True), max_size=1)
+
+
+@st.composite
+def worlds(draw):
+    """Draw worlds of lanes in one direction or both, some with limits, and of lifts."""
+    drawn = draw(lanes)
+    return World.model_validate(
+        {
+            "waypoints": {name: [3.0 * i, 4.0 * (i % 2)] for i, name in enumerate(reversed(NAMES))},
+            "lanes": [
+                {"from": ends[back], "to": ends[not back], "one_way": one_way}
+                | ({"speed_limit": limit} if limit else {})
+                for ends, back, one_way, limit in drawn
+            ],
+            "lifts": {f"lift{i}": {"stops": stops} for i, stops in enumerate(draw(lifts))},
+        }
+    )
+
+
+def sorted_ways(world):
+    """Return the ways of a world in order."""
+    return sorted(world.ways, key=lambda way: (way.start, way.end))
+
+
+@given(worlds())
+def test_ways_are_numbered_by_name(world):
+    """Each has the length, limit and ride that the world says."""
+    made = Lanes(world)
+    legs = [edge.leg for edge in made.edges]
+
+    assert [((way.start, way.end), way.length, way.speed_limit, way.ride) for way in sorted_ways(world)] == [
+        (leg.lane, leg.length, leg.speed_limit, leg.ride) for leg in legs
+    ]
+    assert [(edge.number, made.names[edge.start], made.names[edge.end]) for edge in made.edges] == [
+        (number, way.start, way.end) for number, way in enumerate(sorted_ways(world))
+    ]
+
+
+@given(worlds())
+def test_both_directions_have_a_slot_in_common(world):
+    """Slots of lanes follow those of waypoints, in order of the first way of each."""
+    made = Lanes(world)
+    tracks: dict[frozenset[str], int] = {}
+    for way in sorted_ways(world):
+        tracks.setdefault(frozenset((way.start, way.end)), len(made.names) + len(tracks))
+
+    assert [made.legs[number].slots[0] for number in range(len(made.edges))] == [
+        tracks[frozenset((way.start, way.end))] for way in sorted_ways(world)
+    ]
+    assert [frozenset(ends) for ends in made.tracks] == [*tracks]
+    assert {slot: [edge.leg.lane for edge in made.leading_to(slot)] for slot in tracks.values()} == {
+        slot: [(way.start, way.end) for way in sorted_ways(world) if {way.start, way.end} == ends]
+        for ends, slot in tracks.items()
+    }
+
+
+@given(worlds())
+def test_ways_are_found_by_their_ends(world):
+    """By names, by where they begin, and by where they end."""
+    made, expected = Lanes(world), [(way.start, way.end) for way in sorted_ways(world)]
+
+    assert expected == [*made.numbers]
+    assert [*range(len(expected))] == [made.numbers[ends] for ends in expected]
+    assert [pair in expected for pair in ((a, b) for a in NAMES for b in NAMES)] == [
+        pair in made.numbers for pair in ((a, b) for a in NAMES for b in NAMES)
+    ]
+    for node, name in enumerate(made.names):
+        assert [ends for ends in expected if ends[0] == name] == [edge.leg.lane for edge in made.out[node]]
+        assert [ends for ends in expected if ends[1] == name] == [edge.leg.lane for edge in made.into[node]]
+
+
+@given(worlds(), st.sampled_from([0.25, 1.0, 3.0]))
+def test_all_ways_at_once_take_as_long_as_one_by_one(world, speed):
+    """To the last bit: ties between routes depend on it."""
+    ways = Adjacency(world)
+
+    assert [way.seconds(speed) for way in sorted_ways(world)] == ways.seconds(speed).tolist()
+
+
+def test_names_that_are_not_there_are_no_ways():
+    """As in any mapping."""
+    numbers = Numbers(Adjacency(World.model_validate({"waypoints": {"a": [0, 0]}})))
+
+    assert (None, 0) == (numbers.get(("a", "b")), len(numbers))
+
+
+def test_of_two_ways_between_the_same_waypoints_the_last_one_counts():
+    """A ride is after all lanes."""
+    world = World.model_validate(
+        {
+            "waypoints": {"a": [0, 0], "b": [3, 4]},
+            "lanes": [{"from": "a", "to": "b", "speed_limit": 1.0}],
+            "lifts": {"lift": {"stops": ["a", "b"], "travel_time": 7.0, "door_time": 1.0}},
+        }
+    )
+
+    assert [(0.0, 9.0, math.inf)] * 2 == [(edge.length, edge.ride, edge.speed_limit) for edge in Lanes(world).edges]
