@@ -10,6 +10,8 @@ from functools import cached_property
 from itertools import accumulate, chain, permutations, repeat
 from typing import TYPE_CHECKING
 
+from hmrsim.world.model import PlainLanes
+
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
@@ -54,7 +56,14 @@ class Adjacency:
         """Return by waypoint where ways lead from there, in order; note what is said of them."""
         index = self.index
         rows: list[list[int]] = [[] for _ in self.names]
-        for lane in world.lanes:
+        lanes = world.lanes
+        if isinstance(lanes, PlainLanes):
+            number = [index[name] for name in lanes.pairs.names].__getitem__
+            for a, b in zip(map(number, lanes.pairs.starts), map(number, lanes.pairs.ends), strict=True):
+                rows[a].append(b)
+                rows[b].append(a)
+            lanes = ()
+        for lane in lanes:
             start, end = index[lane.from_], index[lane.to]
             for a, b in ((start, end), (end, start))[: 1 if lane.one_way else 2]:
                 rows[a].append(b)

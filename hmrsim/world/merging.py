@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import Finding, dotted, shown
 from hmrsim.errors import Problem
+from hmrsim.world.pairs import Pairs
 
 if TYPE_CHECKING:
     import pathlib
@@ -70,12 +71,14 @@ class Merged:
     def add(self, source: Source) -> None:
         """Merge mappings and concatenate lists; an existing value of another kind is kept."""
         self.problems += [source.problem(finding) for finding in source.document.findings]
-        for key, value in source.document.data.items():
+        for key, said in source.document.data.items():
+            # Lanes of a grid stay what they are only as long as they are the only ones.
+            value = [*said] if isinstance(said, Pairs) and key in self.data else said
             if key == "include":
                 continue
             if key in _MAPS and isinstance(value, dict) and isinstance(self.data.get(key, {}), dict):
                 self._unite(key, value, source)
-            elif key in _LISTS and isinstance(value, list) and isinstance(self.data.get(key, []), list):
+            elif key in _LISTS and isinstance(value, list) and isinstance(self.data.get(key, []), (list, Pairs)):
                 self._join(key, value, source)
             elif key not in self.data:
                 self.data[key] = value
@@ -86,8 +89,11 @@ class Merged:
                 self.problems.append(source.problem(Finding((key,), message, value)))
 
     def _unite(self, key: str, value: dict[str, Any], source: Source) -> None:
-        mine = self.data.setdefault(key, {})
-        self._owners.setdefault((key,), (source, (key,)))
+        if key not in self.data:
+            self.data[key] = dict(value)
+            self._owners[key,] = (source, (key,))
+            return
+        mine = self.data[key]
         for name, part in value.items():
             if name in mine:
                 other = self._owner((key, name))[0].file
@@ -98,8 +104,11 @@ class Merged:
                 self._owners[key, name] = (source, (key, name))
 
     def _join(self, key: str, value: list[Any], source: Source) -> None:
-        mine = self.data.setdefault(key, [])
-        self._owners.setdefault((key,), (source, (key,)))
+        if key not in self.data:
+            self.data[key] = [*value]
+            self._owners[key,] = (source, (key,))
+            return
+        mine = self.data[key] = [*self.data[key]]
         for i, part in enumerate(value):
             self._owners[key, len(mine)] = (source, (key, i))
             mine.append(part)

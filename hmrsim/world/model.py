@@ -7,15 +7,30 @@ radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever fli
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import permutations
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, overload
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetPydanticSchema,
+    SerializerFunctionWrapHandler,
+    Tag,
+    ValidatorFunctionWrapHandler,
+    WrapSerializer,
+    WrapValidator,
+    model_validator,
+)
 
 from hmrsim.geometry import MAX_COORDINATE, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
+from hmrsim.world.pairs import Pairs
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
@@ -122,6 +137,61 @@ class Lane(Model):
                 raise ValueError(f"a lane is [from, to], got {len(data)} names")
             return {"from": data[0], "to": data[1]}
         return data
+
+
+class PlainLanes(Sequence[Lane]):
+    """Lanes without settings, each of which is made when it is asked for; see `Pairs`."""
+
+    def __init__(self, pairs: Pairs) -> None:
+        self.pairs = pairs
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.pairs)
+
+    @overload
+    def __getitem__(self, index: int) -> Lane: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Lane, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Lane | tuple[Lane, ...]:
+        """Make a lane, or several."""
+        if isinstance(index, slice):
+            return tuple(self[i] for i in range(*index.indices(len(self))))
+        return Lane.model_validate(self.pairs[index])
+
+    def __iter__(self) -> Iterator[Lane]:
+        """Make all lanes, one after the other."""
+        return map(Lane.model_validate, self.pairs)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether others are the same lanes in the same order."""
+        if isinstance(other, PlainLanes):
+            return self.pairs == other.pairs
+        return isinstance(other, tuple) and len(self) == len(other) and all(map(Lane.__eq__, self, other))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _plain_or_checked(lanes: Any, check: ValidatorFunctionWrapHandler) -> Sequence[Lane]:
+    if isinstance(lanes, PlainLanes):
+        return lanes
+    checked: Sequence[Lane] = PlainLanes(lanes) if isinstance(lanes, Pairs) else check(lanes)
+    return checked
+
+
+def _dumped(lanes: Sequence[Lane], dump: SerializerFunctionWrapHandler) -> Any:
+    return dump(tuple(lanes))
+
+
+Lanes = Annotated[
+    Sequence[Lane],
+    GetPydanticSchema(
+        lambda _, schema: schema(Annotated[tuple[Lane, ...], WrapValidator(_plain_or_checked), WrapSerializer(_dumped)])
+    ),
+]
+"""Lanes in the order of the file; those that the reader of a grid made are taken as they are."""
 
 
 class Solid(Model):
@@ -335,7 +405,7 @@ class World(Model):
     ] = None
     include: tuple[str, ...] = Field(default=(), description="Other files of any format, beside or below this one.")
     waypoints: dict[Name, PointOrWaypoint] = {}
-    lanes: tuple[Lane, ...] = ()
+    lanes: Lanes = ()
     walls: tuple[Wall, ...] = ()
     places: dict[Name, Place] = {}
     docks: dict[Name, Dock] = {}
@@ -378,10 +448,20 @@ class World(Model):
 
         There is none where there is no lane.
         """
-        touched = {end: self.points[end] for way in self.ways for end in (way.start, way.end)}
         points = {name: place.at for name, place in self.places.items()}
         points |= {name: self.dock_point(name) for name in self.docks}
+        touched = {end: self.points[end] for end in self._touched()} if points else {}
         return nearest(touched, points) if touched else {}
+
+    def _touched(self) -> Iterator[str]:
+        """Yield the waypoints at the ends of lanes, and the stops of lifts."""
+        if isinstance(self.lanes, PlainLanes):
+            yield from self.lanes.pairs.touched()
+        else:
+            for lane in self.lanes:
+                yield from (lane.from_, lane.to)
+        for lift in self.lifts.values():
+            yield from lift.stops
 
     @cached_property
     def graph(self) -> nx.DiGraph[str]:

@@ -24,6 +24,24 @@ _HAIR = 1e-9
 _ROUNDING = 1e-14
 
 
+def cells_around(segments: Sequence[Segment], size: float) -> tuple[float, set[tuple[int, int]]]:
+    """Return the square cells in which segments are and those beside, by their column and row, and how wide they are.
+
+    That is *size* at least: what is not in these cells is farther away than that.
+    """
+    length = math.fsum(distance(a, b) for a, b in segments)
+    size = max(size, length / _MAX_PIECES, _MIN_SIZE)
+    found: set[tuple[int, int]] = set()
+    for a, b in segments:
+        pieces = max(1, math.ceil(distance(a, b) / size))
+        for i in range(pieces):
+            (x0, y0), (x1, y1) = between(a, b, i / pieces), between(a, b, (i + 1) / pieces)
+            columns = range(math.floor(min(x0, x1) / size) - 1, math.floor(max(x0, x1) / size) + 2)
+            rows = range(math.floor(min(y0, y1) / size) - 1, math.floor(max(y0, y1) / size) + 2)
+            found.update((column, row) for column in columns for row in rows)
+    return size, found
+
+
 class SegmentGrid:
     """Segments sorted into square cells, about as many as make a cell hold one segment.
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+import math
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.world.segments import SegmentGrid
+from hmrsim.world.model import PlainLanes
+from hmrsim.world.pairs import Pairs
+from hmrsim.world.segments import SegmentGrid, cells_around
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -18,10 +22,27 @@ if TYPE_CHECKING:
 _MAX_COMPARISONS = 5_000_000
 """Maximum cost of comparing lanes with walls: some seconds."""
 
+_LISTED = 8
+"""Waypoints that are named of parts that no lane connects."""
+
 
 def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors and warnings of the lanes of a world."""
-    good: list[int] = []
+    lanes = world.lanes
+    if isinstance(lanes, PlainLanes) and all(map(world.points.__contains__, lanes.pairs.names)):
+        pairs, joined = lanes.pairs, lanes.pairs.touched()
+        yield from _check_walls(world, _near_walls(world, pairs))
+    else:
+        good: list[int] = []
+        yield from _check_each(world, lost, good)
+        yield from _check_walls(world, good)
+        pairs, joined = _pairs(world, good), [name for lane in lanes for name in (lane.from_, lane.to)]
+    if not lost and lanes:
+        yield from _check_connected(world, pairs, joined)
+
+
+def _check_each(world: World, lost: Lost, good: list[int]) -> Iterator[Finding]:
+    """Yield the errors of lanes one by one; add the indices of the others to *good*."""
     driven: dict[tuple[str, str], int] = {}
     for i, lane in enumerate(world.lanes):
         unknown = [(key, name) for key, name in (("from", lane.from_), ("to", lane.to)) if name not in world.waypoints]
@@ -45,9 +66,14 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding(("lanes", i), message, [lane.from_, lane.to])
             continue
         good.append(i)
-    yield from _check_walls(world, good)
-    if not lost:
-        yield from _check_connected(world, good)
+
+
+def _pairs(world: World, good: Sequence[int]) -> Pairs:
+    """Return lanes that are right as pairs of numbers."""
+    number = {name: i for i, name in enumerate(world.waypoints)}
+    starts = array("i", (number[world.lanes[i].from_] for i in good))
+    ends = array("i", (number[world.lanes[i].to] for i in good))
+    return Pairs([*number], starts, ends, math.inf)
 
 
 def _segment(world: World, i: int) -> tuple[Point, Point]:
@@ -55,11 +81,32 @@ def _segment(world: World, i: int) -> tuple[Point, Point]:
     return world.points[lane.from_], world.points[lane.to]
 
 
-def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:
+def _near_walls(world: World, pairs: Pairs) -> list[int]:
+    """Return the lanes that may cross a wall that is not one of their grid's own."""
+    size, cells = cells_around([(a, b) for _, a, b in _walls(world, pairs)], 2.0 * pairs.reach)
+    if not cells:
+        return []
+    points = (world.points[name] for name in pairs.names)
+    near = [(math.floor(x / size), math.floor(y / size)) in cells for x, y in points]
+    return [i for i, start in enumerate(pairs.starts) if near[start]]
+
+
+def _walls(world: World, pairs: Pairs | None = None) -> list[tuple[int, Point, Point]]:
+    """Return the pieces of walls and their outlines with their walls' indices, but for those that *pairs* touch not."""
     walls: list[tuple[int, Point, Point]] = []
     for i, wall in enumerate(world.walls):
-        points = wall if isinstance(wall, tuple) else (*wall.solid, wall.solid[0])
+        if isinstance(wall, tuple):
+            points = wall
+        elif pairs is None or wall.solid not in pairs.beside:
+            points = (*wall.solid, wall.solid[0])
+        else:
+            continue
         walls += [(i, a, b) for a, b in pairwise(points)]
+    return walls
+
+
+def _check_walls(world: World, good: Sequence[int]) -> Iterator[Finding]:
+    walls = _walls(world, world.lanes.pairs if isinstance(world.lanes, PlainLanes) else None)
     if not walls or not good:
         return
     grid = SegmentGrid([(a, b) for _, a, b in walls])
@@ -74,29 +121,48 @@ def _check_walls(world: World, good: list[int]) -> Iterator[Finding]:
             yield warning(("lanes", i), message, [lane.from_, lane.to])
 
 
-def _check_connected(world: World, good: list[int]) -> Iterator[Finding]:
-    """Warn of waypoints that no lane touches, and of lanes that fall apart; lifts connect, too."""
-    if not world.lanes:
-        return
-    part = {name: name for lane in world.lanes for name in (lane.from_, lane.to)}
-    part |= {stop: stop for lift in world.lifts.values() for stop in lift.stops}
+def _check_connected(world: World, pairs: Pairs, joined: Iterable[str]) -> Iterator[Finding]:
+    """Warn of waypoints that no lane touches, and of lanes that fall apart; lifts connect, too.
 
-    def top(name: str) -> str:
-        while part[name] != name:
-            part[name] = part[part[name]]
-            name = part[name]
-        return name
-
+    Args:
+        world: Where they are.
+        pairs: Its lanes, as far as they are right.
+        joined: The names of the waypoints that any lane touches.
+    """
+    stops = [lift.stops for lift in world.lifts.values()]
+    touched = {*joined, *chain.from_iterable(stops)}
     for name in world.waypoints:
-        if name not in part:
+        if name not in touched:
             yield warning(("waypoints", name), "no lane leads here")
-    for i in good:
-        part[top(world.lanes[i].from_)] = top(world.lanes[i].to)
-    for lift in world.lifts.values():
-        part.update((top(stop), top(lift.stops[0])) for stop in lift.stops)
-    tops: dict[str, str] = {}
-    for i in good:
-        tops.setdefault(top(world.lanes[i].from_), world.lanes[i].from_)
+    number = {name: i for i, name in enumerate(pairs.names)} if stops else {}
+    rides = [
+        (number.setdefault(first, len(number)), number.setdefault(other, len(number)))
+        for first, *others in stops
+        for other in others
+    ]
+    part = _parts(max(len(number), len(pairs.names)), chain(zip(pairs.starts, pairs.ends, strict=True), rides))
+    # In order of the first lane of each.
+    tops = dict.fromkeys(map(part.__getitem__, pairs.starts))
     if len(tops) > 1:
-        names = ", ".join(repr(name) for name in list(tops.values())[:8])
+        firsts = (next(start for start in pairs.starts if part[start] == top) for top in islice(tops, _LISTED))
+        names = ", ".join(repr(pairs.names[start]) for start in firsts)
         yield warning(("lanes",), f"are {len(tops)} parts that no lane connects, with {names}", len(tops))
+
+
+def _parts(count: int, joined: Iterable[tuple[int, int]]) -> list[int]:
+    """Return for each of so many things the first of all that it is joined with."""
+    part = list(range(count))
+    for ends in joined:
+        a, b = ends
+        while part[a] != a:
+            part[a] = a = part[part[a]]
+        while part[b] != b:
+            part[b] = b = part[part[b]]
+        if a < b:
+            part[b] = a
+        else:
+            part[a] = b
+    # What comes before has its first already.
+    for i, before in enumerate(part):
+        part[i] = part[before]
+    return part

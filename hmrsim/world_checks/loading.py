@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -15,6 +16,7 @@ from hmrsim.errors import Problem, WorldError
 from hmrsim.world import additions
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_all
+from hmrsim.world.model import Lane, PlainLanes, Waypoint
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.validation import Lost, validate
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
     from hmrsim.world.merging import Source
     from hmrsim.world.model import World
+
+
+_PIECE = 10_000
+"""Lanes and waypoints that are hashed at once."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,44 @@ def _in_order(problems: list[Problem], file: str) -> list[Problem]:
 
 def world_hash(world: World) -> str:
     """Return the SHA-256 of a world in canonical JSON, as 64 hex digits."""
-    data = world.model_dump(mode="json", by_alias=True)
-    text = json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    return hashlib.sha256(text.encode("ascii")).hexdigest()
+    digest = hashlib.sha256()
+    large = {"lanes": _lanes, "waypoints": _waypoints}
+    data = world.model_dump(mode="json", by_alias=True, exclude={*large})
+    for i, key in enumerate(sorted([*data, *large])):
+        digest.update(f"{'{,'[i > 0]}{_canonical(key)}:".encode("ascii"))
+        for text in large[key](world) if key in large else [_canonical(data[key])]:
+            digest.update(text.encode("ascii"))
+    digest.update(b"}")
+    return digest.hexdigest()
+
+
+def _lanes(world: World) -> Iterator[str]:
+    """Yield the canonical JSON of lanes in pieces: that of a grid's is 80 MB long."""
+    lanes = world.lanes
+    if not isinstance(lanes, PlainLanes):
+        yield _canonical(world.model_dump(mode="json", by_alias=True, include={"lanes"})["lanes"])
+        return
+    lane = Lane(from_="a", to="b").model_dump(mode="json", by_alias=True)
+    before, between, after = re.split('"[ab]"', _canonical(lane))
+    name = [_canonical(name) for name in lanes.pairs.names].__getitem__
+    pairs = zip(map(name, lanes.pairs.starts), map(name, lanes.pairs.ends), strict=True)
+    yield "["
+    for i in range(0, len(lanes), _PIECE):
+        texts = [f"{before}{a}{between}{b}{after}" for a, b in islice(pairs, _PIECE)]
+        yield f"{',' if i else ''}{','.join(texts)}"
+    yield "]"
+
+
+def _waypoints(world: World) -> Iterator[str]:
+    """Yield the canonical JSON of waypoints in pieces."""
+    names = sorted(world.waypoints)
+    yield "{"
+    for i in range(0, len(names), _PIECE):
+        parts = ((name, world.waypoints[name]) for name in names[i : i + _PIECE])
+        plain = {name: at.model_dump(mode="json") if isinstance(at, Waypoint) else at for name, at in parts}
+        yield f"{',' if i else ''}{_canonical(plain)[1:-1]}"
+    yield "}"
+
+
+def _canonical(value: object) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)

@@ -23,7 +23,8 @@ class Document:
     """The content of a file.
 
     Attributes:
-        data: The top-level keys of a world, as in a native file; they are validated later.
+        data: The top-level keys of a world, as in a native file; they are validated later. A grid's lanes may be
+            `hmrsim.world.pairs.Pairs`, which are not.
         line: Returns the line of a path in *data*, as precisely as it is known.
         findings: The errors and warnings of the reader.
         complete: Whether all names of the file are in *data*, so that a missing name is an error.

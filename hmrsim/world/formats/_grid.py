@@ -2,31 +2,50 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Sequence
+from itertools import count
 
 Cell = tuple[int, int]
 """Column and row, from 0."""
 
-_STRAIGHT = ((1, 0), (0, 1))
-_DIAGONAL = ((1, 1), (-1, 1))
-"""Steps to the neighbours that come later; the others have this cell for theirs."""
+_CLOSED = -1
+"""What a closed cell has for a number."""
 
 
-def steps(rows: Sequence[Sequence[bool]], *, diagonal: bool) -> Iterator[tuple[Cell, Cell]]:
-    """Yield pairs of open cells that are neighbours, each once.
+def numbered(rows: Sequence[Sequence[bool]]) -> list[list[int]]:
+    """Return the number of each open cell, row by row."""
+    numbers = count()
+    return [[next(numbers) if is_open else _CLOSED for is_open in row] for row in rows]
 
-    Cells that touch at a corner are neighbours by *diagonal*, if both cells beside are open.
+
+def steps(rows: Sequence[list[int]], *, diagonal: bool) -> tuple[array[int], array[int]]:
+    """Return pairs of open cells that are neighbours, by their numbers, each once, in two arrays.
+
+    Cells that touch at a corner are neighbours by *diagonal*, if both cells beside are open. The pairs of a cell with
+    those that come later are together; the others have this cell for theirs.
     """
-    height = len(rows)
-    for y, row in enumerate(rows):
-        for x, is_open in enumerate(row):
-            if not is_open:
+    starts, ends = array("i"), array("i")
+
+    def join(cell: int, other: int) -> None:
+        starts.append(cell)
+        ends.append(other)
+
+    for row, below in zip(rows, [*rows[1:], [_CLOSED] * len(rows[0])], strict=True):
+        west, east = [_CLOSED, *row], [*row[1:], _CLOSED]
+        south_west, south_east = [_CLOSED, *below], [*below[1:], _CLOSED]
+        for cell, w, e, s, sw, se in zip(row, west, east, below, south_west, south_east, strict=False):
+            if cell == _CLOSED:
                 continue
-            for dx, dy in (*_STRAIGHT, *_DIAGONAL) if diagonal else _STRAIGHT:
-                to_x, to_y = x + dx, y + dy
-                inside = 0 <= to_x < len(row) and to_y < height
-                if inside and rows[to_y][to_x] and row[to_x] and rows[to_y][x]:
-                    yield (x, y), (to_x, to_y)
+            if e != _CLOSED:
+                join(cell, e)
+            if s != _CLOSED:
+                join(cell, s)
+                if diagonal and _CLOSED not in (e, se):
+                    join(cell, se)
+                if diagonal and _CLOSED not in (w, sw):
+                    join(cell, sw)
+    return starts, ends
 
 
 def blocks(rows: Sequence[Sequence[bool]]) -> Iterator[tuple[Cell, Cell]]:

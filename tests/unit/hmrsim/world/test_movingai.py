@@ -139,6 +139,8 @@ def test_steps_are_those_of_the_benchmarks(rows, diagonal):
         for dx, dy in around
         if {(x + dx, y + dy), (x + dx, y), (x, y + dy)} <= cells
     }
-    found = [frozenset(step) for step in _grid.steps(rows, diagonal=diagonal)]
+    numbers = _grid.numbered(rows)
+    cell = {number: (x, y) for y, row in enumerate(numbers) for x, number in enumerate(row) if number >= 0}
+    found = [frozenset((cell[a], cell[b])) for a, b in zip(*_grid.steps(numbers, diagonal=diagonal), strict=True)]
 
     assert (expected, len(expected)) == (set(found), len(found))
