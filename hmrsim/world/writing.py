@@ -8,10 +8,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-if TYPE_CHECKING:
-    from hmrsim.world.model import World
+from hmrsim.world.model import PlainLanes, World
 
 _WIDTH: Final = 110
 _PLAIN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*( [A-Za-z0-9_./-]+)*")
@@ -25,8 +24,8 @@ _HEAD: Final = ("name", "units", "bounds", "seed")
 
 def native_data(world: World) -> dict[str, Any]:
     """Return a world as the plain values of a native file."""
-    data: dict[str, Any] = {"name": world.name, "units": world.units}
-    data |= world.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    dumped = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"lanes"})
+    data: dict[str, Any] = {"name": world.name, "units": world.units, **dumped}
     for name, robot in world.robots.items():
         # A setting of a robot's base overrides its type's, even with the default value.
         if base := robot.base.model_dump(mode="json", exclude_unset=True):
@@ -36,9 +35,18 @@ def native_data(world: World) -> dict[str, Any]:
             # It counts as the default, and yet has a hash of its own.
             if str(getattr(thing, field)) == _MINUS_ZERO:
                 data[key][name][field] = -0.0
-    if "lanes" in data:
-        data["lanes"] = [[*lane.values()] if lane.keys() == {"from", "to"} else lane for lane in data["lanes"]]
+    if world.lanes:
+        data["lanes"] = _lanes(world)
+        data = {key: data[key] for key in World.model_fields if key in data}
     return {key: value if key in ("faults", "traffic") else _tidy(value) for key, value in _ordered(data).items()}
+
+
+def _lanes(world: World) -> list[Any]:
+    """Return the lanes, as short as they can be written."""
+    if isinstance(world.lanes, PlainLanes):
+        return [[*pair] for pair in world.lanes.pairs]
+    lanes = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, include={"lanes"})["lanes"]
+    return [[*lane.values()] if lane.keys() == {"from", "to"} else lane for lane in lanes]
 
 
 def to_yaml(world: World, *, schema: str | None = None) -> str:
