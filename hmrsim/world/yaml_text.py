@@ -26,6 +26,7 @@ _INT = re.compile(r"[-+]?[0-9]+")
 _OTHER_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_BEGINS_NUMBER = frozenset("+-.0123456789")
 _TAG = "tag:yaml.org,2002:"
 _MERGE = "<<"
 
@@ -45,7 +46,7 @@ class Unreadable(Exception):
         self.line = line
 
 
-@dataclass
+@dataclass(slots=True)
 class _Part:
     """A mapping or list; or, with *value* a scalar, one of these.
 
@@ -110,16 +111,17 @@ class _Builder:
 
     def take(self, event: Any) -> None:
         line = event.start_mark.line + 1
-        if isinstance(event, yaml.DocumentStartEvent) and self.root is not None:
+        if isinstance(event, yaml.ScalarEvent):
+            self._scalar(event, line)
+        elif isinstance(event, yaml.DocumentStartEvent) and self.root is not None:
             raise Unreadable("has more than one document; keep one", line)
-        if isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+        elif isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
             self._begin(event, line)
         elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
             part = self._open.pop()
-            self._keep(part.anchor, part)
-            self._add(part)
-        elif isinstance(event, yaml.ScalarEvent):
-            self._scalar(event, line)
+            if part.anchor:
+                self._anchors[part.anchor] = part
+            self._add(part.value, part.lines, part.size, part.depth)
         elif isinstance(event, yaml.AliasEvent):
             self._alias(str(event.anchor), line)
 
@@ -159,9 +161,10 @@ class _Builder:
                 raise Unreadable(f"has the merge key {_MERGE}, which YAML 1.2 no longer has; write the keys out", line)
             self._open[-1].key = (event.value, line)
             return
-        part = _Part(_resolve(event, line), line)
-        self._keep(event.anchor, part)
-        self._add(part)
+        value = _resolve(event, line)
+        if event.anchor:
+            self._anchors[event.anchor] = _Part(value, line)
+        self._add(value, line)
 
     def _alias(self, anchor: str, line: int) -> None:
         part = self._anchors.get(anchor)
@@ -174,24 +177,21 @@ class _Builder:
                 raise Unreadable(f"alias {shown(anchor)} is not a name that could be a key", line)
             self._open[-1].key = (part.value, line)
             return
-        self._add(part)
+        self._add(part.value, part.lines, part.size, part.depth)
 
-    def _keep(self, anchor: str | None, part: _Part) -> None:
-        if anchor:
-            self._anchors[anchor] = part
-
-    def _add(self, part: _Part) -> None:
-        """Put a finished value where it belongs."""
+    def _add(self, value: Any, lines: Lines, size: int = 1, depth: int = 0) -> None:
+        """Put a finished value, with its lines, where it belongs."""
         if not self._open:
-            self.root = part
+            self.root = _Part(value, lines)
             return
         parent = self._open[-1]
-        parent.size += part.size
-        parent.depth = max(parent.depth, part.depth + 1)
+        parent.size += size
+        if depth >= parent.depth:
+            parent.depth = depth + 1
         parts: Any = parent.lines[1] if isinstance(parent.lines, tuple) else ()
         if parent.key is None:
-            parent.value.append(part.value)
-            parts.append(part.lines)
+            parent.value.append(value)
+            parts.append(lines)
             return
         key, line = parent.key
         parent.key = None
@@ -200,8 +200,8 @@ class _Builder:
             message = f"key {shown(key)} is there twice, first in line {first}; keep one"
             self.findings.append(Finding((*parent.path, key), message, key, line=line))
             return
-        parent.value[key] = part.value
-        parts[key] = part.lines
+        parent.value[key] = value
+        parts[key] = lines
 
 
 def _resolve(event: Any, line: int) -> object:
@@ -221,6 +221,8 @@ def _plain(text: str) -> object:
         value = None
     elif text in _BOOL:
         value = _BOOL[text]
+    elif text[0] not in _BEGINS_NUMBER:
+        value = text
     elif _INT.fullmatch(text):
         value = int(text) if len(text) <= _MAX_NUMBER else float(text)
     elif _FLOAT.fullmatch(text):
