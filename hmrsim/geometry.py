@@ -176,9 +176,11 @@ class Obstacles:
         """Return whether *point* is on a wall or inside a solid."""
         x, y = point
         near = self._near((x - _HAIR, y - _HAIR), (x + _HAIR, y + _HAIR))
-        return any(inside(point, outline) for outline in self._solids) or any(
-            distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in near
-        )
+        return self.surround(point) or any(distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in near)
+
+    def surround(self, point: Point) -> bool:
+        """Return whether *point* is inside a solid."""
+        return any(inside(point, outline) for outline in self._solids)
 
     def edges_of_shadow(self, eye: Point, a: Point, b: Point) -> list[Point]:
         """Return where the shadow on the segment *a*-*b* ends in which the foot of *eye* lies, on either side.
@@ -205,16 +207,14 @@ class Obstacles:
 
     def free(self, a: Point, b: Point) -> float:
         """Return the share of the straight line from *a* to *b* that is free, up to a hair's breadth before a wall."""
-        if any(inside(a, outline) for outline in self._solids):
+        if self.surround(a):
             return 0.0
         shares = [_meeting(a, b, c, d) for c, d in self._near(a, b) if crosses(a, b, c, d)]
         return max(0.0, min(shares, default=1.0))
 
     def block(self, a: Point, b: Point) -> bool:
         """Return whether the straight line from *a* to *b* meets a wall or a solid."""
-        return any(crosses(a, b, c, d) for c, d in self._near(a, b)) or any(
-            inside(a, outline) for outline in self._solids
-        )
+        return any(crosses(a, b, c, d) for c, d in self._near(a, b)) or self.surround(a)
 
     def _near(self, *points: Point) -> list[tuple[Point, Point]]:
         """Return the walls that may be between points: most are nowhere near, which is a matter of four comparisons."""

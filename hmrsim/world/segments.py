@@ -85,6 +85,30 @@ class SegmentGrid:
             self.looked += 1 + len(here)
         return found
 
+    def outwards(self, point: Point) -> Iterator[int]:
+        """Yield the indices of all segments: those in the cells around a point first, then those farther away."""
+        seen: set[int] = set()
+        reach = self._size
+        while len(seen) < len(self._segments):
+            more = self.within(point, reach) - seen
+            yield from sorted(more)
+            seen |= more
+            reach *= 2.0
+
+    def within(self, point: Point, reach: float) -> set[int]:
+        """Return the indices of all segments in the cells that are so near to a point, in x and in y."""
+        found: set[int] = set()
+        (left, low), (right, high) = map(self._cells_of, (self._low, self._high))
+        x0, y0 = self._cells_of((point[0] - reach, point[1] - reach))
+        x1, y1 = self._cells_of((point[0] + reach, point[1] + reach))
+        for x in range(max(x0, left - 1), min(x1, right + 1) + 1):
+            for y in range(max(y0, low - 1), min(y1, high + 1) + 1):
+                found.update(self._cells.get((x, y), ()))
+        return found
+
+    def _cells_of(self, point: Point) -> tuple[int, int]:
+        return self._cell(point[0]), self._cell(point[1])
+
     def _clipped(self, a: Point, b: Point) -> Segment:
         """Return the part of a line that is near the segments, or one of its ends if there is none."""
         first, last = 0.0, 1.0

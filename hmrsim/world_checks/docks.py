@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -63,11 +65,16 @@ class _Ways:
     def __init__(self, world: World) -> None:
         self._world = world
         solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
-        self._obstacles = Obstacles([wall for wall in world.walls if isinstance(wall, tuple)], solids)
-        there = world.points.keys()
-        self._lanes = [(lane.from_, lane.to) for lane in world.lanes if {lane.from_, lane.to} <= there]
-        self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= there]
+        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
+        self._obstacles = Obstacles(walls, solids)
+        outlines = [*walls, *((*outline, outline[0]) for outline in solids)]
+        self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
+        points = world.points
+        self._lanes = [(lane.from_, lane.to) for lane in world.lanes if {lane.from_, lane.to} <= points.keys()]
+        self._segments = SegmentGrid([(points[a], points[b]) for a, b in self._lanes])
+        self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
         self._part = self._parts()
+        self._count = len({*self._part.values()})
         self._starts: dict[Point, frozenset[str]] = {}
 
     def _parts(self) -> dict[str, str]:
@@ -92,7 +99,7 @@ class _Ways:
         x, y = point
         meant = [(key, robot) for key, robot in self._world.robots.items() if _may_dock(dock, key, robot)]
         near = self._near(point)
-        if self._obstacles.occupy(point) and not self._on_lane(point):
+        if self._obstacles.occupy(point) and not self._lanes_at(point):
             yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
         elif meant and not any(self._reaches(robot, point, near) for _, robot in meant):
             who = meant[0][0] if len(meant) == 1 else f"none of {len(meant)} robots"
@@ -115,21 +122,27 @@ class _Ways:
 
     def _near(self, point: Point) -> frozenset[str]:
         """Return the parts with a lane on which a point is, or of which the nearest point is seen from it."""
-        found: dict[str, bool] = {}
-        for a, b in self._lanes:
-            part = self._part[a]
-            if not found.get(part):
-                at = foot(point, self._world.points[a], self._world.points[b])
-                if distance(at, point) <= SAME_PLACE:
-                    found[part] = True
-                elif not self._obstacles.block(point, at):
-                    found[part] = False
-        on_lane = [part for part, on_it in found.items() if on_it]
-        return frozenset(on_lane or found)
+        on_lane = [self._part[self._lanes[i][0]] for i in self._lanes_at(point)]
+        if on_lane or self._obstacles.surround(point):
+            return frozenset(on_lane)
+        found: dict[str, None] = {}
+        for i in self._segments.outwards(point):
+            part = self._part[self._lanes[i][0]]
+            if part not in found and self._walls.first_crossing(point, self._foot(point, i)) is None:
+                found[part] = None
+                if len(found) == self._count:
+                    break
+        return frozenset(found)
 
-    def _on_lane(self, point: Point) -> bool:
-        ends = ((self._world.points[a], self._world.points[b]) for a, b in self._lanes)
-        return any(distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
+    def _foot(self, point: Point, i: int) -> Point:
+        """Return the nearest point of a lane."""
+        a, b = self._lanes[i]
+        return foot(point, self._world.points[a], self._world.points[b])
+
+    def _lanes_at(self, point: Point) -> list[int]:
+        """Return the lanes on which a point is."""
+        near = sorted(self._segments.within(point, 2 * SAME_PLACE))
+        return [i for i in near if distance(self._foot(point, i), point) <= SAME_PLACE]
 
 
 def _may_dock(dock: Dock, name: str, robot: RobotSpec) -> bool:
