@@ -20,6 +20,7 @@ TINY = {
     "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
+    "loading": {"side": 10, "lanes": 20, "walls": 3, "rounds": 1},
     "lockstep": {
         "sizes": (3,),
         "rounds": 10,
