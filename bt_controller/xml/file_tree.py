@@ -1,4 +1,4 @@
-"""The tree of a file: checked once, built for each robot."""
+"""The tree of a file: read and checked once, made for each robot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from py_trees.blackboard import Blackboard
-from py_trees.parsers.behaviour_tree_xml import build_tree_from_xml
 
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Node
@@ -15,6 +14,7 @@ from bt_controller.errors import TreeError
 from bt_controller.imports import described
 from bt_controller.xml.check import check
 from bt_controller.xml.document import document
+from bt_controller.xml.draft import drafted
 from bt_controller.xml.faults import Faults
 from bt_controller.xml.source import Element, read
 from bt_controller.xml.translation import SUBTREE, in_order, translate
@@ -23,23 +23,23 @@ from bt_controller.xml.wiring import examine, unread
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
+    from bt_controller.xml.draft import Draft
     from bt_controller.xml.faults import Origin
     from bt_controller.xml.translation import Translation
 
 
 @dataclass(frozen=True)
 class FileTree:
-    """A tree that py_trees can build.
+    """A tree of a file.
 
     Attributes:
-        main: The ID of the outermost tree.
+        draft: What py_trees has read.
         labels: The name and the origin of each node, in the order of py_trees' ``iterate``.
         texts: The initial blackboard entries of its subtrees.
         files: The files that it was read from.
     """
 
-    main: str
-    translation: Translation
+    draft: Draft
     labels: tuple[tuple[str, Origin], ...]
     texts: Mapping[str, str]
     files: tuple[str, ...]
@@ -48,11 +48,7 @@ class FileTree:
         """Return the root of a new tree, on the blackboard in use."""
         for key, text in self.texts.items():
             Blackboard.set(key, text)
-        translation = self.translation
-        # In the outermost tree a key and the same with @ are one.
-        outermost = {key: f"/{key[1:]}" for key in translation.keys[self.main] if key.startswith("@")}
-        main = translation.trees[self.main]
-        root: Behaviour = build_tree_from_xml(main, outermost, translation.registry, translation.trees)
+        root: Behaviour = self.draft.made()
         for node, (name, origin) in zip(_named(root), self.labels, strict=True):
             node.name = name
             if isinstance(node, Node):
@@ -83,7 +79,10 @@ def load_file(
     translation = translate(calls, faults)
     faults.raise_any()
     files = dict.fromkeys(element.origin.file for element in root.iter() if isinstance(element, Element))
-    result = _labelled(found.main, translation, tuple(files))
+    try:
+        result = _labelled(found.main, translation, tuple(files))
+    except Exception as error:  # whatever py_trees' parser can't take
+        raise TreeError(f"{path}: {described(error)}") from error
     unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
     return result, unset, (*faults.warnings, *unknown)
@@ -97,7 +96,7 @@ def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> Fi
             texts.update({f"{namespace}{key}": text for key, text in part.texts.items()})
         else:
             labels.append((part.shown, part.origin))
-    return FileTree(main, translation, tuple(labels), texts, files)
+    return FileTree(drafted(main, translation), tuple(labels), texts, files)
 
 
 def _tried(
@@ -109,7 +108,9 @@ def _tried(
             Blackboard.set(key, text)
         try:
             root = tree.build()
-        except Exception as error:  # whatever the constructors of the user's nodes raise
+        except TreeError as error:
+            raise TreeError(f"{path}: {error}") from error
+        except Exception as error:  # such as a value that is none of its port's
             raise TreeError(f"{path}: {described(error)}") from error
         unset = examine(zip(_named(root), (origin for _, origin in tree.labels), strict=True), faults)
         return unset, unread(values)

@@ -9,9 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from graphlib import CycleError, TopologicalSorter
-from inspect import Signature
 from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element
 
@@ -63,7 +61,7 @@ class Translation:
     """
 
     trees: dict[str, Element] = field(default_factory=dict)
-    registry: dict[str, partial[Any]] = field(default_factory=dict)
+    registry: dict[str, type[Any]] = field(default_factory=dict)
     keys: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def parts(self, tree: str, namespace: str = "/") -> Iterator[tuple[Part, str]]:
@@ -126,17 +124,6 @@ def _excess(count: int, depth: int, keys: int) -> str:
     return f"use more than {_MAX_KEYS} keys" if keys > _MAX_KEYS else ""
 
 
-def _wrapped(node: type[Any]) -> partial[Any]:
-    """Return a class with the signature that py_trees inspects.
-
-    For each node it would look through the constructors of all bases of the class, which takes longer than all the
-    rest: a signature that is said need not be looked for.
-    """
-    made: partial[Any] = partial(node)  # type: ignore[misc]  # any class will do
-    made.__signature__ = Signature()  # type: ignore[attr-defined]  # it is what inspect.signature looks for
-    return made
-
-
 def _all(call: Call) -> Iterator[Call]:
     yield call
     for child in call.children:
@@ -181,7 +168,7 @@ class _Translator:
         if call.scripts:
             part = self._scripted(node, call.scripts, call.origin, name, call.ports)
         else:
-            self._result.registry.setdefault(call.origin.tag, _wrapped(node))
+            self._result.registry.setdefault(call.origin.tag, node)
             part = self._part(call.origin.tag, call.origin, name, call.ports)
         part.extend(self._whole(child) for child in call.children)
         return part
@@ -196,7 +183,7 @@ class _Translator:
     ) -> Part:
         """Return a part with a class generated for its scripts, which has a port for each of their keys."""
         tag = f"{origin.tag}#{len(self._result.registry)}"
-        self._result.registry[tag] = _wrapped(node)
+        self._result.registry[tag] = node
         known = {*node.input_ports(), *node.output_ports()}
         names = dict.fromkeys(name for script in scripts.values() for name in script.names)
         used = {port: f"{{{key}}}" for key in names for port in (key, f"{key}>") if port in known}
@@ -210,7 +197,7 @@ class _Translator:
         inner = self._part(SUBTREE, call.origin, self._namespace(call), shared)
         inner.attrib["ID"] = call.tree
         inner.texts = {port: text for port, text in call.ports.items() if port not in shared}
-        self._result.registry.setdefault(_SHOWN_SUBTREE, _wrapped(SubTree))
+        self._result.registry.setdefault(_SHOWN_SUBTREE, SubTree)
         outer = self._part(_SHOWN_SUBTREE, call.origin, call.origin.name or call.tree, {})
         outer.append(inner)
         return outer

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from unittest.mock import Mock
+
 import pytest
 from py_trees.common import Status
 
+from bt_controller.core.blackboards import Board
 from bt_controller.errors import TreeError
 from bt_controller.nodes import registry
 from bt_controller.running.snapshot import nodes_of
+from bt_controller.xml import draft
 
 
 def _main(body, *others, **attributes):
@@ -61,6 +65,30 @@ class TestNodes:
 
         assert not {*tree.build().iterate()} & {*tree.build().iterate()}
 
+    def test_a_file_is_parsed_once_for_all_robots(self, files, monkeypatch):
+        """What py_trees has read does for every tree."""
+        parsed = Mock(wraps=draft.build_tree_from_xml)
+        monkeypatch.setattr(draft, "build_tree_from_xml", parsed)
+        tree = files.load("<BehaviorTree ID='A'><Say/></BehaviorTree>")
+        for _ in range(3):
+            with Board().in_use():
+                tree.build()
+
+        assert parsed.call_count == 1
+
+    def test_entries_of_one_tree_are_none_of_another(self, files):
+        """Each is made on the blackboard in use, texts included."""
+        tree = files.load("<BehaviorTree ID='A'><All><Put value='1' to='{x}'/><Say text='{x}'/></All></BehaviorTree>")
+        boards = [Board(), Board()]
+        roots = []
+        for board in boards:
+            with board.in_use():
+                roots.append(tree.build())
+        with boards[0].in_use():
+            roots[0].tick_once()
+
+        assert ("/x" in boards[0].storage, "/x" in boards[1].storage) == (True, False)
+
     def test_a_node_whose_class_cannot_be_used_is_one_line(self, files):
         """The error includes the one that the class raised."""
 
@@ -69,7 +97,7 @@ class TestNodes:
                 raise RuntimeError(f"no battery for {name} of {behaviour_class_name}")
 
         files.nodes["Broken"] = Broken
-        with pytest.raises(TreeError, match=r"tree\.xml: .*Failed to instantiate 'Broken' .*no battery") as caught:
+        with pytest.raises(TreeError, match=r"^tree\.xml: <Broken>: RuntimeError: no battery for Broken of") as caught:
             files.load(_main("<Broken/>"))
 
         assert len(str(caught.value).splitlines()) == 1
