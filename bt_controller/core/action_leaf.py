@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
@@ -51,6 +51,12 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
     Raises:
         ValueError: There is no action of this name.
+    """
+
+    PLAIN: ClassVar[bool] = False
+    """Whether goals are given in plain values, and the results of those that succeed are not read.
+
+    For large messages, which need not be built then.
     """
 
     def __init__(
@@ -146,6 +152,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
                 on_change=lambda handle: self._wake() if handle.done else None,
                 goal_id=None if self._resumption is None else self._resumption.next_id(),
                 adopt=self._resumption is not None,
+                read_result=not self.PLAIN,
             )
         except HmrsimError as error:
             self.feedback_message = str(error)

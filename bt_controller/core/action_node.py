@@ -78,8 +78,8 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
                 raise PortError(f"{self._whose('server_name')}: {server!r} is not a name of {self.ACTION!r}")
         super().setup(**kwargs)
 
-    def goal(self) -> Message | None:
-        """Return the goal of the input ports; None to fail without one, with a feedback message."""
+    def goal(self) -> Message | Mapping[str, Any] | None:
+        """Return the goal of the input ports, in plain values if `PLAIN`; None to fail, with a feedback message."""
         raise NotImplementedError
 
     def write_result(self, result: Any) -> None:

@@ -16,12 +16,16 @@ import json
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
+from pydantic_core import to_json
+
 from hmrsim.actions import error_of
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from py_trees.behaviour import Behaviour
 
     from hmrsim.actions import AnyAction
@@ -49,7 +53,7 @@ class Resumption:
         self._begun: Counter[str] = Counter()
         self._latest: tuple[str, GoalHandle[Any, Any]] | None = None
 
-    def begin(self, goal: Message) -> None:
+    def begin(self, goal: Message | Mapping[str, Any]) -> None:
         """Begin the step whose first goal this is."""
         self._step = f"{self._owner}/{_digest(goal)}"
 
@@ -104,9 +108,9 @@ def place_of(node: Behaviour) -> str:
     return ".".join(map(str, reversed(place)))
 
 
-def _digest(goal: Message) -> str:
+def _digest(goal: Message | Mapping[str, Any]) -> str:
     """Return a key that is the same for equal goals, whatever their stamps."""
-    wanted = _without_stamps(json.loads(goal.model_dump_json()))
+    wanted = _without_stamps(json.loads(to_json(goal)))
     return hashlib.blake2b(json.dumps(wanted, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,6 +14,7 @@ from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Control, Leaf, Ticks
 from bt_controller.core.sim_time import now
 from bt_controller.world.directory import NotServed
+from hmrsim.interfaces.message import unbuilt
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from bt_controller.fleet.fleet_manager import FleetManager
     from bt_controller.fleet.task_queue import TaskQueue
     from bt_controller.fleet.tasks import Task
-    from hmrsim.interfaces.message import Message
 
 _LOOK_AGAIN: Final = 30.0
 """Simulated seconds after which a failed or charging robot is checked again."""
@@ -121,17 +121,23 @@ class Worker(Control):
         return self._leaf(f"go to the {end}", "navigate_to_pose", goal)
 
     def _lift(self) -> Behaviour:
-        return self._leaf("pick up", "pickup", lambda: Pickup.Goal(target_name=self._task.item))
+        def goal() -> Mapping[str, Any]:
+            return unbuilt(Pickup.Goal, target_name=self._task.item)
+
+        return self._leaf("pick up", "pickup", goal, plain=True)
 
     def _lay_down(self) -> Behaviour:
-        return self._leaf("lay down", "place", lambda: Place.Goal(attached_object_name=self._task.item))
+        def goal() -> Mapping[str, Any]:
+            return unbuilt(Place.Goal, attached_object_name=self._task.item)
+
+        return self._leaf("lay down", "place", goal, plain=True)
 
     def _dock(self) -> DockRobot.Goal:
         """Return the goal of driving to the robot's initial pose."""
         return DockRobot.Goal(use_dock_id=False, dock_pose=self._fleet_manager.home(self._robot))
 
-    def _leaf(self, name: str, action: str, goal: Callable[[], Message]) -> Behaviour:
-        return _Step(f"{self._robot}: {name}", action, goal, robot=self._robot)
+    def _leaf(self, name: str, action: str, goal: Callable[[], Any], *, plain: bool = False) -> Behaviour:
+        return (_PlainStep if plain else _Step)(f"{self._robot}: {name}", action, goal, robot=self._robot)
 
     @property
     def _task(self) -> Task:
@@ -168,3 +174,9 @@ class _Step(ActionLeaf[Any, Any, Any]):
         """Look the action up."""
         with suppress(NotServed):
             super().setup(**kwargs)
+
+
+class _PlainStep(_Step):
+    """Sends a goal of MoveIt, whose messages are large."""
+
+    PLAIN = True

@@ -97,8 +97,9 @@ class Mission:
 
     @property
     def actions(self) -> dict[str, AnyAction]:
-        """The actions of the tree by name, as far as they are known without the simulator."""
-        return {leaf.action.name: leaf.action for leaf in self._leaves() if leaf.action is not None}
+        """The actions whose messages the tree builds, by name, as far as they are known without the simulator."""
+        leaves = (leaf for leaf in self._leaves() if not leaf.PLAIN)
+        return {leaf.action.name: leaf.action for leaf in leaves if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
         """Set up all behaviours.

@@ -8,9 +8,13 @@ A field left out has its ROS default. An unknown field, a wrong type, NaN or inf
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
 
 _KINDS = {"Goal": "action", "Result": "action", "Feedback": "action", "Request": "srv", "Response": "srv"}
 
@@ -54,6 +58,26 @@ class Message(BaseModel):
         package = ours.partition(".")[0] or cls.__module__.rpartition(".")[2]
         kind = _KINDS.get(cls.__name__, "msg") if "." in cls.__qualname__ else "msg"
         cls.ros_type = f"{package}/{kind}/{cls.__qualname__.replace('.', '_')}"
+
+
+def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:
+    """Return the plain values of a message: some fields, and the defaults of all others.
+
+    It is neither checked nor built, which takes longer for large messages than all the rest.
+    """
+    return {**_defaults(message), **fields}
+
+
+@cache
+def _defaults(message: type[Message]) -> dict[str, Any]:
+    return {name: _default(field) for name, field in message.model_fields.items()}
+
+
+def _default(field: FieldInfo) -> Any:
+    make: Any = field.default_factory
+    if make is None:
+        return field.default
+    return _defaults(make) if isinstance(make, type) and issubclass(make, Message) else make()
 
 
 Bool = Annotated[bool, Primitive("boolean")]

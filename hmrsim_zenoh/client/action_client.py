@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Generic
+
+from pydantic_core import to_json
 
 from hmrsim.actions import F, G, R
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim_zenoh.client.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
+from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
 from hmrsim_zenoh.wire.keys import Verb
 
@@ -44,21 +47,23 @@ class ActionClient(Generic[G, R, F]):
 
     def send_goal(
         self,
-        goal: G,
+        goal: G | Mapping[str, Any],
         *,
         goal_id: str | None = None,
         adopt: bool = False,
+        read_result: bool = True,
         on_feedback: Callable[[F], None] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
 
         Args:
-            goal: What to do.
+            goal: What to do; plain values are not checked here, but by the simulator.
             goal_id: 32 hex digits, hyphens optional; generated if not given.
             adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
                 that was killed and restarted finds its goal. The handle says that it was *adopted*; its *error* is
                 a `ResultExpired` if the goal ended so long ago that its result is no longer kept.
+            read_result: Whether to read the result of a goal that succeeds; if not, its *result_message* is None.
             on_feedback: Called for each feedback, never after the goal is done.
             on_change: Called whenever *accepted*, *status*, *error* or *done* has changed.
 
@@ -72,16 +77,20 @@ class ActionClient(Generic[G, R, F]):
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """
-        if not isinstance(goal, self.action.goal):
+        if isinstance(goal, Mapping):
+            body = to_json(goal)
+        elif isinstance(goal, self.action.goal):
+            body = encoding.message(goal)
+        else:
             raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {goal!r}")
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         wire = self._lockstep() or self._link
         next_id = wire.next_goal_id()
-        exchange = GoalExchange[R, F](
+        exchange: GoalExchange[R, F] = GoalExchange(
             self._link,
             wire,
             self._ports,
-            goal,
+            body,
             wanted_id or next_id,
             on_feedback=on_feedback,
             on_change=on_change,
@@ -90,7 +99,7 @@ class ActionClient(Generic[G, R, F]):
         self._link.enter(exchange)
         if on_feedback is not None:
             self._listen(exchange, wire)
-        exchange.start(adopt=adopt)
+        exchange.start(adopt=adopt, read_result=read_result)
         return exchange
 
     def cancel_all(self) -> None:

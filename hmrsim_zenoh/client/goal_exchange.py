@@ -10,9 +10,10 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic
 
 from hmrsim.protocol.goal import GoalStatus
@@ -22,10 +23,9 @@ from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, Re
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
     CancelGoalResponse,
-    GetResultRequest,
     GetResultResponse,
     GoalInfo,
-    SendGoalRequest,
+    ResultStatus,
     SendGoalResponse,
     UnreadableError,
     around,
@@ -51,6 +51,8 @@ _ONE_TRY = 3.0
 _FIRST_PAUSE = 0.05
 _MAX_PAUSE = 0.4
 _PAUSE_FACTOR = 1.5
+
+_STATUSES: Mapping[int | None, GoalStatus] = MappingProxyType({int(status): status for status in GoalStatus})
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         link: Link,
         wire: Wire,
         ports: ActionPorts,
-        goal: Message,
+        goal: bytes,
         goal_id: str,
         *,
         on_feedback: Callable[[F], None] | None,
@@ -101,7 +103,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._on_done = on_done
         self._adopt = False
         self._ended_before: GoalStatus | None = None
-        self._payload = SendGoalRequest(goal_id=goal_id, goal=goal).model_dump_json().encode()
+        self._read_result = True
+        self._payload = b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), goal)
         self._sends = 0
         self._deadline = 0.0
         self._pause = _FIRST_PAUSE
@@ -109,9 +112,10 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._cancel_wanted = False
         self._cancel_sent = False
 
-    def start(self, *, adopt: bool = False) -> None:
+    def start(self, *, adopt: bool = False, read_result: bool = True) -> None:
         """Send the goal and request its result right after it; *adopt* a goal that was sent before under this id."""
         self._adopt = adopt
+        self._read_result = read_result
         # In lockstep no reply comes before time advances.
         self._deadline = math.inf if self._wire.ordered else self._patience_from_now()
         self._send_goal()
@@ -185,7 +189,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
                 return
             self._result_asked = True
             accepted = bool(self._accepted)
-        payload = GetResultRequest(goal_id=self._goal_id).model_dump_json().encode()
+        payload = b'{"goal_id":"%b"}' % self._goal_id.encode()
         ask = self._wire.ask if self._ended_before is None else self._wire.look_up
         ask(self._ports.get_result, payload, timeout=_FOR_EVER, then=partial(self._on_result_answer, accepted))
 
@@ -198,9 +202,9 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         error: Exception | None = None
         try:
             if answer is not None:
-                response: GetResultResponse[R] = read(around(GetResultResponse, self._ports.result), _payload(answer))
-                if (status := _status(response.status)).terminal:
-                    if self._end(status, response.result):
+                status, result = self._ending(_payload(answer))
+                if status.terminal:
+                    if self._end(status, result):
                         self._on_done(self)
                     return
                 if self._ended_before is not None:
@@ -218,6 +222,14 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._ask_result()
         else:
             self.fail(error)
+
+    def _ending(self, payload: bytes) -> tuple[GoalStatus, R | None]:
+        if not self._read_result:
+            status = _status(read(plain(ResultStatus), payload).status)
+            if status is GoalStatus.SUCCEEDED:
+                return status, None
+        response: GetResultResponse[R] = read(around(GetResultResponse, self._ports.result), payload)
+        return _status(response.status), response.result
 
     def _expire(self, status: GoalStatus) -> None:
         error = ResultExpired(f"goal {self._goal_id} is {status.name}, but its result is not kept any longer")
@@ -288,4 +300,4 @@ def _payload(answer: bytes | RequestError) -> bytes:
 
 def _status(number: int | None) -> GoalStatus:
     """Return a status from the wire; UNKNOWN for an invalid one."""
-    return GoalStatus(number or 0) if number in GoalStatus.__members__.values() else GoalStatus.UNKNOWN
+    return _STATUSES.get(number, GoalStatus.UNKNOWN)

@@ -89,7 +89,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def result_message(self) -> R | None:
-        """The result; None until the status is terminal."""
+        """The result; None until the status is terminal, and if it was not to be read."""
         return self._result
 
     @property
@@ -179,7 +179,7 @@ class GoalHandle(ABC, Generic[R, F]):
                 self._note_change()
         self._deliver()
 
-    def _end(self, status: GoalStatus, result: R) -> bool:
+    def _end(self, status: GoalStatus, result: R | None) -> bool:
         with self._changed:
             if self._done:
                 return False

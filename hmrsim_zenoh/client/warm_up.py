@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalRequest, SendGoalResponse, around, plain, read
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, around, plain, read
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -20,6 +21,6 @@ _ENDED = b'{"status":0,"result":{}}'
 def for_client(action: AnyAction) -> None:
     """Prepare to send goals of an action and to read their feedback and results."""
     result: type[Message] = action.result
-    SendGoalRequest(goal_id="", goal=action.goal()).model_dump_json()
+    encoding.message(action.goal())
     read(plain(SendGoalResponse), _ACCEPTED)
     read(around(GetResultResponse, result), _ENDED)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, Generic, TypeVar
 
-from pydantic import BaseModel, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
@@ -97,6 +97,14 @@ class GetResultResponse(Envelope, Generic[G]):
 
     status: int
     result: G
+
+
+class ResultStatus(BaseModel):
+    """A goal's final status, of a `GetResultResponse` whose result does not matter."""
+
+    model_config = ConfigDict(strict=True)
+
+    status: int
 
 
 class FeedbackMessage(Envelope, Generic[G]):

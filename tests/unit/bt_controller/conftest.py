@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from py_trees.blackboard import Blackboard
+from pydantic_core import to_json
 
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -15,7 +16,7 @@ from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
@@ -96,9 +97,17 @@ class FakeActionClient:
         self._action = action
 
     def send_goal(
-        self, goal: Message, *, goal_id: str | None = None, adopt: bool = False, **callbacks: Any
+        self,
+        goal: Message | Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        adopt: bool = False,
+        read_result: bool = True,
+        **callbacks: Any,
     ) -> FakeGoal:
-        """Return a ticket, and keep it for the test."""
+        """Return a ticket, and keep it for the test, with the goal as a message."""
+        if not read_result:
+            goal = self._action.goal.model_validate_json(to_json(goal))
         if self._client.refuses is not None:
             raise self._client.refuses
         sent = FakeGoal(self._robot, self._action, goal, goal_id, adopt=adopt, **callbacks)

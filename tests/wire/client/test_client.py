@@ -64,6 +64,28 @@ def test_the_request_has_the_goal_and_the_clients_id(simulator, wait_client):
     assert simulator.wait_for(Verb.GET_RESULT) == [{"goal_id": goal.goal_id}]
 
 
+def test_a_goal_may_be_given_in_plain_values(simulator, wait_client):
+    """The simulator looks whether they are right, not the client."""
+    simulator.steps["send_goal"] = [simulator.say_error('{"error": "goal.tiem: Extra inputs are not permitted"}')]
+    goal = wait_client.send_goal({"tiem": {"sec": 2}})
+
+    with pytest.raises(RequestError, match="tiem"):
+        goal.result(SOON)
+    assert simulator.wait_for(Verb.SEND_GOAL) == [{"goal_id": goal.goal_id, "goal": {"tiem": {"sec": 2}}}]
+
+
+@pytest.mark.parametrize(("status", "result"), [(SUCCEEDED, None), (ABORTED, Wait.Result(error_msg="tired"))])
+def test_a_result_that_is_not_wanted_is_read_only_if_the_goal_failed(simulator, wait_client, status, result):
+    """It says why; of one that succeeded the status is enough, whatever the result has in it."""
+    fields = {"error_msg": "tired"} if result else {"of_another_version": 1}
+    simulator.steps["get_result"] = [simulator.end(status, **fields)]
+    done = threading.Event()
+    goal = wait_client.send_goal(GOAL, read_result=False, on_change=lambda goal: goal.done and done.set())
+
+    assert done.wait(SOON)
+    assert (goal.status, goal.error, goal.result_message) == (status, None, result)
+
+
 def test_an_aborted_goal_has_a_result_too(simulator, wait_client):
     """Whatever the terminal status, the result is returned and says why."""
     simulator.steps["get_result"] = [simulator.end(ABORTED, error_code=740, error_msg="tired")]

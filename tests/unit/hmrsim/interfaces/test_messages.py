@@ -9,6 +9,7 @@ from typing import Any, get_args, get_origin
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import to_json
 
 import hmrsim
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatus
@@ -26,6 +27,7 @@ from hmrsim.interfaces.message import (
     UInt16,
     UInt32,
     UInt64,
+    unbuilt,
 )
 from hmrsim.interfaces.moveit_msgs import Grasp, MoveItErrorCodes, Pickup
 from hmrsim.interfaces.nav2_msgs import (
@@ -54,7 +56,9 @@ import importlib, pkgutil, sys
 import hmrsim.interfaces
 for module in pkgutil.iter_modules(hmrsim.interfaces.__path__, "hmrsim.interfaces."):
     importlib.import_module(module.name)
-from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.message import Message, unbuilt
+from hmrsim.interfaces.moveit_msgs import Pickup
+unbuilt(Pickup.Goal)
 print([cls.ros_type for cls in Message.__subclasses__() if cls.__pydantic_complete__])
 print([name for name in ("simpy", "zenoh", "py_trees", "networkx") if name in sys.modules])
 """
@@ -87,6 +91,13 @@ def test_default_survives_json() -> None:
         message = cls()
 
         assert message == cls.model_validate_json(message.model_dump_json()), name
+
+
+def test_the_plain_values_of_an_unbuilt_message_are_its_own() -> None:
+    """All of its fields, in its order; those that are given as they are."""
+    for name, cls in messages().items():
+        assert cls().model_dump_json().encode() == to_json(unbuilt(cls)), name
+    assert to_json(unbuilt(Pickup.Goal, target_name="cup")) == Pickup.Goal(target_name="cup").model_dump_json().encode()
 
 
 def test_content_survives_json() -> None:
@@ -302,7 +313,7 @@ def test_duration_of_seconds(seconds: float, sec: int, nanosec: int) -> None:
 
 
 def test_import_builds_nothing() -> None:
-    """Importing all messages builds no validator, and imports neither engine nor wire."""
+    """Importing all messages, and their plain values, builds no validator, and imports neither engine nor wire."""
     root = Path(hmrsim.__file__).parents[1]
     done = subprocess.run([sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True)
 
