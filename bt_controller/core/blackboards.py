@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from py_trees.blackboard import Blackboard
@@ -57,16 +57,20 @@ class Board:
         """The entries, as py_trees keeps them."""
         return self._storage
 
-    @contextmanager
-    def in_use(self) -> Iterator[None]:
+    def in_use(self) -> AbstractContextManager[None]:
         """Make py_trees use this blackboard."""
-        others = Blackboard.storage, Blackboard.metadata, Blackboard.clients
-        Blackboard.storage, Blackboard.metadata, Blackboard.clients = (
-            self._storage,
-            self._metadata,
-            self._clients,
-        )
-        try:
-            yield
-        finally:
-            Blackboard.storage, Blackboard.metadata, Blackboard.clients = others
+        return _InUse(self._storage, self._metadata, self._clients)
+
+
+class _InUse(AbstractContextManager[None]):
+    """Puts a blackboard in the place of py_trees' own; for every tick, so no generator."""
+
+    def __init__(self, *parts: dict[Any, Any]) -> None:
+        self._parts = parts
+
+    def __enter__(self) -> None:
+        self._others = Blackboard.storage, Blackboard.metadata, Blackboard.clients
+        Blackboard.storage, Blackboard.metadata, Blackboard.clients = self._parts
+
+    def __exit__(self, *_error: object) -> None:
+        Blackboard.storage, Blackboard.metadata, Blackboard.clients = self._others

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from typing import Any, Final
 
@@ -70,22 +70,26 @@ def time_behind(seconds: float) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def simulated_time(now: float | None) -> Iterator[None]:
+def simulated_time(now: float | None) -> AbstractContextManager[None]:
     """Tick trees at this simulated time; None means Python's own time."""
-    if now is None:
-        yield
-        return
     # Fractions of nanoseconds would accumulate, so that a timer would miss the instant of its end.
-    now = nanoseconds(now) / NANOSECONDS
-    stand_in: Any = _Time(now)
-    others = [module.time for module in _TELLING]
-    for module in _TELLING:
-        module.time = stand_in
-    token = _NOW.set(now)
-    try:
-        yield
-    finally:
-        _NOW.reset(token)
-        for module, other in zip(_TELLING, others, strict=True):
+    return nullcontext() if now is None else _Simulated(nanoseconds(now) / NANOSECONDS)
+
+
+class _Simulated(AbstractContextManager[None]):
+    """Gives py_trees and this package's nodes a time; for every tick, so no generator."""
+
+    def __init__(self, now: float) -> None:
+        self._now = now
+
+    def __enter__(self) -> None:
+        stand_in: Any = _Time(self._now)
+        self._others = [module.time for module in _TELLING]
+        for module in _TELLING:
+            module.time = stand_in
+        self._token = _NOW.set(self._now)
+
+    def __exit__(self, *_error: object) -> None:
+        _NOW.reset(self._token)
+        for module, other in zip(_TELLING, self._others, strict=True):
             module.time = other

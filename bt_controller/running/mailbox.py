@@ -29,6 +29,8 @@ class Mailbox:
 
     def wait(self, timeout: float) -> frozenset[str]:
         """Return the reasons that came, as soon as there is one; none after *timeout* wall seconds."""
+        if timeout <= 0.0 and self._queue.empty():
+            return frozenset()
         try:
             reasons = {self._queue.get(timeout=timeout)}
         except Empty:
