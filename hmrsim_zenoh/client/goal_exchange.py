@@ -184,7 +184,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         )
 
     def _ask_result(self) -> None:
-        with self._changed:
+        with self._lock:
             if self._done or self._result_asked:
                 return
             self._result_asked = True
@@ -194,7 +194,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         ask(self._ports.get_result, payload, timeout=_FOR_EVER, then=partial(self._on_result_answer, accepted))
 
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
-        with self._changed:
+        with self._lock:
             self._result_asked = False
             accepted = self._accepted
         if self._done:
@@ -240,7 +240,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         return CancelGoalRequest(goal_info=GoalInfo(goal_id=self._goal_id)).model_dump_json().encode()
 
     def _cancel_if_due(self) -> None:
-        with self._changed:
+        with self._lock:
             possible = self._accepted or self._wire.ordered
             if not (self._cancel_wanted and possible) or self._cancel_sent or self._done:
                 return
@@ -249,7 +249,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _cancel_refused(self) -> None:
         """Let the caller request cancellation again."""
-        with self._changed:
+        with self._lock:
             self._cancel_wanted = self._cancel_sent = False
 
     def _send_cancel(self) -> None:

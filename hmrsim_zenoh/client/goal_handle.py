@@ -41,7 +41,10 @@ class GoalHandle(ABC, Generic[R, F]):
         self._goal_id = goal_id
         self._on_feedback = on_feedback
         self._on_change = on_change
-        self._changed = threading.Condition()
+        # Taken several times for each change; a condition does it in Python.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
+        self._waiting = 0
         self._status = GoalStatus.UNKNOWN
         self._accepted: bool | None = None
         self._error: Exception | None = None
@@ -112,7 +115,7 @@ class GoalHandle(ABC, Generic[R, F]):
         """
         if not self._wait(lambda: self._accepted is not None or self._done, timeout, at_once=True):
             raise GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on")
-        with self._changed:
+        with self._lock:
             if not self._accepted and self._error is not None:
                 raise self._error
 
@@ -127,7 +130,7 @@ class GoalHandle(ABC, Generic[R, F]):
         """
         if not self._wait(lambda: self._done, timeout):
             raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
-        with self._changed:
+        with self._lock:
             if self._error is not None:
                 raise self._error
             if self._result is None:
@@ -143,11 +146,15 @@ class GoalHandle(ABC, Generic[R, F]):
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for who lets time go on
         """Wait for a condition and return whether it holds; *at_once* if that takes no simulated time."""
-        with self._changed:
-            return self._changed.wait_for(condition, timeout)
+        with self._lock:
+            self._waiting += 1
+            try:
+                return self._changed.wait_for(condition, timeout)
+            finally:
+                self._waiting -= 1
 
     def _accept(self, status: GoalStatus) -> bool:
-        with self._changed:
+        with self._lock:
             if self._done or self._accepted:
                 return False
             self._accepted = True
@@ -159,7 +166,7 @@ class GoalHandle(ABC, Generic[R, F]):
         return True
 
     def _progress(self, status: GoalStatus) -> bool:
-        with self._changed:
+        with self._lock:
             if self._done or not self._raise_status(status):
                 return False
             self._note_change()
@@ -168,7 +175,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
     def take_feedback(self, feedback: F) -> None:
         """Process feedback for this goal."""
-        with self._changed:
+        with self._lock:
             if self._done or self._on_feedback is None:
                 return
             on_feedback = self._on_feedback
@@ -180,7 +187,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._deliver()
 
     def _end(self, status: GoalStatus, result: R | None) -> bool:
-        with self._changed:
+        with self._lock:
             if self._done:
                 return False
             self._accepted = True
@@ -192,7 +199,7 @@ class GoalHandle(ABC, Generic[R, F]):
         return True
 
     def _fail(self, error: Exception, *, rejected: bool = False, status: GoalStatus | None = None) -> bool:
-        with self._changed:
+        with self._lock:
             if self._done:
                 return False
             self._accepted = False if rejected else self._accepted
@@ -211,30 +218,33 @@ class GoalHandle(ABC, Generic[R, F]):
         return True
 
     def _note_change(self) -> None:
-        self._changed.notify_all()
+        if self._waiting:
+            self._changed.notify_all()
         if self._on_change is not None:
             on_change = self._on_change
             self._mail.append(lambda: on_change(self))
 
     def _deliver(self) -> None:
         """Call the user's callbacks in order, with no lock held; the thread that runs them takes new ones, too."""
-        with self._changed:
-            if self._delivering:
+        with self._lock:
+            if self._delivering or not self._mail:
                 return
             self._delivering = True
+            call: Callable[[], None] | None = self._mail.popleft()
         try:
-            while (call := self._next_mail()) is not None:
+            while call is not None:
                 try:
                     call()
                 except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
                     _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
+                call = self._next_mail()
         except BaseException:
             # An interrupt: the thread that has the next change calls the rest.
             self._delivering = False
             raise
 
     def _next_mail(self) -> Callable[[], None] | None:
-        with self._changed:
+        with self._lock:
             if self._mail:
                 return self._mail.popleft()
             self._delivering = False

@@ -331,7 +331,7 @@ class _Once:
 
 
 def _answer(reply: zenoh.Reply) -> Answer:
-    if reply.ok is not None:
-        return reply.ok.payload.to_bytes()
+    if (sample := reply.ok) is not None:
+        return sample.payload.to_bytes()
     body = reply.err.payload.to_bytes() if reply.err is not None else b""
     return None if body == _TIMED_OUT else RequestError.from_json(body)

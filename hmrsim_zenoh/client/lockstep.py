@@ -6,7 +6,6 @@ time stands still while no thread waits: a thread that waits for a condition adv
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 import time
@@ -14,16 +13,17 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Final
+
+from pydantic_core import from_json, to_json
 
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.participant import Participant, Wish
 from hmrsim_zenoh.client.single_flight import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulatorGone, SimulatorNotFound
-from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ class Lockstep:
         self._link = link
         self._name = name
         self._participant = Participant(link, name)
+        self._parsed = cache(link.keys.parse)
         self._turns = SingleFlight()
         self._lock = threading.Lock()
         self._untils: list[float | None] = []
@@ -110,11 +111,11 @@ class Lockstep:
         """Send a request with the next advance; *timeout* does not count, as time stands still."""
         with self._lock:
             if not self._over:
-                key = self._link.keys.parse(port.key)
+                key = self._parsed(port.key)
                 if not isinstance(key, ActionKey):
                     raise AssertionError
                 if key.verb is Verb.GET_RESULT:
-                    goal = key.robot, key.action, json.loads(payload)["goal_id"]
+                    goal = key.robot, key.action, from_json(payload)["goal_id"]
                     self._results.setdefault(goal, []).append(then)
                 elif denial := self._link.denial(port.key):
                     # Not sent: one that is denied would take the other commands of the advance with it.
@@ -319,13 +320,13 @@ class Lockstep:
         if event.kind == "result":
             goal = event.robot, event.action, event.goal_id
             for then in tuple(self._results.get(goal, ())):
-                then(dump({"status": event.status, "result": event.result}))
+                then(to_json({"status": event.status, "result": event.result}))
             self._results.pop(goal, None)
         elif event.kind == "feedback" and event is not self._told:
             self._told = event
             key = self._link.keys.action(event.robot, event.action, Verb.FEEDBACK)
             if listener := self._listeners.get(key):
-                listener.on_payload(dump({"goal_id": event.goal_id, "feedback": event.feedback}))
+                listener.on_payload(to_json({"goal_id": event.goal_id, "feedback": event.feedback}))
 
     def _end(self) -> None:
         """Go on without lockstep: unanswered requests count as lost, so that goal handles send them again."""
@@ -345,11 +346,11 @@ def _command(key: ActionKey, request: bytes) -> bytes:
     head = b'{"robot":"%b","action":"%b",' % (key.robot.encode(), key.action.encode())
     if key.verb is Verb.SEND_GOAL:
         return head + request[1:]
-    return head + b'"cancel":"%b"}' % json.loads(request)["goal_info"]["goal_id"].encode()
+    return head + b'"cancel":"%b"}' % from_json(request)["goal_info"]["goal_id"].encode()
 
 
 def _answer(item: dict[str, object] | None) -> Answer:
     """Return an item of *accepted* as the reply to a request on its own key."""
     if item is None:
         return None
-    return RequestError.from_json(dump(item)) if "error" in item else dump(item)
+    return RequestError.from_json(to_json(item)) if "error" in item else to_json(item)

@@ -15,6 +15,7 @@ from typing import Any, Final, Literal, TypeVar
 
 import zenoh
 from pydantic import BaseModel, ValidationError
+from pydantic_core import to_json
 
 from hmrsim_zenoh.client.link import Call, Link, Port
 from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
@@ -208,7 +209,7 @@ class Participant:
             "wake": list(wish.wake),
             "report": list(wish.report),
         }
-        payload = b'%b,"commands":[%b]}' % (dump(head)[:-1], b",".join(wish.commands))
+        payload = b'%b,"commands":[%b]}' % (to_json(head)[:-1], b",".join(wish.commands))
         return self._send("advance", payload, _FOR_EVER)
 
     def _send(self, request: str, payload: bytes, timeout: float) -> Call:
