@@ -1,4 +1,8 @@
-"""Behaviour trees of many robots in one process, in lockstep: what an event costs it, however many robots there are."""
+"""Behaviour trees of many robots in one process, in lockstep: what an event costs it, however many robots there are.
+
+An event takes one round trip, so that the processor time of a bare query in the same process is what it is compared
+with.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from py_trees.decorators import Repeat
 from benchmarks._fleet import SIDE, grid_world
 from benchmarks._processes import child
 from benchmarks._report import Row
-from benchmarks._wire import served
+from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
 from bt_controller.behaviours.nav_to_pose import pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.loading.trees import Plan
@@ -47,6 +51,8 @@ _NODES = 2 + 3 * _STOPS
 _GROWTH = 1.5
 """What the machine does meanwhile may make an event so much dearer; a look at each robot would by far more."""
 _SET_UP = 5.0
+_QUERIES = 300
+"""Bare queries, after as many that warm up."""
 
 
 def run(
@@ -77,11 +83,13 @@ def run(
     first = min(cost.event for cost in costs[sizes[0]])
     for robots, world in worlds.items():
         event = min(cost.event for cost in costs[robots])
+        query = min(cost.query for cost in costs[robots])
         each = _measured(world, 1, 1.0, min(polled, 2 * _STOPS * robots)).event
         name = f"{robots:,} robot{'s' * (robots > 1)}"
         rows += [
             Row(f"{name}: set-up", min(cost.set_up for cost in costs[robots]), "s", at_most=_SET_UP),
             Row(f"{name}: an event", 1e6 * event, "µs", event / first, ratio_at_most=_GROWTH),
+            Row(f"{name}: a bare query", 1e6 * query, "µs", query / first),
             Row(f"{name}: events", costs[robots][0].results, "results"),
             Row(f"{name}: an event, all polled each second", 1e6 * each, "µs", each / first),
         ]
@@ -95,11 +103,13 @@ class _Cost:
     Attributes:
         set_up: For building and setting up all trees, and for sending their first goals.
         event: From one result to the next.
+        query: For a bare query.
         results: How many goals ended.
     """
 
     set_up: float
     event: float
+    query: float
     results: int
 
 
@@ -127,7 +137,18 @@ def _control(
         outcome = Runner(client, missions, clock, mailbox, show=None, period=period).run()
         if most is None and not outcome.succeeded:
             raise RuntimeError(f"trees failed: {outcome.statuses}")
-    pipe.send(_Cost(clock.began - began, (clock.ended - clock.began) / ends.number, ends.number))
+        query = _bare_query(client)
+    pipe.send(_Cost(clock.began - began, (clock.ended - clock.began) / ends.number, query, ends.number))
+
+
+def _bare_query(client: Client) -> float:
+    """Return the processor seconds that a query takes that says nothing."""
+    for _ in range(_QUERIES):
+        ask(client.session, BARE, BARE_PAYLOAD)
+    began = time.process_time()
+    for _ in range(_QUERIES):
+        ask(client.session, BARE, BARE_PAYLOAD)
+    return (time.process_time() - began) / _QUERIES
 
 
 class _Ends:
