@@ -22,6 +22,7 @@ from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
+from hmrsim_zenoh.server.replies import PendingReply, SharedQuery
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
@@ -51,70 +52,6 @@ _KEPT_KEYS = 16_384
 
 _TOPICS = {"odom": Topic.ODOM, "battery_state": Topic.BATTERY_STATE, "detections": Topic.DETECTIONS}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
-
-
-class _Shared:
-    """A query with several answers; it is dropped after the last one."""
-
-    def __init__(self, query: zenoh.Query) -> None:
-        self.query = query
-        self.open = 0
-
-    def one_more(self) -> _Share:
-        """Return a part of the query for one more answer."""
-        self.open += 1
-        return _Share(self)
-
-
-class _Share:
-    """One answer's part of a shared query; it has the interface of a query."""
-
-    def __init__(self, shared: _Shared) -> None:
-        self._shared = shared
-
-    def reply(self, key: str, payload: bytes, *, encoding: str) -> None:
-        self._shared.query.reply(key, payload, encoding=encoding)
-
-    def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        """Drop the error: a query with wildcards gets the values that exist."""
-
-    def drop(self) -> None:
-        self._shared.open -= 1
-        if not self._shared.open:
-            self._shared.query.drop()
-
-
-@dataclass(frozen=True, slots=True)
-class PendingReply:
-    """A query that awaits its answer.
-
-    Attributes:
-        query: Zenoh's query, or a part of one with several answers.
-        key: The concrete key of the reply.
-        action: The action that the query is for, if any.
-    """
-
-    query: zenoh.Query | _Share
-    key: str
-    action: AnyAction | None = None
-
-    def reply(self, payload: bytes, mime: str) -> None:
-        """Send the one answer."""
-        try:
-            self.query.reply(self.key, payload, encoding=mime)
-        except zenoh.ZError as error:
-            _log.debug("replying on %s: %s", self.key, error)
-        finally:
-            self.query.drop()
-
-    def refuse(self, payload: bytes) -> None:
-        """Send the one answer as Zenoh's error reply."""
-        try:
-            self.query.reply_err(payload, encoding=encoding.JSON)
-        except zenoh.ZError as error:
-            _log.debug("replying an error on %s: %s", self.key, error)
-        finally:
-            self.query.drop()
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,7 +207,7 @@ class Requests:
             query.reply(self._keys.world(topic), payload(), encoding=mime)
         if not latched:
             query.drop()
-        shared = _Shared(query)
+        shared = SharedQuery(query)
         return [item.reading(PendingReply(shared.one_more(), str(item.key))) for item in latched]
 
     @cached_property

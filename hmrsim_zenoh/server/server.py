@@ -35,13 +35,14 @@ from hmrsim.protocol.outputs import (
 )
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.server.decode import PendingReply, Requests
+from hmrsim_zenoh.server.decode import Requests
 from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import QueryInbox
 from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
+from hmrsim_zenoh.server.replies import PendingReply
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.wildcards import servers_own
