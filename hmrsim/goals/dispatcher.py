@@ -147,6 +147,8 @@ class Dispatcher:
             self._reject(command, "internal_error", f"bug in {command.action}: {described(bug)}")
             return
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
+        if command.result_to is not None:
+            goal.waiting[id(command.result_to)] = command.result_to
         self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
         if flaw is not None:
             self._begin(goal, message)

@@ -22,13 +22,14 @@ if TYPE_CHECKING:
 
 
 class SendGoal(NamedTuple):
-    """Ask a robot to pursue a goal; answered by `GoalResponse`.
+    """Ask a robot to pursue a goal; answered by `GoalResponse`, and to *result_to* by `ResultResponse`.
 
     Attributes:
         goal: The goal message; None when the action is not known, so that the message could not be decoded.
         goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
         reply_to: Handed back with the answer.
         verdict: What becomes of it if it can't be executed.
+        result_to: Handed back with the result, if the goal is accepted, as by a `GetResult` right behind it.
     """
 
     robot: str
@@ -37,6 +38,7 @@ class SendGoal(NamedTuple):
     goal_id: str | None = None
     reply_to: Any = None
     verdict: Verdict = Verdict.REJECT
+    result_to: Any = None
 
 
 class CancelGoal(NamedTuple):

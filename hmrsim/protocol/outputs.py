@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Answered(NamedTuple):
-    """The answer to a command; each command with a *reply_to* gets exactly one."""
+    """The answer to a command: one for each *reply_to*, and one for the *result_to* of a goal that is accepted."""
 
     reply_to: Any
     answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published | Message | TimeAnswer

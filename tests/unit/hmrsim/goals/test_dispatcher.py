@@ -28,6 +28,7 @@ from tests.simulation import simulate
 
 A, B, C, D = (letter * 32 for letter in "abcd")
 NANO = 1_000_000_000
+_SAMPLES = ("FeedbackSent", "Sampled")
 
 
 def go(x=9.0, y=2.0, *, goal_id=A, robot="wall_e", frame=""):
@@ -449,6 +450,47 @@ class TestResult:
         )
 
 
+class TestResultTo:
+    """A goal whose command asks for its result, too."""
+
+    def test_it_gets_the_result_at_the_end_after_the_status(self, run):
+        """As if it had been asked for right behind the goal."""
+        log = run((0.0, wait(1)._replace(result_to="result")))
+
+        kinds = [type(event).__name__ for time, event in log.events if time == 1.0]
+        assert ["GoalChanged", "StatusChanged", "Answered"] == [kind for kind in kinds if kind not in _SAMPLES]
+        assert GoalStatus.SUCCEEDED == log.answer("result").status
+
+    def test_the_acceptance_comes_first_although_the_goal_ends_at_once(self, run):
+        """Also when one and the same object is handed back with both."""
+        log = run((0.0, wait(0)._replace(reply_to="all", result_to="all")))
+
+        accepted, ended = log.answers("all")
+        assert (True, GoalStatus.SUCCEEDED) == (accepted.accepted, ended.status)
+
+    @pytest.mark.parametrize("command", [go(frame="odom"), go(robot="nobody"), go(goal_id="no id")])
+    def test_a_rejected_goal_has_none(self, run, command):
+        """The rejection is all."""
+        log = run((0.0, command._replace(result_to="result")))
+
+        assert not log.answer(command.reply_to).accepted
+        assert [] == log.answers("result")
+
+    def test_a_duplicate_has_none(self, run):
+        """The goal that has the id is another request's; `GetResult` gets its result."""
+        log = run((0.0, wait()), (1.0, wait()._replace(reply_to="again", result_to="result")))
+
+        assert "duplicate_goal_id" == log.answer("again").reason
+        assert [] == log.answers("result")
+
+    def test_a_preempted_goal_has_one(self, run):
+        """It is told by whom."""
+        log = run((0.0, go()._replace(result_to="result")), (1.0, wait(goal_id=B)), until=2.0)
+
+        ended = log.answer("result")
+        assert (GoalStatus.ABORTED, f"preempted by goal {B}") == (ended.status, ended.result.error_msg)
+
+
 class TestStatus:
     """The status list."""
 
@@ -582,7 +624,7 @@ _COMMANDS = st.one_of(
 @examples(60)
 @given(st.lists(st.tuples(st.floats(0, 4), _COMMANDS), max_size=25), st.booleans())
 def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_robot_free(commands, stopped):
-    """Any commands: transitions are legal, each goal has one end and one answer, and no base is held."""
+    """Any commands: transitions are legal, each goal has one end, one answer and one result, and no base is held."""
     run = simulate()
     at = 0.0
     timed = []
@@ -591,11 +633,11 @@ def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_rob
         goal_id = f"{number + 1:032x}"
         match kind:
             case "go":
-                timed.append((at, go(*rest, goal_id=goal_id, robot=robot)))
+                timed.append((at, go(*rest, goal_id=goal_id, robot=robot)._replace(result_to=goal_id * 2)))
             case "wait":
-                timed.append((at, wait(*rest, goal_id=goal_id, robot=robot)))
+                timed.append((at, wait(*rest, goal_id=goal_id, robot=robot)._replace(result_to=goal_id * 2)))
             case "grab":
-                timed.append((at, grab(*rest, goal_id=goal_id, robot=robot)))
+                timed.append((at, grab(*rest, goal_id=goal_id, robot=robot)._replace(result_to=goal_id * 2)))
             case _:
                 timed.append((at, cancel(action=rest[0], robot=robot)._replace(reply_to=goal_id)))
     if stopped:
@@ -608,7 +650,8 @@ def test_any_commands_leave_each_accepted_goal_one_terminal_status_and_every_rob
         answer = run.log.answer(command.reply_to)
         if isinstance(command, SendGoal):
             ends = [status for _, status in run.log.changes(command.goal_id) if GoalStatus[status].terminal]
-            assert (1 if answer.accepted else 0) == len(ends)
+            results = run.log.answers(command.result_to)
+            assert (1 if answer.accepted else 0) == len(ends) == len(results)
     assert [None] * 3 == [run.simulator.dispatcher.goal_of(name) for name in run.simulator.robots]
 
 

@@ -129,6 +129,14 @@ class TestTrace:
 
         assert traced((0.0, WAIT)) == traced((0.0, WAIT), (0.0, ask))
 
+    def test_a_goal_that_asks_for_its_result_is_traced_as_any_other(self):
+        """Who is told of it does not matter, so that the trace replays."""
+        commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, go(5.0, 2.0)._replace(goal_id="c" * 32))
+        telling = tuple((at, command._replace(result_to=command.goal_id)) for at, command in commands)
+
+        assert traced(*commands) == traced(*telling)
+        assert replay(traced(*telling)).difference is None
+
     def test_subscribers_make_no_difference(self):
         """Samples are taken at other times than events."""
         commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, CancelGoal("eve", "wait"))
