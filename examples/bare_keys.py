@@ -5,31 +5,40 @@ Start ``hmrsim run scenario1`` first, then run ``python examples/bare_keys.py [E
 
 import json
 import sys
+from collections.abc import Iterator
 
 import zenoh
 
+KEY = "hmrsim/wall_e/navigate_to_pose/_action/execute"
+
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
-    """Send one goal, wait for its result, print both."""
+    """Have one goal executed; print that it is accepted, and its result."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))
     with zenoh.open(config) as session:
-        action = "hmrsim/wall_e/navigate_to_pose/_action"
-        goal = {"goal": {"pose": {"pose": {"position": {"x": 512, "y": 215}}}}}
-        accepted = ask(session, f"{action}/send_goal", goal)
-        print("accepted", accepted["accepted"])
-        ended = ask(session, f"{action}/get_result", {"goal_id": accepted["goal_id"]})
-        print("status", ended["status"], "error_code", ended["result"]["error_code"])
+        for answer in execute(session, {"pose": {"pose": {"position": {"x": 512, "y": 215}}}}):
+            if "accepted" in answer:
+                print("accepted", answer["accepted"])
+            else:
+                print("status", answer["status"], "error_code", answer["result"]["error_code"])
 
 
-def ask(session: zenoh.Session, key: str, request: dict) -> dict:
-    """Return the answer to one request; the simulator holds a result until the goal has ended."""
-    for reply in session.get(key, payload=json.dumps(request), timeout=60):
+def execute(session: zenoh.Session, goal: dict) -> Iterator[dict]:
+    """Yield the answers as they come: the acceptance and the result, or the rejection.
+
+    By default Zenoh keeps the last one alone.
+    """
+    request, each = json.dumps({"goal": goal}), zenoh.ConsolidationMode.NONE
+    answered = False
+    for reply in session.get(KEY, payload=request, timeout=60, consolidation=each):
         if reply.ok is None:
             raise SystemExit(reply.err.payload.to_string())
-        return json.loads(reply.ok.payload.to_bytes())
-    raise SystemExit(f"no answer from {key}; start `hmrsim run scenario1`")
+        answered = True
+        yield json.loads(reply.ok.payload.to_bytes())
+    if not answered:
+        raise SystemExit(f"no answer from {KEY}; start `hmrsim run scenario1`")
 
 
 if __name__ == "__main__":

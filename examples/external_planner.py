@@ -25,10 +25,8 @@ def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
         graph = ways(ask(session, "hmrsim/_world/route_graph"))
         print(f"planning on {len(graph)} waypoints")
         planner = session.declare_queryable(KEY, lambda query: answer(query, graph))
-        action = "hmrsim/eve/navigate_to_pose/_action"
         target = {"position": {"x": 18, "y": 18}}
-        accepted = ask(session, f"{action}/send_goal", {"goal": {"pose": {"pose": target}}})
-        ended = ask(session, f"{action}/get_result", {"goal_id": accepted["goal_id"]})
+        ended = ask(session, "hmrsim/eve/navigate_to_pose/_action/execute", {"goal": {"pose": {"pose": target}}})
         print("status", ended["status"], "error_code", ended["result"]["error_code"])
         planner.undeclare()
 

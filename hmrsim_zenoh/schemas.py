@@ -49,10 +49,11 @@ def action_schema(action: AnyAction) -> dict[str, Any]:
     """Return the schema of all messages of an action, by the last chunk of the key that they travel on."""
     parts: _Parts = {
         "send_goal": (envelopes.SendGoalRequest[action.goal], "validation"),  # type: ignore[name-defined]  # a type at run time
+        "execute": (envelopes.ExecuteRequest[action.goal], "validation"),  # type: ignore[name-defined]
         "get_result": (envelopes.GetResultResponse[action.result], "serialization"),  # type: ignore[name-defined]
         "feedback": (envelopes.FeedbackMessage[action.feedback], "serialization"),  # type: ignore[name-defined]
     }
-    what = "send_goal: the request; get_result: the reply; feedback: the published message."
+    what = "send_goal, execute: the requests; get_result: the reply, as the last one of execute; feedback: the message."
     return _together(f"{action.name} ({action.ros_type})", parts, description=what)
 
 

@@ -22,7 +22,7 @@ from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
 from hmrsim_zenoh.wire.descriptions import plain_values
-from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, GetResultRequest, SendGoalRequest
+from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, ExecuteRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
@@ -54,10 +54,11 @@ exit codes: 0 the service answered; 1 there is no such service, robot or action;
 examples:
   hmrsim service call /_world/info --json | jq -r '.robots[].name'
   hmrsim service call /wall_e/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
+  hmrsim service call /wall_e/wait/_action/execute '{{goal: {{time: {{sec: 3}}}}}}'
   hmrsim service call /wall_e/wait/_action/cancel_goal
   hmrsim service call /wall_e/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
 
-The answer is waited for as long as the simulator is there: get_result, for one, answers when the goal has ended.
+The answer is waited for as long as the simulator is there: get_result and execute answer when the goal has ended.
 --timeout is for reaching the simulator. Ctrl-C gives up; the request may be carried out all the same.
 
 {ENVIRONMENT}"""
@@ -166,9 +167,10 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
 def _request_type(name: str, info: Info) -> type[BaseModel] | None:
     """Return the message that a service of an action reads; None for all that are no such services."""
     owner, _, verb = name.rpartition(_ACTION)
-    if verb == Verb.SEND_GOAL.value:
+    envelopes: dict[str, type[BaseModel]] = {Verb.SEND_GOAL.value: SendGoalRequest, Verb.EXECUTE.value: ExecuteRequest}
+    if verb in envelopes:
         known = registry().get(names.find_action(info, owner).action)
-        return SendGoalRequest[known.goal] if known else None  # type: ignore[name-defined]  # made as it runs
+        return envelopes[verb][known.goal] if known else None  # type: ignore[index]  # generic; made as it runs
     others: dict[str, type[BaseModel]] = {
         Verb.CANCEL_GOAL.value: CancelGoalRequest,
         Verb.GET_RESULT.value: GetResultRequest,

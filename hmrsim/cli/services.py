@@ -18,6 +18,7 @@ _OF_ACTIONS: Final = {
     Verb.SEND_GOAL: "{action}_SendGoal",
     Verb.CANCEL_GOAL: "action_msgs/srv/CancelGoal",
     Verb.GET_RESULT: "{action}_GetResult",
+    Verb.EXECUTE: "hmrsim/Execute",
 }
 
 

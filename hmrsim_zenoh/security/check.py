@@ -118,6 +118,7 @@ def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[
     yield "reads the description of the world", keys.world("info")
     for robot in _two(robots, member):
         yield f"sends a goal to {robot}", _goal(keys, robot)
+        yield f"executes a goal of {robot}", keys.action(robot, "wait", Verb.EXECUTE)
         yield f"cancels goals of {robot}", keys.action(robot, "wait", Verb.CANCEL_GOAL)
     yield "sends a goal to any robot at once", _goal(keys, "*")
     for service in ("delete_entity", "inject_fault", *member.services):

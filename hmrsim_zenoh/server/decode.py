@@ -22,10 +22,11 @@ from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
-from hmrsim_zenoh.server.replies import PendingReply, SharedQuery
+from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
+    ExecuteRequest,
     GetResultRequest,
     SendGoalRequest,
     UnreadableError,
@@ -76,6 +77,7 @@ class Requests:
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.
+        timestamp: Returns a timestamp of the session that replies.
         policy: What the session enforces; None where it is open.
     """
 
@@ -88,6 +90,7 @@ class Requests:
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         services: Mapping[str, AnyService],
         max_payload: int,
+        timestamp: Callable[[], zenoh.Timestamp],
         policy: AccessControl | None = None,
     ) -> None:
         self._keys = keys
@@ -100,8 +103,9 @@ class Requests:
         self._serves = serves
         self._fixed = fixed
         self._values = {*fixed, *_WORLD_TOPICS, Topic.TIME.value}
-        self._goals = zenoh.KeyExpr(keys.any_action(Verb.SEND_GOAL))
+        self._goals = [zenoh.KeyExpr(keys.any_action(verb)) for verb in (Verb.SEND_GOAL, Verb.EXECUTE)]
         self._max_payload = max_payload
+        self._timestamp = timestamp
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
@@ -153,8 +157,15 @@ class Requests:
         reply_to = PendingReply(query, key, action)
         match asked.verb:
             case Verb.SEND_GOAL:
-                goal = self._read(_goal_reader(action), query)
-                return [SendGoal(robot, name, goal.goal if action else None, goal.goal_id, reply_to)]
+                sent = self._read(_goal_reader(SendGoalRequest, action), query)
+                return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, reply_to)]
+            case Verb.EXECUTE:
+                sent = self._read(_goal_reader(ExecuteRequest, action), query)
+                goal = sent.goal if action else None
+                both = PendingExecution(
+                    query, key, action, robot=robot, feedback=sent.feedback, timestamp=self._timestamp
+                )
+                return [SendGoal(robot, name, goal, sent.goal_id, both, result_to=both)]
             case Verb.CANCEL_GOAL:
                 info = self._read(plain(CancelGoalRequest), query).goal_info
                 goal_id = _goal_id(info.goal_id, "goal_info.goal_id")
@@ -198,7 +209,7 @@ class Requests:
         wanted = zenoh.KeyExpr(pattern)
         fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
         latched = [item for item in self._latched if wanted.intersects(item.key)]
-        if not fixed and not latched and (query.payload is not None or wanted.intersects(self._goals)):
+        if not fixed and not latched and (query.payload is not None or any(map(wanted.intersects, self._goals))):
             raise UnreadableError("a request is for one robot and one action; name them, without wildcards")
         if fixed or latched:
             self._check_reading(query)
@@ -245,7 +256,7 @@ class Requests:
         """Answer a query that will not be decoded."""
         key = str(query.key_expr)
         asked = self._keys.parse(key)
-        if isinstance(asked, ActionKey) and asked.verb is Verb.SEND_GOAL:
+        if isinstance(asked, ActionKey) and asked.verb in (Verb.SEND_GOAL, Verb.EXECUTE):
             answer = self.not_served(asked.action, None, reason, text)
             PendingReply(query, key).reply(encoding.goal_response(answer), encoding.JSON)
         else:
@@ -258,11 +269,11 @@ class Requests:
         return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
 
 
-def _goal_reader(action: AnyAction | None) -> TypeAdapter[Any]:
+def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> TypeAdapter[Any]:
     if action is None:
-        return plain(SendGoalRequest[dict[str, Any]])
+        return plain(envelope[dict[str, Any]])  # type: ignore[index]  # mypy does not know that it is generic
     message: type[Message] = action.goal
-    return around(SendGoalRequest, message)
+    return around(envelope, message)
 
 
 def _goal_id(text: str, field: str) -> str:

@@ -1,9 +1,10 @@
-"""Replies to queries: the one answer to a request, or one of several to a query with wildcards."""
+"""Replies to queries: the one answer to a request, one of several where there are wildcards, all to ``execute``."""
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import zenoh
@@ -61,12 +62,17 @@ class PendingReply:
     key: str
     action: AnyAction | None = None
 
-    def reply(self, payload: bytes, mime: str) -> None:
-        """Send the one answer."""
+    def send(self, payload: bytes, mime: str) -> None:
+        """Send a reply after which there may be others."""
         try:
             self.query.reply(self.key, payload, encoding=mime)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
+
+    def reply(self, payload: bytes, mime: str) -> None:
+        """Send the one answer, or the last one."""
+        try:
+            self.send(payload, mime)
         finally:
             self.query.drop()
 
@@ -78,3 +84,29 @@ class PendingReply:
             _log.debug("replying an error on %s: %s", self.key, error)
         finally:
             self.query.drop()
+
+
+@dataclass(frozen=True, slots=True)
+class PendingExecution(PendingReply):
+    """A query that has a goal executed: it awaits the acceptance, maybe feedback, and at last the result.
+
+    All its replies have one key, and each has a later timestamp than the one before. So Zenoh's default consolidation
+    leaves the last one alone, the result or the rejection, and a querier without consolidation gets each as it is sent.
+
+    Attributes:
+        robot: The robot that executes the goal.
+        feedback: Whether feedback is awaited.
+        timestamp: Returns a timestamp later than all those before.
+    """
+
+    query: zenoh.Query
+    robot: str = field(kw_only=True)
+    feedback: bool = field(kw_only=True)
+    timestamp: Callable[[], zenoh.Timestamp] = field(kw_only=True)
+
+    def send(self, payload: bytes, mime: str) -> None:
+        """Send one of the replies, with the time."""
+        try:
+            self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp())
+        except zenoh.ZError as error:
+            _log.debug("replying on %s: %s", self.key, error)

@@ -1,7 +1,7 @@
 """The JSON wire's server: a query becomes a command, an event becomes a reply or a publication.
 
-The server keeps no table of goals: the query of an answer travels with the command as its ``reply_to``. All of it
-except `interest` runs in the simulation thread.
+The server keeps no table of goals: the query of an answer travels with the command as its ``reply_to``. Only of goals
+whose feedback goes to a query, too, it remembers that query. All of it except `interest` runs in the simulation thread.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from hmrsim_zenoh.server.inbox import QueryInbox
 from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
-from hmrsim_zenoh.server.replies import PendingReply
+from hmrsim_zenoh.server.replies import PendingExecution, PendingReply
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.wildcards import servers_own
@@ -104,6 +104,8 @@ class Server:
         self._keys = keys
         self._actions = actions
         self._limiter = FeedbackLimiter()
+        # The queries that await feedback, by robot, action and goal id.
+        self._followed: dict[tuple[str, str, str], PendingExecution] = {}
         # The key of each topic, by the topic's name.
         self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
         self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
@@ -115,6 +117,7 @@ class Server:
             fixed=self._fixed,
             services=services,
             max_payload=settings.max_payload,
+            timestamp=session.new_timestamp,
             policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
@@ -248,6 +251,8 @@ class Server:
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has a subscriber."""
+        if topic is Topic.FEEDBACK and self._followed:
+            return True
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
     def emit(self, output: Output) -> None:
@@ -270,7 +275,11 @@ class Server:
         match answer:
             case GoalResponse():
                 mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
-                asked.reply(encoding.goal_response(answer), mime)
+                if answer.accepted and isinstance(asked, PendingExecution):
+                    asked.send(encoding.goal_response(answer), mime)
+                    self._follow(asked, answer.goal_id)
+                else:
+                    asked.reply(encoding.goal_response(answer), mime)
                 self._look_for_goals()
             case CancelResponse():
                 asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
@@ -288,9 +297,20 @@ class Server:
             case Granted() | Joined() | HasLeft() | TimeState():
                 asked.reply(*encoded(answer))
 
+    def _follow(self, asked: PendingExecution, goal_id: str) -> None:
+        """Send a query the feedback of its goal, which begins next, if it awaits feedback."""
+        if asked.feedback and asked.action is not None:
+            news = not self.wants(Topic.FEEDBACK)
+            self._followed[asked.robot, asked.action.name, goal_id] = asked
+            if news:
+                self._submit(InterestChanged())
+
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
             self._limiter.forget(event.goal_id)
+            followed = self._followed.pop((event.robot, event.action, event.goal_id), None)
+            if followed and not self._followed:
+                self._interest_changed()
         if event.goal is not None and self._interest[_LOG]:
             accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
             self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
@@ -315,12 +335,15 @@ class Server:
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
         self._settle()
-        if not (self._interest[Topic.FEEDBACK] and self._limiter.passes(event)):
+        listened, query = self._interest[Topic.FEEDBACK], self._followed.get((event.robot, event.action, event.goal_id))
+        if not ((listened or query) and self._limiter.passes(event)):
             return
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
-        for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK):
+        for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK) if listened else ():
             self._put(key, payload, mime)
+        if query:
+            query.send(payload, mime)
 
     def _emit_sample(self, event: Sampled) -> None:
         self._settle()

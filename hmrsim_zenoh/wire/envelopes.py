@@ -54,6 +54,12 @@ class SendGoalRequest(Envelope, Generic[G]):
     goal: G
 
 
+class ExecuteRequest(SendGoalRequest[G], Generic[G]):
+    """A goal that is followed to its end."""
+
+    feedback: bool = Field(default=False, description="Whether to be sent its feedback in between.")
+
+
 class GoalInfo(Envelope):
     """A goal's id, and the time of its acceptance."""
 

@@ -2,7 +2,7 @@
 
 ::
 
-    <prefix>/<robot>/<action>/_action/{send_goal,cancel_goal,get_result,feedback,status}
+    <prefix>/<robot>/<action>/_action/{send_goal,cancel_goal,get_result,execute,feedback,status}
     <prefix>/<robot>/<topic>
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
@@ -36,6 +36,7 @@ class Verb(Enum):
     SEND_GOAL = "send_goal"
     CANCEL_GOAL = "cancel_goal"
     GET_RESULT = "get_result"
+    EXECUTE = "execute"
     FEEDBACK = "feedback"
     STATUS = "status"
 

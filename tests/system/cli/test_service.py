@@ -15,6 +15,7 @@ GOAL_ID = "0123456789abcdef0123456789abcdef"
 LONG_WAIT = f"{{goal_id: {GOAL_ID}, goal: {{time: {{sec: 100000}}}}}}"
 SEND_GOAL = "/wall_e/wait/_action/send_goal"
 GET_RESULT = "/wall_e/wait/_action/get_result"
+EXECUTE = "/wall_e/wait/_action/execute"
 CANCEL_GOAL = "/wall_e/wait/_action/cancel_goal"
 
 NO_TEXT = "request: goal_id: expected a string (quote it if it looks like a number)"
@@ -78,9 +79,17 @@ def test_a_goal_from_sent_to_canceled(call):
     )
 
 
-def test_a_goal_that_is_rejected_is_an_answer(call):
+def test_a_goal_is_one_call(call):
+    """Its answer is the result."""
+    code, out, _ = call(EXECUTE, "{goal: {}}", "--json")
+
+    assert (0, 4) == (code, json.loads(out)["status"])
+
+
+@pytest.mark.parametrize("verb", ["send_goal", "execute"])
+def test_a_goal_that_is_rejected_is_an_answer(call, verb):
     """The call itself went well, as in ROS 2."""
-    code, out, _ = call("/nobody/wait/_action/send_goal", "{goal: {time: {sec: 1}}}", "--json")
+    code, out, _ = call(f"/nobody/wait/_action/{verb}", "{goal: {time: {sec: 1}}}", "--json")
 
     assert (0, "unknown_robot") == (code, json.loads(out)["reason"])
 
@@ -101,6 +110,8 @@ def test_the_type_may_be_given(call):
         ((SEND_GOAL, "{goal: [1]}"), "request: goal: expected a mapping, got [1]\n"),
         ((SEND_GOAL, "{goal: {time: {sec: 1.5}}}"), "request: goal.time.sec: expected an integer, got 1.5\n"),
         ((SEND_GOAL, "{goal: {time: {s: 1}}}"), "request: goal.time.s: unknown field; known fields: sec, nanosec\n"),
+        ((EXECUTE, "{goal: {time: {s: 1}}}"), "request: goal.time.s: unknown field; known fields: sec, nanosec\n"),
+        ((EXECUTE, "{goal: {}, feedback: 1}"), "request: feedback: expected true or false, got 1\n"),
         ((CANCEL_GOAL, "{goal_info: {x: 1}}"), "request: goal_info.x: unknown field; known fields: goal_id, stamp\n"),
         (("/_world/info", "{x: 3}"), "request: x: unknown field; remove it\n"),
         ((GET_RESULT, "[1]"), "request: expected a mapping such as '{goal_id: …}', got [1]\n"),

@@ -43,6 +43,7 @@ GOAL = {"goal": {"time": {"sec": 1, "nanosec": 0}}}
 FAULT = {"type": "breakdown", "robot": "eve", "duration": 0.1}
 
 REQUESTS = {
+    "hmrsim/wall_e/wait/_action/execute": {"goal": {}},
     "hmrsim/wall_e/wait/_action/send_goal": GOAL,
     "hmrsim/wall_e/wait/_action/cancel_goal": {},
     "hmrsim/_world/inject_fault": FAULT,
@@ -126,7 +127,7 @@ def strangers(secured: Secured, folder: Path) -> dict[str, SessionOptions]:
 
 
 def over_json(options: SessionOptions) -> list[str]:
-    """Send a goal, cancel goals and inject a fault on the JSON keys; return the keys that answered."""
+    """Execute a goal, send one, cancel all and inject a fault on the JSON keys; return the keys that answered."""
     try:
         with open_client(options) as session:
             return [key for key, body in REQUESTS.items() if _answers(session, key, body)]

@@ -119,14 +119,16 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
         tester.begin(f"{WAIT}/_action/get_result", {"goal_id": A}),
         tester.begin(f"{WAIT}/_action/status"),
         tester.begin(f"{WAIT}/_action/cancel_goal", {}),
+        tester.begin(f"{WAIT}/_action/execute", {"goal": wait(1)}),
     ]
     assert [] == list(tester.session.get("nobody/there"))  # comes back when those before it are with the server
     serve.hosts[0]._server.inbox.close()
     leave.set()
 
-    goal, result, status, cancel = [pending.one() for pending in late]
+    goal, result, status, cancel, executed = [pending.one() for pending in late]
 
-    assert (False, "not_ready", "the simulation has ended") == (goal["accepted"], goal["reason"], goal["error_msg"])
+    for each in (goal, executed):
+        assert (False, "not_ready", "the simulation has ended") == tuple(each[key] for key in _WHY)
     assert result["status"] in (4, 6)
     assert 1 == len(status["status_list"])
     assert [] == cancel["goals_canceling"]
@@ -169,6 +171,7 @@ def test_a_bug_in_an_action_ends_a_strict_run_with_every_goal_aborted(broken, se
     assert heard.items
 
 
+_WHY = ("accepted", "reason", "error_msg")
 _BOTH = {WAIT: A, "eve/navigate_to_pose": B}
 
 

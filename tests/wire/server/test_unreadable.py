@@ -185,10 +185,11 @@ def test_a_reading_without_fields_is_answered(shared, key, payload):
     assert {True} == {reply.ok for reply in shared.ask(key, payload)}
 
 
-@pytest.mark.parametrize("key", ["*/navigate_to_pose/_action/send_goal", "**/send_goal", "wall_e/*/_action/send_goal"])
-def test_a_request_with_wildcards_is_an_error(shared, key):
+@pytest.mark.parametrize("verb", ["send_goal", "execute"])
+@pytest.mark.parametrize("key", ["*/navigate_to_pose/_action/", "**/", "wall_e/*/_action/"])
+def test_a_request_with_wildcards_is_an_error(shared, key, verb):
     """A goal is for one robot."""
-    (reply,) = shared.ask(key, {"goal": {}})
+    (reply,) = shared.ask(f"{key}{verb}", {"goal": {}})
 
     assert (False, True) == (reply.ok, "without wildcards" in reply.body["error"])
 
@@ -211,9 +212,10 @@ def test_garbage_on_any_key_does_no_harm(fast, wait):
     """Random bytes get one error each, and the simulator goes on."""
     random_bytes = random.Random(7)
     names = ("wall_e/wait", "eve/pickup", "navigate_to_pose/wall_e", "cart/fly", "nobody/wait")
-    keys = [f"{name}/_action/{verb}" for name in names for verb in ("send_goal", "cancel_goal", "get_result")] * 10
+    verbs = ("send_goal", "cancel_goal", "get_result", "execute")
+    keys = [f"{name}/_action/{verb}" for name in names for verb in verbs] * 10
 
     pending = [fast.begin(key, random_bytes.randbytes(random_bytes.randrange(200))) for key in keys]
 
-    assert [[False]] * 150 == [[reply.ok for reply in replies.all()] for replies in pending]
+    assert [[False]] * 200 == [[reply.ok for reply in replies.all()] for replies in pending]
     assert 4 == fast.do("wall_e/wait", wait(1))["status"]

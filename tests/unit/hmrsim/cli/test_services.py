@@ -30,12 +30,14 @@ def test_what_the_simulator_tells():
 
 
 def test_actions_are_made_of_hidden_services():
-    """Each has three, by each of its names, with ROS 2's types."""
+    """Each has four, by each of its names, three of them with ROS 2's types."""
     assert [
         Service("/eve/wait/_action/send_goal", "nav2_msgs/action/Wait_SendGoal", hidden=True),
         Service("/eve/wait/_action/cancel_goal", "action_msgs/srv/CancelGoal", hidden=True),
         Service("/eve/wait/_action/get_result", "nav2_msgs/action/Wait_GetResult", hidden=True),
+        Service("/eve/wait/_action/execute", "hmrsim/Execute", hidden=True),
         Service("/wait/eve/_action/send_goal", "nav2_msgs/action/Wait_SendGoal", hidden=True),
         Service("/wait/eve/_action/cancel_goal", "action_msgs/srv/CancelGoal", hidden=True),
         Service("/wait/eve/_action/get_result", "nav2_msgs/action/Wait_GetResult", hidden=True),
+        Service("/wait/eve/_action/execute", "hmrsim/Execute", hidden=True),
     ] == [one for one in services(INFO) if one.hidden]

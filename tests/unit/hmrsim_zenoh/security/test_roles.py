@@ -32,6 +32,7 @@ DRIVING_EVE = (
     "hmrsim/eve/wait/_action/send_goal",
     "hmrsim/eve/wait/_action/cancel_goal",
     "hmrsim/eve/wait/_action/get_result",
+    "hmrsim/eve/wait/_action/execute",
     f"0/eve/wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/{HASH}",
     f"0/eve/bt_navigator/change_state/lifecycle_msgs::srv::dds_::ChangeState_/{HASH}",
 )
