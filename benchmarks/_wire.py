@@ -180,6 +180,12 @@ class GoalSender:
         self.result()
         self._accepted(answer(sent, key))
 
+    def execute(self) -> None:
+        """Have the goal executed by one query, and return with its result."""
+        payload = ask(self.session, self._key("execute"), self._next_goal())
+        if json.loads(payload).get("status") != _SUCCEEDED:
+            raise RuntimeError(f"{self.action}: {payload!r}")
+
     def _key(self, verb: str) -> str:
         return f"hmrsim/{self.action}/_action/{verb}"
 
