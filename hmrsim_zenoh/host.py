@@ -208,7 +208,13 @@ class Host:
     def _serve(self, simulator: Simulator) -> None:
         """Open the servers of a simulation on all wires."""
         settings = self._settings
-        self._description = Description(simulator, lambda: self.pacing.state, settings.run_id, self._sessions)
+        self._description = Description(
+            simulator,
+            lambda: self.pacing.state,
+            settings.run_id,
+            self._sessions,
+            hurries=lambda: self.pacing.hurries,
+        )
         self._server = Server(
             self._session,
             self._keys,

@@ -142,6 +142,11 @@ class Pacing:
         )
 
     @property
+    def hurries(self) -> bool:
+        """Whether time may pass faster than the wall's."""
+        return self.clock == LOCKSTEP or not 0.0 < self.real_time_factor <= 1.0
+
+    @property
     def hindrance(self) -> str:
         """Why time can't advance, even if a client requests it; empty if it can."""
         if self.clock == LOCKSTEP and not self.lockstep.participants:

@@ -139,8 +139,8 @@ class Requests:
 
     def _decode_one(self, query: zenoh.Query, key: str) -> list[AnyCommand]:
         match self._parse(key):
-            case ActionKey(robot, action, verb):
-                return self._decode_action(query, key, ActionKey(robot, action, verb))
+            case ActionKey() as asked:
+                return self._decode_action(query, key, asked)
             case TopicKey(robot, topic) if robot == WORLD:
                 return self._decode_world(query, key, topic)
             case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):

@@ -37,6 +37,7 @@ class Planner:
     """Sends requests to the planner on the network.
 
     Args:
+        wanted: Returns whether any robot needs a planner.
         timeout: Wall seconds within which the planner has to answer.
         max_payload: The largest answer in bytes.
     """
@@ -47,10 +48,12 @@ class Planner:
         keys: Keys,
         put: Callable[[AnyCommand], None],
         *,
+        wanted: Callable[[], bool],
         timeout: float,
         max_payload: int,
     ) -> None:
         self._put = put
+        self._wanted = wanted
         self._timeout = timeout
         self._max_payload = max_payload
         self._lock = threading.Lock()
@@ -65,7 +68,12 @@ class Planner:
         self._querier.declare_matching_listener(zenoh.handlers.Callback(self._on_matching))
 
     def look(self) -> list[AnyCommand]:
-        """Return the commands that precede a goal: a planner may have appeared just before it."""
+        """Return the commands that precede a goal: a planner may have appeared just before it.
+
+        Where no robot needs a planner goals are not held up, as Zenoh takes its time to say whether there is one.
+        """
+        if not self._wanted():
+            return []
         with self._lock:
             return self._changes()
 

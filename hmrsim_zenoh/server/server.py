@@ -130,7 +130,12 @@ class Server:
             prepare=self._settle,
         )
         self.planner = Planner(
-            session, keys, self.inbox.put, timeout=settings.planner_timeout, max_payload=settings.max_payload
+            session,
+            keys,
+            self.inbox.put,
+            wanted=lambda: description.plans_externally,
+            timeout=settings.planner_timeout,
+            max_payload=settings.max_payload,
         )
         self._emitters: dict[type, Callable[[Any], None]] = {
             Answered: self._emit_answer,

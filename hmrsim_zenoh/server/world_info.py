@@ -10,7 +10,6 @@ from pydantic_core import to_json
 
 import hmrsim
 from hmrsim.protocol.goal import WORLD
-from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.route_graph import to_geojson
@@ -35,6 +34,7 @@ class Description:
 
     Args:
         sessions: Who is connected, where certificates say so.
+        hurries: Returns whether time may pass faster than the wall's.
     """
 
     def __init__(
@@ -43,13 +43,17 @@ class Description:
         time: Callable[[], TimeState],
         run_id: str = "",
         sessions: Sessions | None = None,
+        *,
+        hurries: Callable[[], bool] = lambda: True,
     ) -> None:
+        self._hurries = hurries
         self._sessions = sessions
         self._simulator = simulator
         self._run_id = run_id
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
+        self._plans_externally: bool | None = None
         self._view: tuple[World | None, bytes] = (None, b"")
 
     @property
@@ -60,12 +64,18 @@ class Description:
     @property
     def hurries(self) -> bool:
         """Whether time may pass faster than the wall's."""
-        time = self._time()
-        return time.clock == LOCKSTEP or not 0.0 < time.real_time_factor <= 1.0
+        return self._hurries()
+
+    @property
+    def plans_externally(self) -> bool:
+        """Whether a robot drives the paths of an external planner."""
+        if self._plans_externally is None:
+            self._plans_externally = any(robot.planner == "external" for robot in self._simulator.robots.values())
+        return self._plans_externally
 
     def forget(self) -> None:
         """Drop the cached descriptions."""
-        self._info = self._route_graph = None
+        self._info = self._route_graph = self._plans_externally = None
 
     @property
     def serves(self) -> dict[str, list[str]]:
