@@ -70,7 +70,7 @@ class ActionPorts:
         """Return the ports of one robot's action."""
 
         def port(verb: Verb, ros_type: str) -> Port:
-            return Port(keys.action(robot, action.name, verb), f"application/json;{ros_type}_Request")
+            return Port(keys.action(robot, action.name, verb), f"application/json;{ros_type}_Request", at_once=True)
 
         return cls(
             name=f"/{robot}/{action.name}",

@@ -63,10 +63,16 @@ class Wire(Protocol):
 
 @dataclass(frozen=True)
 class Port:
-    """The key and the payload of a request."""
+    """The key and the payload of a request.
+
+    Attributes:
+        at_once: Whether the first reply is the answer, and is taken as it comes. Otherwise the latest one is: Zenoh
+            holds replies until the end of the query, which comes in a message of its own.
+    """
 
     key: str
     encoding: str = "application/json"
+    at_once: bool = False
 
 
 class Call:
@@ -294,8 +300,11 @@ class Link:
     def _get(
         self, port: Port, payload: bytes | None, handler: zenoh.handlers.Callback[zenoh.Reply], timeout: float
     ) -> None:
+        mode = zenoh.ConsolidationMode.NONE if port.at_once else zenoh.ConsolidationMode.AUTO
         try:
-            self.session.get(port.key, handler, payload=payload, encoding=port.encoding, timeout=timeout)
+            self.session.get(
+                port.key, handler, payload=payload, encoding=port.encoding, timeout=timeout, consolidation=mode
+            )
         except zenoh.ZError:
             # The keys are valid, so the session is at fault: its owner has closed it.
             self._broken = True

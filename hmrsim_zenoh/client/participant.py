@@ -213,7 +213,7 @@ class Participant:
         return self._send("advance", payload, _FOR_EVER)
 
     def _send(self, request: str, payload: bytes, timeout: float) -> Call:
-        return self._link.call(Port(self._link.time_key(request)), payload, timeout=timeout)
+        return self._link.call(Port(self._link.time_key(request), at_once=True), payload, timeout=timeout)
 
     def _answered(self, call: Call, timeout: float) -> bool:
         """Wait for the answer; an answer of None was lost, and the request may be repeated."""
@@ -253,7 +253,7 @@ class Participant:
         raise Dropped(str(error)) if field == "participant" else error
 
     def _state(self, error: RequestError) -> _State:
-        call = self._link.call(Port(self._link.time_key("state")), None, timeout=_ONE_TRY)
+        call = self._link.call(Port(self._link.time_key("state"), at_once=True), None, timeout=_ONE_TRY)
         call.wait(_ONE_TRY)
         if not isinstance(call.answer, bytes):
             self._wish = None
