@@ -213,7 +213,7 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
     rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
     # A lift counts its riders itself.
-    rides = {edge.leg.slots[0] for edge in lanes.edges if edge.ride}
+    rides = {lanes.edges[number].leg.slots[0] for number in lanes.ways.rides}
     capacities = [rooms[name] for name in lanes.names]
     for slot, track in enumerate(lanes.tracks, start=len(lanes.names)):
         room = of_lanes.get(frozenset(track)) or settings.lane_capacity
