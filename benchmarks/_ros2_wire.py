@@ -8,7 +8,7 @@ import threading
 import time
 import uuid
 from collections.abc import Callable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
@@ -19,6 +19,9 @@ from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.attachment import Attachment
 from hmrsim_zenoh.ros2.codec.types import ActionType, MessageType, ServiceType, action_type
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
 
 _PATIENCE = 180.0
 HEADER = bytes((0, 1, 0, 0))
@@ -101,9 +104,12 @@ class RosGoalSender:
         robot: Whose.
         action: Which.
         first: The number of the client's first entity; it has five in the session.
+        goal: Which goal; that with all defaults if None.
     """
 
-    def __init__(self, session: zenoh.Session, robot: str, action: str, first: int = 1) -> None:
+    def __init__(
+        self, session: zenoh.Session, robot: str, action: str, first: int = 1, goal: Message | None = None
+    ) -> None:
         self._session = session
         self._type = type_ = type_of(action)
         self._name = name = f"/{robot}/{action}/_action"
@@ -111,7 +117,7 @@ class RosGoalSender:
         self._send_goal = ServiceClient(session, f"{name}/send_goal", type_.send_goal, first)
         self._get_result = ServiceClient(session, f"{name}/get_result", type_.get_result, first + 1)
         self._cancel_goal = ServiceClient(session, f"{name}/cancel_goal", type_.cancel_goal, first + 2)
-        unknown = {"goal_id": {"uuid": bytes(16)}, "goal": registry()[action].goal()}
+        unknown = {"goal_id": {"uuid": bytes(16)}, "goal": goal or registry()[action].goal()}
         self._goal = type_.send_goal.request.encode(unknown)[len(HEADER) + 16 :]
         self._no_time = type_.cancel_goal.request.encode(CancelGoal.Request())[len(HEADER) + 16 :]
         self._id = b""

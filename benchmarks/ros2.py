@@ -14,6 +14,8 @@ from benchmarks._timing import Variant, medians
 from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
 from hmrsim.cli.garbage import collect_rarely
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
@@ -188,4 +190,8 @@ def _senders(stack: ExitStack, settings: RunSettings) -> tuple[GoalSender, RosGo
     plain = stack.enter_context(world.session())
     ros = stack.enter_context(open_session(world.endpoint))
     Graph(ros).when(["/robot_0/wait", "/robot_1/wait"])
-    return GoalSender(plain, "robot_0/wait"), RosGoalSender(ros, "robot_1", "wait")
+    # Where time stands, goals have to last until they are canceled.
+    seconds = 1 if settings.clock == "lockstep" else 0
+    goal = Wait.Goal(time=Duration(sec=seconds))
+    json_ = GoalSender(plain, "robot_0/wait", {"time": {"sec": seconds}})
+    return json_, RosGoalSender(ros, "robot_1", "wait", goal=goal)
