@@ -19,5 +19,8 @@ def stamp(seconds: float) -> int:
 
 
 def end_of_instant(seconds: float) -> float:
-    """Return the end of an instant: events that are due in the same nanosecond happen at the same time."""
-    return max(seconds, (nanoseconds(seconds) + 0.5) / NANOSECONDS)
+    """Return the end of an instant: events that are due in the same nanosecond happen at the same time.
+
+    The first instant is the first two nanoseconds, as both have the same stamp.
+    """
+    return max(seconds, (stamp(seconds) + 0.5) / NANOSECONDS)

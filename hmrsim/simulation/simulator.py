@@ -448,7 +448,7 @@ class Simulator:
         Returns:
             Whether anything was due.
         """
-        return self._process(min(until, self.gate.limit), most, idle=idle)
+        return self._process(min(until, end_of_instant(self.gate.limit)), most, idle=idle)
 
     def _process(self, until: float, most: int, *, idle: bool) -> bool:
         busy = self._busy
