@@ -35,7 +35,7 @@ class VehicleBody:
     Args:
         speed: Its maximum speed, in the world's unit a second.
         changed: Called whenever it begins or ceases to move, or goes on after something was to be decided; None for no
-            call. With *follows_speed* also whenever it begins a lane or a turn at another mean speed.
+            call. Where a battery is drained by distance, a way also ends where the mean speed changes.
 
     Attributes:
         radius: Of its footprint; 0 if it has none.

@@ -109,8 +109,7 @@ class DrivingVehicle(VehicleBody):
         """
         self._number, self._began = number, self._env.now
         self._last = self._sure_up_to(number)
-        self._on_way_end = [self._go_on]
-        self._way_end = At(self._env, self._way_ends(), self._on_way_end)
+        self._expect_way_end()
         self._publish_motion()
 
     def _go_on(self, way_end: Event) -> None:
@@ -157,8 +156,12 @@ class DrivingVehicle(VehicleBody):
         if last < self._last:
             self._abandon_way()
             self._last = last
-            self._on_way_end = [self._go_on]
-            self._way_end = At(self._env, self._way_ends(), self._on_way_end)
+            self._expect_way_end()
+
+    def _expect_way_end(self) -> None:
+        """Decide what comes next when it has driven the last piece of its way."""
+        self._on_way_end = [self._go_on]
+        self._way_end = At(self._env, self._way_ends(), self._on_way_end)
 
     def _abandon_way(self) -> None:
         """Let nothing happen at the end of its way."""
