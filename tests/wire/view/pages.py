@@ -2,36 +2,57 @@
 
 from __future__ import annotations
 
+import asyncio
 import http.client
 import json
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from websockets.sync.client import connect
+from websockets.asyncio.client import connect
 
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.view.live import Live
 from hmrsim_zenoh.view.server import ViewServer
 
+if TYPE_CHECKING:
+    from websockets.asyncio.client import ClientConnection
+
 PATIENCE = 20.0
 
 
 class Page:
-    """What a page's script does with its WebSocket."""
+    """What a page's script does with its WebSocket.
 
-    def __init__(self, socket: Any) -> None:
-        self.socket = socket
+    It reads and writes in one thread: OpenSSL allows no two at one connection, and with ``websockets.sync`` a request
+    over TLS is lost once in a while.
+    """
+
+    def __init__(self, socket: ClientConnection, runner: asyncio.Runner) -> None:
+        self._socket = socket
+        self._runner = runner
 
     def say(self, op: str, **fields: Any) -> None:
         """Send a frame."""
-        self.socket.send(json.dumps({"op": op, **fields}))
+        self.send(json.dumps({"op": op, **fields}))
+
+    def send(self, frame: str | bytes) -> None:
+        """Send a frame as it is."""
+        self._runner.run(self._socket.send(frame))
 
     def hear(self, op: str) -> dict[str, Any]:
         """Return the next frame of a kind; frames of other kinds are skipped."""
-        while (frame := json.loads(self.socket.recv(PATIENCE)))["op"] != op:
+        while (frame := json.loads(self._runner.run(self._heard())))["op"] != op:
             pass
         return frame
+
+    async def _heard(self) -> str | bytes:
+        async with asyncio.timeout(PATIENCE):
+            return await self._socket.recv()
+
+    def vanish(self) -> None:
+        """Leave without closing the WebSocket."""
+        self._socket.transport.abort()
 
     def get(self, key: str, **fields: Any) -> dict[str, Any]:
         """Ask a key, and return the answer."""
@@ -50,9 +71,17 @@ class Page:
 def opened(url: str, *, token: str = "", **options: Any):
     """Open a page."""
     query = f"?token={token}" if token else ""
-    # Frames that are not read must not keep the socket from closing.
-    with connect(f"{url.replace('http', 'ws', 1)}ws{query}", max_queue=None, **options) as socket:
-        yield Page(socket)
+    with asyncio.Runner() as runner:
+        # Frames that are not read must not keep the socket from closing.
+        socket = runner.run(_connected(f"{url.replace('http', 'ws', 1)}ws{query}", max_queue=None, **options))
+        try:
+            yield Page(socket, runner)
+        finally:
+            runner.run(socket.close())
+
+
+async def _connected(url: str, **options: Any) -> ClientConnection:
+    return await connect(url, **options)
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 from contextlib import ExitStack
 
 import pytest
@@ -172,7 +171,7 @@ def test_all_pages_hear_a_sample(open_page, session, wait_for_listener):
 @pytest.mark.parametrize("frame", ["", "{", "[]", '{"op": "dance"}', b"\x00", '{"op": "unsubscribe", "id": 3}'])
 def test_a_malformed_frame_breaks_nothing(page, frame):
     """The page gets an error, and goes on."""
-    page.socket.send(frame)
+    page.send(frame)
 
     assert "error" in page.hear("error")
     assert "replies" in page.get("_world/info")
@@ -181,7 +180,7 @@ def test_a_malformed_frame_breaks_nothing(page, frame):
 def test_a_huge_frame_ends_that_page_only(open_page):
     """More than 1 MiB is not read; the connection is closed, and another page is well."""
     with open_page() as first:
-        first.socket.send('{"op": "' + "x" * 2**20)
+        first.send('{"op": "' + "x" * 2**20)
         with pytest.raises(ConnectionClosed, match="1009"):
             first.hear("never")
 
@@ -195,8 +194,8 @@ def test_a_page_that_goes_while_answers_wait_is_let_go(open_page, wait_for_liste
         page.say("subscribe", id=1, key="another/topic")
         wait_for_listener("hmrsim/another/topic", there=True)
         for _ in range(400):
-            page.socket.send("?")
-        page.socket.socket.shutdown(socket.SHUT_RDWR)
+            page.send("?")
+        page.vanish()
 
     wait_for_listener("hmrsim/another/topic", there=False)
 
