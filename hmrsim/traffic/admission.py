@@ -120,7 +120,9 @@ class Admission:
 
     def _follow_closures(self) -> None:
         self._update_needed()
-        if self._obstructed and self._rules is None:
+        if self._rules is not None:
+            self._rules.opened()
+        elif self._obstructed:
             for robot in self._vehicles:
                 robot.look_ahead()
         self.look_again([*self.waits])
@@ -242,12 +244,17 @@ class Admission:
 
     def _is_in_doubt(self, leg: Leg) -> bool:
         """Return whether something other than vehicles may be in the way on a leg."""
-        return bool(self._barriers) if leg.lane is None else not self.is_open(leg.lane)
+        lane = leg.lane
+        return bool(self._barriers) if lane is None else lane in self.closures.lanes or self._barriers.on(lane)
 
     @property
     def asking(self) -> Iterable[Vehicle]:
         """The vehicles that are about to ask again at this instant, in order."""
         return self._asking
+
+    def soon(self, call: Callable[[], None]) -> None:
+        """Call a function at this instant but after what happens now."""
+        self._env.call_soon(call)
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles that wait ask again, at this instant but after what happens now."""
@@ -281,13 +288,28 @@ class Admission:
         lane = leg.lane
         return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
-    def is_open(self, lane: Lane) -> bool:
-        """Return whether only traffic can be in the way on a lane."""
-        return lane not in self.closures.lanes and not self._barriers.on(lane)
+    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
+        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
+        return lane not in self.closures.lanes and self._barriers.may_pass(robot, lane)
+
+    def lets(self, robot: Vehicle, leg: Leg) -> bool:
+        """Return whether only traffic can be in a vehicle's way on a leg now; if not, what is there begins to open."""
+        if not (self._obstructed and self._in_the_way(robot, leg)):
+            return True
+        self._barriers.summon(leg)
+        return False
+
+    def opened(self, lanes: Collection[Lane]) -> None:
+        """Take note that a barrier on these lanes has changed; vehicles that wait there or off the lanes ask again."""
+        if self._rules is not None:
+            self._rules.opened()
+        waits = self.waits.values()
+        self.look_again([wait.robot for wait in waits if not wait.leg.lane or wait.leg.lane in lanes])
 
     def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
         """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
         self.forget(robot)
+        self._barriers.enter(robot, leg)
         start = robot.pose().point
         self.publisher.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
         robot.yield_along(leg, rerouted=rerouted)

@@ -27,6 +27,9 @@ class Barrier(Protocol):
         A barrier that opens for the vehicle begins to, and has vehicles look again when it is open.
         """
 
+    def summon(self, leg: Leg) -> None:
+        """Come for a vehicle that is to be moved along a leg, and does not wait for it."""
+
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Take note that a vehicle begins to drive through."""
 
@@ -74,6 +77,11 @@ class Barriers:
         barriers = self._on_lanes.get(leg.lane, ()) if leg.lane else self._all
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
         return whys[0] if whys else ""
+
+    def summon(self, leg: Leg) -> None:
+        """Have the barriers on a leg come for a vehicle that is to be moved along it."""
+        for barrier in self._on_lanes.get(leg.lane, ()) if leg.lane else ():
+            barrier.summon(leg)
 
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Take note that a vehicle begins a leg, and has left what it drove through before."""

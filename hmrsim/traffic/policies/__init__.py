@@ -76,6 +76,9 @@ class Rules(Protocol):
     def stays_aside(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
 
+    def opened(self) -> None:
+        """Take note that a door has opened, a cabin has come, or a lane is open or closed now."""
+
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the wait of a vehicle that begins to wait, if that is possible."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -40,14 +40,23 @@ class AdmissionControl(Protocol):
     def asking(self) -> Iterable[Vehicle]:
         """The vehicles that are about to ask again at this instant, in order."""
 
-    def is_open(self, lane: Lane) -> bool:
-        """Return whether only traffic can be in the way on a lane."""
+    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
+        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
+
+    def lets(self, robot: Vehicle, leg: Leg) -> bool:
+        """Return whether only traffic can be in a vehicle's way on a leg now; if not, what is there begins to open.
+
+        All vehicles that wait ask again when it is open.
+        """
 
     def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
         """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
 
     def is_held_up(self, robot: Vehicle) -> bool:
         """Return whether a vehicle can't go on because of others."""
+
+    def soon(self, call: Callable[[], None]) -> None:
+        """Call a function at this instant but after what happens now."""
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles that wait ask again, at this instant but after what happens now."""

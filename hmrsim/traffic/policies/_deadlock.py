@@ -127,7 +127,7 @@ class DeadlockResolver:
         for edge in admission.graph.lanes.out[place]:
             lane = edge.leg.lane
             others = (other for slot in edge.leg.slots for other in slots.in_the_way(group[i], slot))
-            if lane and admission.is_open(lane) and all(other in group for other in others):
+            if lane and admission.may_drive(group[i], lane) and all(other in group for other in others):
                 yield edge
 
 

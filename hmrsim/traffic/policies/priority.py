@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -55,6 +56,7 @@ class Priority(Reserve):
         self._resolver = DeadlockResolver(admission, self.slots, self._movable)
         self._resolutions: dict[Vehicle, Resolution] = {}
         self._stuck: dict[Vehicle, None] = {}
+        self._awaiting: dict[Resolution, None] = {}
         self._searched: dict[Vehicle, float] = {}
         self.take, self.stand = self._take, self._stand
 
@@ -74,10 +76,21 @@ class Priority(Reserve):
         moved = self._resolutions.get(robot)
         return super().blockers(robot, leg) or ([moved.first] if moved and moved.first is not robot else [])
 
+    def opened(self) -> None:
+        """Go on with moves that waited for a door or a lift; vehicles that could not be helped before ask again."""
+        super().opened()
+        awaiting, self._awaiting = self._awaiting, {}
+        for resolution in awaiting:
+            if self._resolutions.get(resolution.first) is resolution:
+                self.admission.soon(partial(self._go_on, resolution))
+        stuck, self._stuck = self._stuck, {}
+        self.admission.look_again([*stuck])
+
     def reset(self) -> None:
         """Forget which vehicles could not be helped, and when."""
         super().reset()
         self._stuck.clear()
+        self._awaiting.clear()
         self._searched.clear()
 
     def halted(self, robot: Vehicle) -> None:
@@ -124,14 +137,21 @@ class Priority(Reserve):
         chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, goes=goes)
         if chain is None:
             return False
-        if not self._yield(chain, robot, [(robot, wait.leg)] if goes else []):
-            return False
-        if goes:
+        moves = self._yield(chain, robot, [(robot, wait.leg)] if goes else [])
+        if moves and goes:
             self.admission.release(robot)
-        return True
+        return moves is not False
 
-    def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Leg]] = ()) -> bool:
-        """Have all of a chain yield to a vehicle at once, which may go itself; return whether there is room."""
+    def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Leg]] = ()) -> bool | None:
+        """Have all of a chain yield to a vehicle at once, which may go itself.
+
+        Returns:
+            Whether there is room; None if there will be, once doors and lifts on the way have opened.
+        """
+        # Each is asked, so that each begins to open.
+        let = [self.admission.lets(other, way.leg) for other, way in chain]
+        if not all(let):
+            return None
         if not self.slots.exchange([*own, *((other, way.leg) for other, way in chain)]):
             return False
         for other, way in chain:
@@ -145,7 +165,7 @@ class Priority(Reserve):
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None}, goes=False)
-            if chain is not None and self._yield(chain, robot):
+            if chain is not None and self._yield(chain, robot) is not False:
                 return True
         return False
 
@@ -223,14 +243,27 @@ class Priority(Reserve):
         return other is robot or self._gives_way(other, robot)
 
     def _begin_next_move(self, resolution: Resolution) -> None:
-        """Begin the next move; if another vehicle is in its way by now, all are dropped, and all vehicles ask again."""
-        if resolution.moves:
-            move: Move = resolution.moves.pop(0)
-            there = move.robot.may_yield and self.slots.held(move.robot) == (move.edge.start,)
-            if there and self.slots.exchange([(move.robot, move.edge.leg)]):
-                self.admission.push(move.robot, move.edge.leg, resolution.first)
+        """Begin the next move; if another vehicle is in its way by now, all are dropped, and all vehicles ask again.
+
+        Where a door is on it, it begins when that is open.
+        """
+        move: Move | None = next(iter(resolution.moves), None)
+        if move is not None and move.robot.may_yield and self.slots.held(move.robot) == (move.edge.start,):
+            leg, lane = move.edge.leg, move.edge.leg.lane
+            may = lane is not None and self.admission.may_drive(move.robot, lane)
+            if may and not self.admission.lets(move.robot, leg):
+                self._awaiting[resolution] = None
+                return
+            if may and self.slots.exchange([(move.robot, leg)]):
+                del resolution.moves[0]
+                self.admission.push(move.robot, leg, resolution.first)
                 return
         self._drop(resolution)
+
+    def _go_on(self, resolution: Resolution) -> None:
+        """Begin the move of a resolution that waited for a door, unless it was dropped meanwhile."""
+        if self._resolutions.get(resolution.first) is resolution:
+            self._begin_next_move(resolution)
 
     def _drop(self, resolution: Resolution) -> None:
         for robot in resolution.robots:

@@ -56,6 +56,7 @@ class Reserve:
         self.admission = admission
         self.settings = settings
         self._published: tuple[float, frozenset[Vehicle]] | None = None
+        self._unsolved: dict[Vehicle, None] = {}
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
         near = _near(admission.world, admission.graph.lanes, capacities)
         self.slots = Slots(capacities, near, admission.look_again)
@@ -64,8 +65,14 @@ class Reserve:
         self.stand, self.inside = self.slots.stand, self.slots.inside
 
     def reset(self) -> None:
-        """Forget the deadlock that was published last."""
+        """Forget the deadlock that was published last, and those that wait for a door."""
         self._published = None
+        self._unsolved.clear()
+
+    def opened(self) -> None:
+        """Have deadlocks looked at again that a door or a lift was in the way of resolving."""
+        unsolved, self._unsolved = self._unsolved, {}
+        self.admission.look_again([*unsolved])
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
@@ -100,7 +107,8 @@ class Reserve:
         for solve in (self._turn_off, self._back_off):
             if any(solve(robot, cycle) for robot in last_first):
                 return
-        self.give_up(cycle)
+        if not any(robot in self._unsolved for robot in cycle):
+            self.give_up(cycle)
 
     def give_up(self, cycle: Sequence[Vehicle]) -> None:
         """Abort the goal of the vehicle of a cycle that set out last."""
@@ -119,7 +127,11 @@ class Reserve:
         wanted = {slot for other in cycle if other is not robot for leg in other.legs_ahead for slot in leg.slots}
         wanted |= {at for slot in wanted for at in self.slots.near.get(slot, ())}
         for way in exits(self.admission, self.slots, robot):
-            if way.end not in wanted and self.slots.exchange([(robot, way.leg)]):
+            if way.end in wanted or next(self.slots.missing(robot, way.leg.slots), None) is not None:
+                continue
+            if not self.admission.lets(robot, way.leg):
+                self._unsolved[robot] = None
+            elif self.slots.exchange([(robot, way.leg)]):
                 by = cycle[(cycle.index(robot) - 1) % len(cycle)]
                 self.admission.push(robot, way.leg, by, rerouted=True)
                 return True
@@ -205,7 +217,7 @@ def exits(admission: AdmissionControl, slots: Slots, robot: Vehicle) -> list[Exi
         else:
             here = robot.pose().point
             found += [Exit(lanes.part(edge, here, edge.leg.end), edge.end) for edge in lanes.leading_to(slot)]
-    return [way for way in found if way.leg.lane and admission.is_open(way.leg.lane)]
+    return [way for way in found if way.leg.lane and admission.may_drive(robot, way.leg.lane)]
 
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
