@@ -361,6 +361,11 @@ class Admission:
         """Return whether a vehicle can't go on because of others."""
         return robot.waits or robot in self._queues
 
+    def waits_for_barrier(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle waits for a door or a lift that will let it pass."""
+        wait = self.waits.get(robot)
+        return wait is not None and bool(wait.why) and not self._for_good(robot, wait.leg)
+
     def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
         self._barriers.leave(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)

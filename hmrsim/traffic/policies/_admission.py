@@ -55,6 +55,9 @@ class AdmissionControl(Protocol):
     def is_held_up(self, robot: Vehicle) -> bool:
         """Return whether a vehicle can't go on because of others."""
 
+    def waits_for_barrier(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle waits for a door or a lift that will let it pass."""
+
     def soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant but after what happens now."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +12,7 @@ from hmrsim.traffic.policies.reserve import rank
 if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._vehicle import Vehicle
 
@@ -35,15 +36,61 @@ class Resolution:
     Attributes:
         first: The vehicle for which the others move.
         moves: The moves that are left, in order.
+        robots: All vehicles that move, the first one first.
+        held_back: Other vehicles that wait for what the moves that are left need.
     """
 
     first: Vehicle
     moves: list[Move]
     robots: list[Vehicle] = field(init=False)
+    held_back: dict[Vehicle, None] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Note the vehicles that move."""
         self.robots = [*dict.fromkeys([self.first, *(move.robot for move in self.moves)])]
+
+
+class Reservations:
+    """The slots that the moves of resolutions need, which others that set out later don't enter until then.
+
+    Args:
+        near: The slots that touch each.
+    """
+
+    def __init__(self, near: Near) -> None:
+        self._near = near
+        self._by_slot: dict[int, list[Resolution]] = {}
+
+    def add(self, resolution: Resolution) -> None:
+        """Reserve what a resolution's moves need."""
+        for move in resolution.moves:
+            for slot in self._needed(move):
+                self._by_slot.setdefault(slot, []).append(resolution)
+
+    def remove(self, resolution: Resolution, moves: Sequence[Move]) -> None:
+        """Reserve what some of its moves need no longer."""
+        for move in moves:
+            for slot in self._needed(move):
+                there = self._by_slot[slot]
+                there.remove(resolution)
+                if not there:
+                    del self._by_slot[slot]
+
+    def _needed(self, move: Move) -> Iterator[int]:
+        for slot in move.edge.leg.slots:
+            yield slot
+            yield from self._near.get(slot, ())
+
+    def against(self, robot: Vehicle, slots: Iterable[int], first: Vehicle) -> Resolution | None:
+        """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
+        if not self._by_slot:
+            return None
+        order = rank(first)
+        for slot in slots:
+            for resolution in self._by_slot.get(slot, ()):
+                if robot not in resolution.robots and rank(resolution.first) < order:
+                    return resolution
+        return None
 
 
 class DeadlockResolver:
@@ -51,12 +98,20 @@ class DeadlockResolver:
 
     Args:
         slots: The places of the vehicles.
+        reservations: What other resolutions need.
         movable: Returns whether the first vehicle may be moved for the second.
     """
 
-    def __init__(self, admission: AdmissionControl, slots: Slots, movable: Callable[[Vehicle, Vehicle], bool]) -> None:
+    def __init__(
+        self,
+        admission: AdmissionControl,
+        slots: Slots,
+        reservations: Reservations,
+        movable: Callable[[Vehicle, Vehicle], bool],
+    ) -> None:
         self._admission = admission
         self._slots = slots
+        self._reservations = reservations
         self._movable = movable
 
     def find_moves(self, robot: Vehicle, target: int, max_states: int) -> list[Move] | None:
@@ -126,8 +181,10 @@ class DeadlockResolver:
         slots, admission = self._slots, self._admission
         for edge in admission.graph.lanes.out[place]:
             lane = edge.leg.lane
+            if not lane or self._reservations.against(group[i], edge.leg.slots, group[0]):
+                continue
             others = (other for slot in edge.leg.slots for other in slots.in_the_way(group[i], slot))
-            if lane and admission.may_drive(group[i], lane) and all(other in group for other in others):
+            if admission.may_drive(group[i], lane) and all(other in group for other in others):
                 yield edge
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Resolution
+from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank, waits_for_cycle
 
 if TYPE_CHECKING:
@@ -53,16 +53,28 @@ class Priority(Reserve):
     def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
         self._max_states = settings.most_states
-        self._resolver = DeadlockResolver(admission, self.slots, self._movable)
+        self._reservations = Reservations(self.slots.near)
+        self._resolver = DeadlockResolver(admission, self.slots, self._reservations, self._movable)
         self._resolutions: dict[Vehicle, Resolution] = {}
         self._stuck: dict[Vehicle, None] = {}
         self._awaiting: dict[Resolution, None] = {}
+        self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, float] = {}
         self.take, self.stand = self._take, self._stand
 
     def _take(self, robot: Vehicle, leg: Leg) -> bool:
-        """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so."""
-        return robot not in self._resolutions and self.slots.take(robot, leg)
+        """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so.
+
+        One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
+        and the next resolution could have it go back there, for ever.
+        """
+        if robot in self._resolutions:
+            return False
+        resolution = self._holds_back(robot, leg)
+        if resolution is not None:
+            resolution.held_back[robot] = None
+            return False
+        return self.slots.take(robot, leg)
 
     def _stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """As `Reserve.stand`; vehicles that could not be helped before ask again."""
@@ -72,9 +84,19 @@ class Priority(Reserve):
             self.admission.look_again([*stuck])
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need, or the one for which it is moved."""
-        moved = self._resolutions.get(robot)
-        return super().blockers(robot, leg) or ([moved.first] if moved and moved.first is not robot else [])
+        """Return the vehicles that hold what one would need, or the one for which it is moved or held back."""
+        found = super().blockers(robot, leg)
+        resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
+        return [resolution.first] if resolution and resolution.first is not robot else found
+
+    def _holds_back(self, robot: Vehicle, leg: Leg) -> Resolution | None:
+        """Return the resolution that needs what a vehicle wants for itself, if any."""
+        return self._reservations.against(robot, leg.slots, robot)
+
+    def _is_seen_to(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle that waits need only wait for a resolution to go on."""
+        wait = self.admission.waits.get(robot)
+        return robot in self._resolutions or (wait is not None and self._holds_back(robot, wait.leg) is not None)
 
     def opened(self) -> None:
         """Go on with moves that waited for a door or a lift; vehicles that could not be helped before ask again."""
@@ -83,7 +105,8 @@ class Priority(Reserve):
         for resolution in awaiting:
             if self._resolutions.get(resolution.first) is resolution:
                 self.admission.soon(partial(self._go_on, resolution))
-        stuck, self._stuck = self._stuck, {}
+        stuck, self._stuck = {**self._stuck, **self._opening}, {}
+        self._opening.clear()
         self.admission.look_again([*stuck])
 
     def reset(self) -> None:
@@ -91,6 +114,7 @@ class Priority(Reserve):
         super().reset()
         self._stuck.clear()
         self._awaiting.clear()
+        self._opening.clear()
         self._searched.clear()
 
     def halted(self, robot: Vehicle) -> None:
@@ -100,13 +124,13 @@ class Priority(Reserve):
 
     def blocked(self, robot: Vehicle) -> None:
         """Have vehicles in the way yield if they set out later, unless this is part of a resolution."""
-        if robot in self._resolutions:
+        if self._is_seen_to(robot):
             return
         cycle = waits_for_cycle(self.admission, robot)
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=rank)
-            if robot in self._resolutions:
+            if self._is_seen_to(robot):
                 return
         blockers = self.admission.blockers(robot)
         self._stuck[robot] = None
@@ -151,6 +175,7 @@ class Priority(Reserve):
         # Each is asked, so that each begins to open.
         let = [self.admission.lets(other, way.leg) for other, way in chain]
         if not all(let):
+            self._opening[robot] = None
             return None
         if not self.slots.exchange([*own, *((other, way.leg) for other, way in chain)]):
             return False
@@ -185,7 +210,7 @@ class Priority(Reserve):
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
-            for way in self._refuges(other, pusher, slot):
+            for way in self._refuges(other, first, pusher, slot):
                 there = [*self.slots.in_the_way(other, way.end)]
                 if not there or (goes and first in there):
                     return [(other, way)]
@@ -197,7 +222,7 @@ class Priority(Reserve):
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Vehicle, pusher: Vehicle, slot: int) -> list[Exit]:
+    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int) -> list[Exit]:
         """Return the lanes by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
         wait = self.admission.waits.get(robot)
         wanted, taken = wait.leg.slots[-1:] if wait else (), self.slots.held(pusher)
@@ -210,6 +235,7 @@ class Priority(Reserve):
             for way in sorted(exits(self.admission, self.slots, robot), key=cost)
             if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None
             and way.end not in taken
+            and not self._reservations.against(robot, way.leg.slots, first)
             and not self.slots.touch(robot, (way.end,), pusher, slot)
         ]
 
@@ -226,7 +252,7 @@ class Priority(Reserve):
         if moves is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
             cycle = [] if around else waits_for_cycle(self.admission, robot)
-            if cycle and self.slots.at_rest(lambda other: self.admission.is_held_up(other) or not other.busy):
+            if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask.
                 if any(rank(other) < rank(robot) for other in self.admission.asking):
                     del self._searched[robot]
@@ -236,7 +262,14 @@ class Priority(Reserve):
             return
         resolution = Resolution(robot, moves)
         self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
+        self._reservations.add(resolution)
         self._begin_next_move(resolution)
+
+    def _goes_nowhere(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle that stands or waits will do so until another one moves."""
+        if robot in self._opening or self.admission.waits_for_barrier(robot):
+            return False
+        return self.admission.is_held_up(robot) or not robot.busy
 
     def _movable(self, other: Vehicle, robot: Vehicle) -> bool:
         """Return whether a vehicle may be moved for another."""
@@ -255,7 +288,8 @@ class Priority(Reserve):
                 self._awaiting[resolution] = None
                 return
             if may and self.slots.exchange([(move.robot, leg)]):
-                del resolution.moves[0]
+                self._reservations.remove(resolution, [resolution.moves.pop(0)])
+                self._let_go(resolution)
                 self.admission.push(move.robot, leg, resolution.first)
                 return
         self._drop(resolution)
@@ -265,11 +299,20 @@ class Priority(Reserve):
         if self._resolutions.get(resolution.first) is resolution:
             self._begin_next_move(resolution)
 
+    def _let_go(self, resolution: Resolution) -> None:
+        """Have vehicles that were held back ask again."""
+        held_back = [*resolution.held_back]
+        resolution.held_back.clear()
+        self.admission.look_again(held_back)
+
     def _drop(self, resolution: Resolution) -> None:
+        self._reservations.remove(resolution, resolution.moves)
+        resolution.moves.clear()
         for robot in resolution.robots:
             self._resolutions.pop(robot, None)
         for robot in sorted(resolution.robots, key=rank):
             self.admission.try_again(robot)
+        self._let_go(resolution)
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
         """Publish a deadlock once, and not each time that it is looked at."""

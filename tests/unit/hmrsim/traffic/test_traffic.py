@@ -341,6 +341,18 @@ MIDDLE_OF_A_LANE = (
 )
 """A robot that was stopped on a lane can leave it by one end only, where another one has to make room, too."""
 
+BESIDE_EACH_OTHER = [(12, 22), (2, 12), (10, 11), (11, 12), (11, 21), (0, 1), (1, 2), (1, 11)]
+TWO_RESOLUTIONS = (
+    {
+        "waypoints": {f"n{i:02}": [i // 10 * 10.0, i % 10 * 10.0] for i in (0, 1, 2, 10, 11, 12, 21, 22)},
+        "lanes": [[f"n{a:02}", f"n{b:02}"] for a, b in BESIDE_EACH_OTHER],
+        "robots": {f"r{i}": {"at": start} for i, start in enumerate(["n02", "n01", "n12", "n00", "n10"])},
+    },
+    [(0.0, f"r{i}", goal) for i, goal in enumerate(["n10", "n10", "n02", "n22", "n10"])],
+    [],
+)
+"""Each of two robots had a third one moved to and fro, which was then in the way of the other one."""
+
 
 def check_places(simulator):
     """Fail if two robots are at one waypoint or on one lane."""
@@ -367,6 +379,7 @@ def check_places(simulator):
 @example(crowd=ONE_YET_TO_ASK)
 @example(crowd=STEPPED_BACK)
 @example(crowd=MIDDLE_OF_A_LANE)
+@example(crowd=TWO_RESOLUTIONS)
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
     """At every instant; without cancels, priority brings every robot to its goal."""
     world, goals, cancels = crowd
