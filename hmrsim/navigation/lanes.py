@@ -110,6 +110,7 @@ class Lanes:
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
         at: The index of the waypoint at a point; one that no lane touches is a point off the lanes like any other.
+        apart: Whether no two of those waypoints are at the same point, so that each lane leads somewhere.
         limited: Whether the quickest route depends on a robot's speed: a lane has a limit, or is a ride.
         points: Where each waypoint is.
         names: Of the waypoints. Their indices are their slots, too, as `hmrsim.traffic.policies` counts them.
@@ -136,11 +137,11 @@ class Lanes:
         self.out = Made(len(ways.names), partial(_out, ways, self.edges))
         self.into = Made(len(ways.names), partial(_into, ways, self.edges))
         entered = set(ways.ends)
-        self.at = {
-            point: node
-            for node, point in enumerate(ways.points)
-            if ways.first[node] < ways.first[node + 1] or node in entered
-        }
+        touched = [
+            node for node in range(len(ways.names)) if ways.first[node] < ways.first[node + 1] or node in entered
+        ]
+        self.at = {ways.points[node]: node for node in touched}
+        self.apart = len(self.at) == len(touched)
         self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
         self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)

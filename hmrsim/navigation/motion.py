@@ -187,6 +187,10 @@ class Drive(Protocol):
     def in_pieces(self) -> bool:
         """Whether each piece takes as long by itself, so that one may stop between any two."""
 
+    @property
+    def end(self) -> Pose:
+        """Where it ends; only one with pieces ends anywhere."""
+
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
@@ -203,7 +207,14 @@ class _Steady:
     def __init__(self, legs: Sequence[Leg], speed: float) -> None:
         self.legs = legs
         self._after: list[tuple[float, float]] = []
-        self.seconds = [leg.ride or leg.length / min(speed, leg.speed_limit) for leg in legs]
+        self.seconds = [
+            leg.ride or leg.length / (leg.speed_limit if leg.speed_limit < speed else speed)  # noqa: FURB136 - min() is slow
+            for leg in legs
+        ]
+
+    @property
+    def end(self) -> Pose:
+        return self.legs[-1].last
 
     def piece(self, number: int) -> Piece:
         leg = self.legs[number]
@@ -233,6 +244,10 @@ class _Profiled:
         self.legs = [piece.leg for piece in pieces]
         self.seconds = [piece.duration for piece in pieces]
         self._after = _sums_behind([piece.length for piece in pieces], self.seconds)
+
+    @property
+    def end(self) -> Pose:
+        return self._pieces[-1].end
 
     def piece(self, number: int) -> Piece:
         return self._pieces[number]

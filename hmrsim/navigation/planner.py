@@ -56,7 +56,6 @@ class Planner:
         Raises:
             NoRoute: The goal is outside the map (204), or inside an obstacle (206).
         """
-        self._lanes.check(goal)
         self._trees.to(goal, speed if self._lanes.limited else 1.0)
 
     def plan(self, start: Point, goal: Point, speed: float) -> Route:
@@ -68,14 +67,18 @@ class Planner:
         if distance(start, goal) <= SAME_PLACE:
             return Route(())
         speed = speed if self._lanes.limited else 1.0
-        if (goal, speed) not in self._trees:
-            self._lanes.check(goal)
         at = self._lanes.at.get(start)
-        if (at is None or goal not in self._lanes.at) and self._straight(start, goal):
-            return self._lanes.route([Leg(start, goal, distance(start, goal))], goal)
+        if at is None or goal not in self._lanes.at:
+            if (goal, speed) not in self._trees:
+                self._lanes.check(goal)
+            if self._straight(start, goal):
+                return self._lanes.route([Leg(start, goal, distance(start, goal))], goal)
         if at is not None:
             tree = self._trees.to(goal, speed)
             legs = self._follow(at, tree) if tree.cost[at] < math.inf else None
+            if legs and self._lanes.apart and legs[-1].lane is not None:
+                # Whole lanes, each of which leads somewhere.
+                return Route(tuple(legs), goal)
         else:
             legs = self._entrances.get((start, goal, speed), lambda: self._enter(start, goal, speed))
         if legs is None:
@@ -178,7 +181,7 @@ class Planner:
         legs: list[Leg] = []
         whole, ends, step, leave = self._lanes.legs, self._lanes.ways.ends, tree.step, tree.leave
         while (number := step[node]) >= 0:
-            if node in leave:
+            if leave and node in leave:
                 return legs + self._take(self._lanes.points[node], _Step(number, leave[node]), tree)
             legs.append(whole[number])
             node = ends[number]

@@ -69,11 +69,16 @@ class Trees:
         return key in self._trees
 
     def to(self, goal: Point, speed: float) -> Tree:
-        """Return the tree of a destination, made now or kept from before."""
+        """Return the tree of a destination, made now or kept from before.
+
+        Raises:
+            NoRoute: The goal is outside the map (204), or inside an obstacle (206).
+        """
         return self._trees.get((goal, speed), lambda: self._search(goal, speed))
 
     def _search(self, goal: Point, speed: float) -> Tree:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
+        self._lanes.check(goal)
         cost = array("d", [math.inf]) * len(self._lanes.names)
         tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.names), {})
         found, takes = [math.inf] * len(cost), self._seconds(speed)

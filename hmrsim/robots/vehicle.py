@@ -114,9 +114,11 @@ class MobileBase(DrivingVehicle):
             yield from self._carry_out(self._driven(route.legs), VehicleEvent.SET_OUT)
         if self.stands and final_yaw is not None and final_yaw != self._rest.yaw:
             # Without a turning rate no piece of the drive says so.
-            start, self._rest = self._rest, Pose(*self._rest.point, final_yaw)
-            turned = Piece(start, self._rest, 0.0, 0.0, turned=turn(start.yaw, final_yaw))
-            self._publisher.publish_untraced(lambda: turned.event(self.name))
+            start, end = self._rest, Pose(*self._rest.point, final_yaw)
+            self._rest = end
+            self._publisher.publish_untraced(
+                lambda: Piece(start, end, 0.0, 0.0, turned=turn(start.yaw, end.yaw)).event(self.name)
+            )
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.

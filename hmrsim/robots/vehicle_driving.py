@@ -196,8 +196,7 @@ class DrivingVehicle(VehicleBody):
         driven, arrived = self._drive, self._arrived
         if driven is None or arrived is None:
             raise AssertionError
-        last = driven.piece(len(self._seconds) - 1)
-        self._rest, self._drive, self._way_end = last.end, None, None
+        self._rest, self._drive, self._way_end = driven.end, None, None
         self._enter(VehicleEvent.ARRIVE)
         self._admission.arrived(self)
         if self._changed is not None:
