@@ -8,12 +8,13 @@ one that is outside all maps is refused by what plans the way to it.
 from __future__ import annotations
 
 from functools import cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, get_args
 
 from pydantic import BaseModel, Field
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
 
 class Quantity(NamedTuple):
@@ -84,44 +85,26 @@ STEPS: Final = Quantity("", 0, 1e9)
 
 def flaw(message: BaseModel) -> str:
     """Return what is wrong with the first quantity of a message that is out of its range; empty if none is."""
-    return next((": ".join(found) for found in _checks(type(message))(message)), "")
-
-
-_Check = "Callable[[Any], Iterator[tuple[str, str]]]"
+    for path, read, quantity in _quantities(type(message)):
+        if quantity is not None:
+            if wrong := quantity.flaw(read(message)):
+                return f"{path}: {wrong}"
+        else:
+            for number, each in enumerate(read(message)):
+                if wrong := flaw(each):
+                    return f"{path}.{number}.{wrong}"
+    return ""
 
 
 @cache
-def _checks(kind: type[BaseModel]) -> Callable[[Any], Iterator[tuple[str, str]]]:
-    """Return what yields the path and the flaw of each quantity of a message that is out of its range."""
-    quantities: list[tuple[str, Quantity]] = []
-    parts: list[tuple[str, bool, Callable[[Any], Iterator[tuple[str, str]]]]] = []
+def _quantities(kind: type[BaseModel]) -> list[tuple[str, Callable[[Any], Any], Quantity | None]]:
+    """Return the path of each quantity of a message and what reads it; without a quantity, of a list of messages."""
+    paths: list[tuple[str, Quantity | None]] = []
     for name, field in kind.model_fields.items():
-        quantities += [(name, each) for each in field.metadata if isinstance(each, Quantity)]
+        paths += [(name, each) for each in field.metadata if isinstance(each, Quantity)]
+    for name, field in kind.model_fields.items():
         listed = get_args(field.annotation)
         inner = listed[0] if listed else field.annotation
-        if isinstance(inner, type) and issubclass(inner, BaseModel) and _has_any(inner):
-            parts.append((name, bool(listed), _checks(inner)))
-
-    def found(message: Any) -> Iterator[tuple[str, str]]:
-        for name, quantity in quantities:
-            if wrong := quantity.flaw(getattr(message, name)):
-                yield name, wrong
-        for name, several, check in parts:
-            value = getattr(message, name)
-            for number, each in enumerate(value) if several else (("", value),):
-                for path, wrong in check(each):
-                    yield ".".join(str(step) for step in (name, number, path) if step != ""), wrong
-
-    return found
-
-
-@cache
-def _has_any(kind: type[BaseModel]) -> bool:
-    """Return whether a message has a quantity anywhere."""
-    for field in kind.model_fields.values():
-        if any(isinstance(each, Quantity) for each in field.metadata):
-            return True
-        inner = (*get_args(field.annotation), field.annotation)[0]
-        if isinstance(inner, type) and issubclass(inner, BaseModel) and _has_any(inner):
-            return True
-    return False
+        if isinstance(inner, type) and issubclass(inner, BaseModel) and (within := _quantities(inner)):
+            paths += [(name, None)] if listed else [(f"{name}.{path}", quantity) for path, _, quantity in within]
+    return [(path, attrgetter(path), quantity) for path, quantity in paths]
