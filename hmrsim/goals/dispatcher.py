@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult, SendGoal, StopWaiting
+    from hmrsim.protocol.commands import CancelGoal, ChangeState, ForgetResult, GetResult, SendGoal, StopWaiting
 
 _CANCEL = CancelGoalService.Response
 
@@ -149,7 +149,8 @@ class Dispatcher:
         goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
         if command.result_to is not None:
             goal.waiting[id(command.result_to)] = command.result_to
-        self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
+        if command.reply_to is not None:
+            self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
         if flaw is not None:
             self._begin(goal, message)
             self._end(goal, GoalEvent.ABORT, self._failed(goal, *flaw))
@@ -318,10 +319,12 @@ class Dispatcher:
             self._forget(next(iter(ended)))
         # Most clients ask for a result until the next goal has ended, if they do at all.
         for before in itertools.islice(reversed(ended), 1, 2):
-            before.pack_result()
+            before.pack_result(result)
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
         """Answer all requests that wait for a goal that has ended, or only that of the robot's own script."""
+        if not goal.waiting:
+            return
         waiting, goal.waiting = goal.waiting, {}
         for key, reply_to in waiting.items():
             if inside and not isinstance(reply_to, SimpyEvent):
@@ -335,8 +338,9 @@ class Dispatcher:
 
     def _publish(self, goal: ServedGoal, message: Message | None = None) -> None:
         server = goal.server
+        result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name
-        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, goal.result))
+        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result))
         if self._interest.status:
             self._emit(self._status(server))
 
@@ -387,9 +391,9 @@ class Dispatcher:
         """
         return self._status(self.servers.find(robot, action))
 
-    def forget(self, robot: str, action: str, goal_id: str) -> None:
+    def forget(self, command: ForgetResult) -> None:
         """Drop an expired result; one that is unknown or still awaited is ignored."""
-        goal = self.servers.goal(robot, action, goal_id)
+        goal = self.servers.goal(command.robot, command.action, command.goal_id)
         if goal and goal.status.terminal and not goal.waiting:
             self._forget(goal)
 

@@ -98,10 +98,10 @@ class ServedGoal:
         """Note when it has ended and its result, and drop what only an active goal needs."""
         self.ended, self._result, self.failure, self.message = stamp, result, None, None
 
-    def pack_result(self) -> None:
-        """Hold the result as text, in a tenth of the memory, if it can be read again."""
+    def pack_result(self, latest: Message) -> None:
+        """Hold the result as text, in a tenth of the memory, if it can be read again and is not the *latest*, too."""
         kept = self._result
-        if kept is None or isinstance(kept, bytes) or type(kept) is not self.server.action.result:
+        if kept is None or kept is latest or isinstance(kept, bytes) or type(kept) is not self.server.action.result:
             return
         try:
             text = kept.model_dump_json(warnings=False).encode()
@@ -158,7 +158,7 @@ class ActionServers:
         self._servers: dict[tuple[str, str], ActionServer] = {}
         self._made: Counter[tuple[str, str]] = Counter()
         self._numbers = itertools.count()
-        self._forgotten: OrderedDict[bytes, GoalStatus] = OrderedDict()
+        self._forgotten: OrderedDict[str, GoalStatus] = OrderedDict()
 
     def reseed(self, seed: str) -> None:
         """Generate the ids of goals from another seed from now on."""
@@ -314,6 +314,6 @@ def as_answered(goal_id: str | None) -> str:
         return goal_id or ""
 
 
-def _key(server: ActionServer, goal_id: str) -> bytes:
+def _key(server: ActionServer, goal_id: str) -> str:
     """Return what stands for a goal for as long as it is forgotten, in little memory."""
-    return b"%d/%b" % (server.number, goal_id.encode())
+    return f"{server.number}/{goal_id}"

@@ -64,6 +64,9 @@ class GoalStatus(IntEnum):
 class GoalEvent(Enum):
     """The transitions of a goal."""
 
+    __hash__ = object.__hash__
+    """Enum's own is written in Python, and is most of what a transition costs."""
+
     EXECUTE = "execute"
     CANCEL = "cancel"
     SUCCEED = "succeed"

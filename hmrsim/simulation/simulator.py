@@ -161,6 +161,13 @@ class Simulator:
             keep_results=settings.keep_results,
             feedback_rate=settings.feedback_rate,
         )
+        # Most commands are of these types.
+        self._appliers: Mapping[type[Command], Callable[[Any], None]] = {
+            SendGoal: self.dispatcher.send_goal,
+            GetResult: self.dispatcher.get_result,
+            StopWaiting: self.dispatcher.withdraw,
+            ForgetResult: self.dispatcher.forget,
+        }
         self.graph = WaypointGraph(world)
         self.plans = Plans(self.env, self.emit, publisher)
         self.roster = Roster(
@@ -286,19 +293,19 @@ class Simulator:
         self.fault_injector.mark(robot, error)
 
     def _apply(self, command: Command) -> None:
+        apply = self._appliers.get(type(command))
+        if apply is not None:
+            apply(command)
+            return
         match command:
-            case SendGoal() | GetResult() | CancelGoal() | ChangeState() | StopWaiting() | ForgetResult():
-                self._apply_to_goals(command)
+            case CancelGoal() | ChangeState():
+                self._end_goals(command)
             case Read():
                 self.emit(Answered(command.reply_to, self.readings.read(command)))
             case CallService():
                 self._call(command)
             case InterestChanged():
-                self.interest.refresh()
-                self.dispatcher.feedback.interest_changed()
-                self.telemetry.refresh(self.now)
-                if not self.interest.detections:
-                    self.detections.forget()
+                self._change_interest()
             case Participation(participant, change, why):
                 self.publisher.publish(lambda: PARTICIPATION[change](participant, why))
             case PlannerPresent(present):
@@ -308,24 +315,19 @@ class Simulator:
             case Stop(reason):
                 self._stop(reason)
 
-    def _apply_to_goals(
-        self, command: SendGoal | GetResult | CancelGoal | ChangeState | StopWaiting | ForgetResult
-    ) -> None:
-        match command:
-            case SendGoal():
-                self.dispatcher.send_goal(command)
-            case GetResult():
-                self.dispatcher.get_result(command)
-            case CancelGoal():
-                self.dispatcher.cancel_goal(command)
-                self.env.take_urgent()
-            case ChangeState():
-                self.dispatcher.change_state(command)
-                self.env.take_urgent()
-            case StopWaiting():
-                self.dispatcher.withdraw(command)
-            case ForgetResult(robot, action, goal_id):
-                self.dispatcher.forget(robot, action, goal_id)
+    def _end_goals(self, command: CancelGoal | ChangeState) -> None:
+        if isinstance(command, CancelGoal):
+            self.dispatcher.cancel_goal(command)
+        else:
+            self.dispatcher.change_state(command)
+        self.env.take_urgent()
+
+    def _change_interest(self) -> None:
+        self.interest.refresh()
+        self.dispatcher.feedback.interest_changed()
+        self.telemetry.refresh(self.now)
+        if not self.interest.detections:
+            self.detections.forget()
 
     def _call(self, command: CallService) -> None:
         answer = self._service(command.service).serve(self, command.request)
