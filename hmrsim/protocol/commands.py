@@ -188,6 +188,16 @@ Command = (
 )
 
 
+class Unreadable(NamedTuple):
+    """A command of an advance that can't be read, or that its sender may not give.
+
+    Attributes:
+        answer: Its answer, as it was made by whoever read it.
+    """
+
+    answer: Any
+
+
 class Advance(NamedTuple):
     """Ask for time to advance; answered by `Granted` when it has.
 
@@ -196,7 +206,7 @@ class Advance(NamedTuple):
         until: How far time may advance; infinite for as far as anything is scheduled.
         wake: The kinds of events that end the grant, of `hmrsim.protocol.time.KINDS`.
         report: Further kinds to include in the grant; feedback once per goal.
-        commands: To be applied first, in this order.
+        commands: To be applied first, in this order; each has its own answer.
     """
 
     participant: str
@@ -204,7 +214,7 @@ class Advance(NamedTuple):
     until: float = math.inf
     wake: frozenset[str] = frozenset()
     report: frozenset[str] = frozenset()
-    commands: tuple[SendGoal | CancelGoal, ...] = ()
+    commands: tuple[SendGoal | CancelGoal | GetResult | Unreadable, ...] = ()
     reply_to: Any = None
 
 

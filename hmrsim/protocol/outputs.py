@@ -120,14 +120,14 @@ class Granted(NamedTuple):
     Attributes:
         epoch: The next one.
         reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: The answer to each command, in order.
+        accepted: The answer to each command, in order; None for a result that there is not yet.
         events: The events of the requested kinds, in order, each with its kind and its stamp.
     """
 
     epoch: int
     now: float
     reason: str
-    accepted: tuple[GoalResponse | CancelResponse | Refused, ...] = ()
+    accepted: tuple[Any, ...] = ()
     events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
 
 

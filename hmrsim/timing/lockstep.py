@@ -17,8 +17,8 @@ from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.protocol.answers import Refused
-from hmrsim.protocol.commands import Advance, InterestChanged, SendGoal
+from hmrsim.protocol.answers import Refused, ResultResponse
+from hmrsim.protocol.commands import Advance, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Granted, PlanWanted, RosterChanged
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
@@ -123,6 +123,7 @@ class LockstepCoordinator:
         if participant and participant.open is not None:
             for reply_to in participant.askers:
                 self._refuse(reply_to, "participant", name, error)
+            self._stop_waiting(participant)
             participant.open = None
         self._remove(name, "dropped", why, error=error)
 
@@ -223,14 +224,22 @@ class LockstepCoordinator:
             wakes = "result" in advance.wake
             participant.slots = [Slot(wakes) for _ in advance.commands]
             for command, slot in zip(advance.commands, participant.slots, strict=True):
-                self._simulator.submit(self._numbered(command, participant.name, slot), participant.name)
+                self._give(command, participant.name, slot)
 
-    def _numbered(self, command: SendGoal | CancelGoal, name: str, slot: Slot) -> SendGoal | CancelGoal:
-        if not isinstance(command, SendGoal):
-            return command._replace(reply_to=slot)
-        number = self._participants.next_goal(name)
-        goal_id = made_goal_id(name, number) if command.goal_id is None else command.goal_id
-        return command._replace(reply_to=slot, goal_id=goal_id)
+    def _give(self, command: SendGoal | CancelGoal | GetResult | Unreadable, name: str, slot: Slot) -> None:
+        match command:
+            case Unreadable(answer):
+                # It may be a goal that its sender has numbered.
+                self._participants.next_goal(name)
+                self._note_answer(slot, answer, goes_on=False)
+                return
+            case SendGoal():
+                number = self._participants.next_goal(name)
+                goal_id = made_goal_id(name, number) if command.goal_id is None else command.goal_id
+                command = command._replace(goal_id=goal_id)
+            case GetResult():
+                slot.wanted = command
+        self._simulator.submit(command._replace(reply_to=slot), name)
 
     def proceed(self, most: int, wall: float) -> bool:
         """Process at most so many events of a grant; return whether more may be processed at once.
@@ -308,9 +317,16 @@ class LockstepCoordinator:
         accepted = tuple(slot.answer for slot in participant.slots)
         granted = Granted(self.epoch, now, reason, accepted, tuple(events))
         participant.last = (advance.epoch, granted)
+        self._stop_waiting(participant)
         askers, participant.open, participant.slots, participant.askers = participant.askers, None, [], []
         for reply_to in askers:
             self._simulator.answer(reply_to, granted)
+
+    def _stop_waiting(self, participant: Participant) -> None:
+        """Wait no longer for results that a participant wanted and that are not there yet."""
+        for slot in participant.slots:
+            if slot.wanted is not None and slot.answer is None:
+                self._simulator.submit(StopWaiting(*slot.wanted[:3], reply_tos=(slot,)))
 
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
@@ -333,10 +349,14 @@ class LockstepCoordinator:
             if self._granting:
                 self._simulator.halt()
         elif kind is Answered and type(output.reply_to) is Slot:  # type: ignore[union-attr]
-            output.reply_to.answer = output.answer  # type: ignore[union-attr]
-            if output.reply_to.wakes and not _accepted(output.answer):  # type: ignore[union-attr]
-                # The refusal counts as the result: no later event could wake the participant that sent the command.
-                self._halt()
+            answer = output.answer  # type: ignore[union-attr]
+            self._note_answer(output.reply_to, answer, goes_on=_goes_on(answer))  # type: ignore[union-attr]
+
+    def _note_answer(self, slot: Slot, answer: Any, *, goes_on: bool) -> None:
+        slot.answer = answer
+        if slot.wakes and not goes_on:
+            # It counts as the result: no later event could wake the participant that sent the command.
+            self._halt()
 
     def _note_withheld(self) -> None:
         """Record the withheld changes of goals of robots that are connected again."""
@@ -365,9 +385,9 @@ class LockstepCoordinator:
         self._simulator.halt()
 
 
-def _accepted(answer: Any) -> bool:
-    """Return whether a command came to something."""
-    return not isinstance(answer, Refused) and getattr(answer, "accepted", True)
+def _goes_on(answer: Any) -> bool:
+    """Return whether a command has an effect of which an event will tell."""
+    return not isinstance(answer, (Refused, ResultResponse)) and getattr(answer, "accepted", True)
 
 
 def _in_order(

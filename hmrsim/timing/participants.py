@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.protocol.commands import Participation
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import Advance
+    from hmrsim.protocol.commands import Advance, GetResult
     from hmrsim.protocol.outputs import Granted
 
 
@@ -19,10 +19,12 @@ class Slot:
 
     Attributes:
         wakes: Whether the participant that sent it wants to be woken for results.
+        wanted: The goal whose result is wanted, if that is the command.
         answer: The answer; None before there is one.
     """
 
     wakes: bool
+    wanted: GetResult | None = None
     answer: Any = None
 
 

@@ -29,9 +29,12 @@ from hmrsim_zenoh.wire.keys import ActionKey, Verb
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.link import Answer, Link, Port
     from hmrsim_zenoh.client.participant import Grant, Happening, Kind
+    from hmrsim_zenoh.wire.keys import Keys
+
+MAX_BYTES: Final = 2**19
+"""Bytes of commands that go with one advance: half of what a simulator takes by default."""
 
 _LAST_WORDS: Final = 1.0
-_MAX_LOOK: Final = 3.0
 _LATEST: Final = 2.0**31
 """The largest time in seconds that ROS can represent."""
 _SURE: Final = 2
@@ -71,7 +74,7 @@ class Lockstep:
         self._link = link
         self._name = name
         self._participant = Participant(link, name)
-        self._parsed = cache(link.keys.parse)
+        self._parsed = cache(partial(_parsed, link.keys))
         self._turns = SingleFlight()
         self._lock = threading.Lock()
         self._untils: list[float | None] = []
@@ -112,13 +115,10 @@ class Lockstep:
         with self._lock:
             if not self._over:
                 key = self._parsed(port.key)
-                if not isinstance(key, ActionKey):
-                    raise AssertionError
                 if key.verb is Verb.GET_RESULT:
                     goal = key.robot, key.action, from_json(payload)["goal_id"]
                     self._results.setdefault(goal, []).append(then)
                 elif denial := self._link.denial(port.key):
-                    # Not sent: one that is denied would take the other commands of the advance with it.
                     self._undelivered.append(partial(then, denial))
                 else:
                     self._queue.append(_Command(_command(key, payload), port, payload, then))
@@ -126,10 +126,12 @@ class Lockstep:
         self._link.ask(port, payload, timeout=timeout, then=then)
 
     def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Query an earlier event, which no grant contains; time stands still until the answer has come."""
-        call = self._link.call(port, payload, timeout=min(timeout, _MAX_LOOK))
-        call.wait(_MAX_LOOK)
-        then(call.answer)
+        """Ask for an earlier result, of which no event will tell, with the next advance, which ends at once."""
+        with self._lock:
+            if not self._over:
+                self._queue.append(_Command(_command(self._parsed(port.key), payload), port, payload, then))
+                return
+        self._link.ask(port, payload, timeout=timeout, then=then)
 
     def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
         """Call a function for each feedback on a key; *wanted* says whether to be woken for it."""
@@ -178,6 +180,8 @@ class Lockstep:
         timeout: float = math.inf,
     ) -> bool:
         """Send the pending commands and advance once; callbacks run before this returns.
+
+        Time stands where the commands are more than `MAX_BYTES`; the next call sends the rest.
 
         Args:
             until: Simulated seconds; None for as far as anything is scheduled.
@@ -261,7 +265,10 @@ class Lockstep:
         if not self._participant.asking:
             with self._lock:
                 # What is left there was taken from the queue, and an interrupt came before it was asked for.
-                self._sent, self._queue = [*self._sent, *self._queue], []
+                waiting = [*self._sent, *self._queue]
+                most = _fitting(waiting)
+                self._sent, self._queue = waiting[:most], waiting[most:]
+            until = until if most == len(waiting) else self.now
             self._participant.ask(Wish(until, wake, report, [command.payload for command in self._sent]))
         try:
             grant = self._participant.take(limit - time.monotonic())
@@ -341,11 +348,30 @@ class Lockstep:
             then(None)
 
 
+def _parsed(keys: Keys, key: str) -> ActionKey:
+    parsed = keys.parse(key)
+    if not isinstance(parsed, ActionKey):
+        raise TypeError(f"{key!r} is no key of an action")
+    return parsed
+
+
+def _fitting(commands: Sequence[_Command]) -> int:
+    """Return how many of the commands go with one advance; one at least."""
+    size = 0
+    for number, command in enumerate(commands):
+        size += len(command.payload)
+        if number and size > MAX_BYTES:
+            return number
+    return len(commands)
+
+
 def _command(key: ActionKey, request: bytes) -> bytes:
     """Return a request as a command of an advance."""
     head = b'{"robot":"%b","action":"%b",' % (key.robot.encode(), key.action.encode())
     if key.verb is Verb.SEND_GOAL:
         return head + request[1:]
+    if key.verb is Verb.GET_RESULT:
+        return head + b'"result":"%b"}' % from_json(request)["goal_id"].encode()
     return head + b'"cancel":"%b"}' % from_json(request)["goal_info"]["goal_id"].encode()
 
 

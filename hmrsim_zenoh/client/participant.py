@@ -55,7 +55,7 @@ class Grant(BaseModel):
         epoch: The epoch of the next request.
         now: Simulated seconds.
         reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: The reply to each applied command, as on its own key.
+        accepted: The reply to each applied command, as on its own key; None for a result that there is not yet.
         events: In order.
     """
 

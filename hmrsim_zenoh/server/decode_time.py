@@ -9,18 +9,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
 import zenoh
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, SkipValidation, ValidationError
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
-from hmrsim.protocol.answers import CancelResponse, GoalResponse
-from hmrsim.protocol.commands import Advance, CancelGoal, SendGoal
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable_at
+from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable, unreadable_at
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
@@ -70,13 +70,14 @@ class LeaveRequest(Envelope):
 
 
 class CommandRequest(Envelope):
-    """A goal to send, or to cancel, before time moves."""
+    """A goal to send or to cancel before time moves, or one whose result is wanted."""
 
     robot: str
     action: str
     goal_id: str | None = None
     goal: dict[str, Any] | None = None
     cancel: str | None = None
+    result: str | None = None
 
 
 class AdvanceRequest(Envelope):
@@ -87,7 +88,8 @@ class AdvanceRequest(Envelope):
     until: Annotated[float, Field(lt=MAX_NANOSECONDS / NANOSECONDS)] | None = None
     wake: list[_Kind] = Field(default_factory=list)
     report: list[_Kind] = Field(default_factory=list)
-    commands: list[CommandRequest] = Field(default_factory=list)
+    # Read one by one: each has its own answer.
+    commands: list[SkipValidation[CommandRequest]] = Field(default_factory=list)
 
 
 class SetRequest(Envelope):
@@ -167,30 +169,38 @@ class TimeRequests:
             request.epoch,
             wake=_kinds(tuple(request.wake)),
             report=_kinds(tuple(request.report)),
-            commands=tuple(self._command(command, number, member) for number, command in enumerate(request.commands)),
+            commands=tuple(self._command(each, member, len(payload)) for each in request.commands),
             reply_to=reply_to,
         )
         return advance if request.until is None else advance._replace(until=request.until)
 
-    def _command(self, request: CommandRequest, number: int, member: str) -> SendGoal | CancelGoal:
-        where = f"commands.{number}"
-        if member:
-            verb = Verb.SEND_GOAL if request.cancel is None else Verb.CANCEL_GOAL
-            if denial := self._denied(member, self._keys.action(request.robot, request.action, verb)):
-                raise unreadable_at(where, denial, None)
+    def _command(self, item: object, member: str, size: int) -> SendGoal | CancelGoal | GetResult | Unreadable:
+        try:
+            request: CommandRequest = plain(CommandRequest).validate_python(item)
+            check_texts(request, size)
+            return self._command_of(request, member)
+        except ValidationError as error:
+            return Unreadable(unreadable(error).to_json())
+        except UnreadableError as error:
+            return Unreadable(error.to_json())
+
+    def _command_of(self, request: CommandRequest, member: str) -> SendGoal | CancelGoal | GetResult:
+        asked = [verb for verb, field in _FIELDS.items() if getattr(request, field) is not None]
+        if len(asked) != 1 or (request.goal_id is not None and asked != [Verb.SEND_GOAL]):
+            raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
+        (verb,) = asked
+        if member and (denial := self._denied(member, self._keys.action(request.robot, request.action, verb))):
+            raise UnreadableError(denial)
         robot, name = self._keys.resolve(request.robot, request.action)
-        if request.cancel is not None:
-            if request.goal is not None or request.goal_id is not None:
-                raise unreadable_at(where, "a command sends a goal or cancels one; it has both", None)
-            try:
-                return CancelGoal(robot, name, parse_goal_id(request.cancel))
-            except ValueError as error:
-                raise unreadable_at(f"{where}.cancel", str(error), request.cancel) from None
         if request.goal is None:
-            raise unreadable_at(where, "a command needs a goal to send, or the id of one to cancel", None)
+            kind = CancelGoal if verb is Verb.CANCEL_GOAL else GetResult
+            try:
+                return kind(robot, name, parse_goal_id(getattr(request, _FIELDS[verb])))
+            except ValueError as error:
+                raise unreadable_at(_FIELDS[verb], str(error), getattr(request, _FIELDS[verb])) from None
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal = None if action is None else self._goal(action, request.goal, f"{where}.goal")
+        goal = None if action is None else self._goal(action, request.goal)
         return SendGoal(robot, name, goal, request.goal_id)
 
     def _denied(self, member: str, key: str) -> str:
@@ -200,17 +210,24 @@ class TimeRequests:
         except zenoh.ZError:
             return f"{key!r} is not a key of an action"
 
-    def _goal(self, action: AnyAction, goal: dict[str, Any], where: str) -> Any:
+    def _goal(self, action: AnyAction, goal: dict[str, Any]) -> Any:
+        # Encoded as JSON again, so that a list or a number is validated as in any other request.
+        kind: type[Message] = action.goal
+        payload = to_json(goal, inf_nan_mode="constants")
         try:
-            # Encoded as JSON again, so that a list or a number is validated as in any other request.
-            kind: type[Message] = action.goal
-            return read(plain(kind), to_json(goal), max_payload=self._max_payload)
+            message = read(plain(kind), payload, max_payload=self._max_payload)
+            check_texts(message, len(payload))
         except UnreadableError as error:
-            raise error.below(where) from None
+            raise error.below("goal") from None
+        return message
 
     _READERS: ClassVar[Mapping[str, Callable[[TimeRequests, bytes, Any], TimeCommand]]] = MappingProxyType(
         {"join": _join, _ADVANCE: _advance, "leave": _leave, "set": _set, "state": _state}
     )
+
+
+_FIELDS: Final = MappingProxyType({Verb.SEND_GOAL: "goal", Verb.CANCEL_GOAL: "cancel", Verb.GET_RESULT: "result"})
+"""The field of a command by what it stands for."""
 
 
 def _no_denial(_member: str, _key: str) -> str:
@@ -248,12 +265,18 @@ def _granted(answer: Granted) -> bytes:
     return b'%b,"accepted":[%b],"events":[%b]}' % (head.encode(), accepted, events)
 
 
-def _accepted(answer: GoalResponse | CancelResponse | Refused) -> bytes:
+def _accepted(answer: GoalResponse | CancelResponse | ResultResponse | Refused | bytes | None) -> bytes:
     match answer:
+        case bytes():
+            return answer
+        case None:
+            return b"null"
         case GoalResponse():
             return encoding.goal_response(answer)
         case CancelResponse():
             return encoding.cancel_response(answer)
+        case ResultResponse():
+            return encoding.result_response(answer)
         case _:
             return encoding.error(answer.message, answer.field, answer.value)
 

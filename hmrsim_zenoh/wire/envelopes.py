@@ -34,7 +34,7 @@ class UnreadableError(HmrsimError):
     def below(self, field: str) -> UnreadableError:
         """Return the same error for a message that is the *field* of a larger one."""
         details = [{**each, "field": ".".join(filter(None, (field, each["field"])))} for each in self.details]
-        return UnreadableError(f"{field}: {self}", details)
+        return UnreadableError("{field}: {message}".format_map(details[0]), details)
 
     def to_json(self) -> bytes:
         """Return the body of Zenoh's error reply."""

@@ -12,11 +12,14 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.nav2_msgs import FollowPath, Wait
+from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
+from hmrsim_zenoh.client.lockstep import MAX_BYTES
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
 from tests.served_world import served_world
 
@@ -129,6 +132,28 @@ def test_a_rejected_goal_is_known_at_once(client, wait):
     with pytest.raises(GoalRejectedError, match="unknown_robot"):
         rejected.result(SOON)
     assert client.now == 0.0
+
+
+def test_more_goals_than_fit_in_a_request_are_sent_at_one_time(client):
+    """In several requests, between which time stands."""
+    goal = FollowPath.Goal(path=Path(poses=[PoseStamped()] * 1000), goal_checker_id="long" * 1000)
+    follow = client.action_client("wall_e", registry()["follow_path"])
+    goals = [follow.send_goal(goal) for _ in range(5)]
+    last = client.action_client("eve", WAIT).send_goal(seconds(1))
+    last.wait_accepted(SOON)
+
+    assert sum(len(goal.model_dump_json()) for _ in goals) > MAX_BYTES
+    assert ([True] * 5, client.now) == ([each.accepted for each in goals], 0.0)
+
+
+def test_a_goal_that_can_not_be_read_takes_no_other_along(wait):
+    """Its error is its own."""
+    bad = wait.send_goal({"time": {"sec": "soon"}})
+    good = wait.send_goal(seconds(1))
+
+    with pytest.raises(RequestError, match=r"goal\.time\.sec: Input should be a valid integer"):
+        bad.result(SOON)
+    assert good.result(SOON).total_elapsed_time == Duration(sec=1)
 
 
 def test_a_cancel_comes_right_behind_its_goal(client, wait):

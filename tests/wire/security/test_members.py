@@ -102,7 +102,7 @@ def test_goals_in_lockstep_are_for_a_controllers_own_robots(secured):
 
 
 def _advanced(session, topic, name, command):
-    """Join, advance with a command and leave; return of each reply to the advance whether it is a grant."""
+    """Join, advance with a command and leave; return of each reply to the advance whether the command was taken."""
 
     def ask(topic, **request):
         return list(session.get(f"hmrsim/_world/{topic}", payload=json.dumps(request), timeout=2.0))
@@ -111,7 +111,8 @@ def _advanced(session, topic, name, command):
     epoch = json.loads(joined.ok.payload.to_bytes())["epoch"]
     replies = ask(topic, participant=name, epoch=epoch, until=0.0, commands=[command])
     ask("time/leave", participant=name)
-    return [reply.ok is not None for reply in replies]
+    granted = [json.loads(reply.ok.payload.to_bytes()) for reply in replies]
+    return ["error" not in each["accepted"][0] for each in granted]
 
 
 def test_a_second_simulator_of_the_prefix_is_refused(secured):

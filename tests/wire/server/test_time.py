@@ -135,30 +135,7 @@ def test_an_answer_that_was_lost_comes_again(steps, wait):
         ("advance", {"participant": "zoe", "epoch": 0}, "participant", "no participant 'zoe'; join first"),
         ("advance", {"participant": "zoe", "epoch": "0"}, "epoch", "Input should be a valid integer"),
         ("advance", {"participant": "zoe", "epoch": 0, "wake": ["rain"]}, "wake.0", "Input should be 'status', 'feedb"),
-        (
-            "advance",
-            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait"}]},
-            "commands.0",
-            "a command needs a goal to send, or the id of one to cancel",
-        ),
-        (
-            "advance",
-            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait", "goal": {"time": 3}}]},
-            "commands.0.goal.time",
-            "Input should be an object",
-        ),
-        (
-            "advance",
-            {"participant": "z", "epoch": 0, "commands": [{"robot": "eve", "action": "wait", "cancel": "x"}]},
-            "commands.0.cancel",
-            "goal id 'x' is not a UUID",
-        ),
-        (
-            "advance",
-            {"participant": "z", "epoch": 0, "commands": [{"robot": "e", "action": "wait", "cancel": A, "goal": {}}]},
-            "commands.0",
-            "a command sends a goal or cancels one; it has both",
-        ),
+        ("advance", {"participant": "z", "epoch": 0, "commands": {}}, "commands", "Input should be a valid array"),
         ("advance", {"participant": "z", "epoch": 0, "until": 1e18}, "until", "Input should be less than 2147483648"),
         ("set", {"clock": "sundial"}, "clock", "Input should be 'realtime' or 'lockstep'"),
         ("set", {"real_time_factor": -1}, "real_time_factor", "Value error, -1 is not 0, or from 1e-06 to 1e+06"),
@@ -174,15 +151,74 @@ def test_a_request_that_makes_no_sense_gets_one_error(steps, key, request_, fiel
     assert text in reply.body["details"][0]["message"]
 
 
-def test_an_unreadable_command_leaves_the_epoch_open(steps, wait):
-    """The same epoch may be asked for again, rightly."""
+@pytest.mark.parametrize(
+    ("bad", "field", "text"),
+    [
+        ({}, "", "a command has either a goal to send, or the id of one as cancel or as result"),
+        ({"cancel": A, "goal": {}}, "", "a command has either a goal to send"),
+        ({"cancel": A, "goal_id": A}, "", "a command has either a goal to send"),
+        ({"goal": {"time": 3}}, "goal.time", "Input should be an object"),
+        ({"goal": {"time": {"sec": 1e999}}}, "goal.time.sec", "Input should be a"),
+        ({"goal": 3}, "goal", "Input should be a valid dictionary"),
+        ({"goal": {}, "x": 1}, "x", "Extra inputs are not permitted"),
+        ({"cancel": "x"}, "cancel", "goal id 'x' is not a UUID"),
+        ({"result": "x"}, "result", "goal id 'x' is not a UUID"),
+        ({"action": "x" * 5000, "goal": {}}, "action", "a text of 5000 characters; at most 4096 are taken"),
+        ({"action": "pickup", "goal": {"target_name": "x" * 5000}}, "goal.target_name", "a text of 5000 characters"),
+    ],
+)
+def test_a_command_that_makes_no_sense_has_its_error_and_the_others_are_applied(steps, wait, bad, field, text):
+    """It is answered in its place, as on its own key; the participant learns of it before time moves."""
     steps.one("_world/time/join", {"name": "nurse"})
-    bad = {"robot": "eve", "action": "wait", "goal": {"time": 3}}
-    refused = advance(steps, commands=[bad]).one()
-    granted = advance(steps, commands=[{"robot": "eve", "action": "wait", "goal": wait(3)}]).one()
+    good = {"robot": "eve", "action": "wait", "goal": wait(3)}
+    granted = advance(steps, commands=[{"robot": "eve", "action": "wait", **bad}, good]).one()
+    error, answer = granted["accepted"]
+    (detail,) = error["details"]
 
-    assert "error" in refused
-    assert 3.0 == granted["now"]
+    assert (field, True) == (detail["field"], answer["accepted"])
+    assert text in detail["message"]
+    assert (0.0, "event") == (granted["now"], granted["reason"])
+    assert 3.0 == advance(steps, epoch=1).one()["now"]
+
+
+def test_a_command_is_answered_as_on_its_own_key(serve, steps, wait):
+    """The same answers to the same requests; what is no object at all is an error, too."""
+    other = serve(clock="lockstep")
+    steps.one("_world/time/join", {"name": "nurse"})
+    asked = [
+        ("eve/wait", "send_goal", {"goal_id": A, "goal": wait(3)}, {"goal_id": A, "goal": wait(3)}),
+        ("eve/wait", "send_goal", {"goal_id": A, "goal": {}}, {"goal_id": A, "goal": {}}),
+        ("eve/wait", "send_goal", {"goal": {"time": 1}}, {"goal": {"time": 1}}),
+        ("eve/fly", "send_goal", {"goal_id": A, "goal": {"x": 1}}, {"goal_id": A, "goal": {"x": 1}}),
+        ("zoe/wait", "cancel_goal", {"goal_info": {"goal_id": A}}, {"cancel": A}),
+        ("zoe/wait", "get_result", {"goal_id": A}, {"result": A}),
+        ("eve/wait", "get_result", {"goal_id": "b" * 32}, {"result": "b" * 32}),
+        ("eve/wait", "cancel_goal", {"goal_info": {"goal_id": "b" * 32}}, {"cancel": "b" * 32}),
+    ]
+    commands = [
+        {"robot": name.partition("/")[0], "action": name.partition("/")[2], **command} for name, _, _, command in asked
+    ]
+    by_advance = advance(steps, commands=[*commands, 7]).one()["accepted"]
+    by_keys = [other.ask(f"{name}/_action/{verb}", request)[0].body for name, verb, request, _ in asked]
+
+    assert by_keys == by_advance[:-1]
+    assert "Input should be" in by_advance[-1]["error"]
+
+
+def test_a_wanted_result_wakes_when_it_is_there(steps, wait):
+    """Of a goal of earlier that has ended; of one that executes it comes as an event, and the answer is null."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    sent = [{"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)}]
+    wanted = [{"robot": "eve", "action": "wait", "result": A}]
+    advance(steps, until=1.0, wake=[], commands=sent).one()
+    early = advance(steps, epoch=1, until=2.0, wake=[], commands=wanted).one()
+    ending = advance(steps, epoch=2, until=9.0, wake=[], commands=wanted).one()
+    late = advance(steps, epoch=3, until=19.0, commands=wanted).one()
+
+    assert ([None], 2.0) == (early["accepted"], early["now"])
+    assert ([4], 9.0) == ([each["status"] for each in ending["accepted"]], ending["now"])
+    assert (ending["accepted"], 9.0, "event") == (late["accepted"], late["now"], late["reason"])
+    assert {"sec": 3, "nanosec": 0} == late["accepted"][0]["result"]["total_elapsed_time"]
 
 
 class TestClocks:
