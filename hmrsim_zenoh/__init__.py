@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.action_client import ActionClient
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.commander import Commander
+    from hmrsim_zenoh.client.condition import Condition
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.subscription import Subscription
@@ -42,6 +43,7 @@ __all__ = [
     "Client",
     "ClientClosed",
     "Commander",
+    "Condition",
     "ConnectionDenied",
     "Denied",
     "Dropped",
@@ -66,6 +68,7 @@ _HOMES = MappingProxyType(
         "ActionClient": "client.action_client",
         "Client": "client.client",
         "Commander": "client.commander",
+        "Condition": "client.condition",
         "GoalHandle": "client.goal_handle",
         "Lockstep": "client.lockstep",
         "SessionOptions": "wire.options",

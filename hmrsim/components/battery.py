@@ -203,6 +203,10 @@ class Battery:
         """Return energy as the charge that it is at the nominal voltage."""
         return energy / self.settings.nominal_voltage / 3600.0
 
+    def energy(self, ampere_hours: float) -> float:
+        """Return a charge at the nominal voltage as energy."""
+        return ampere_hours * self.settings.nominal_voltage * 3600.0
+
     def cell_voltages(self, now: float) -> list[float]:
         """Return the volts of each cell: in line with what is in it, nine tenths of nominal when empty, up to eleven.
 

@@ -18,6 +18,7 @@ from hmrsim.protocol.time import CheckWatchdog, Join, Leave, ReadTime, SetClock,
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+    from hmrsim.protocol.conditions import Unwatch, Watch
     from hmrsim.protocol.topics import Topic
 
 
@@ -206,7 +207,7 @@ class Advance(NamedTuple):
         until: How far time may advance; infinite for as far as anything is scheduled.
         wake: The kinds of events that end the grant, of `hmrsim.protocol.time.KINDS`.
         report: Further kinds to include in the grant; feedback once per goal.
-        commands: To be applied first, in this order; each has its own answer.
+        commands: To be applied first, in this order; each has its own answer. Conditions stay until they are met.
     """
 
     participant: str
@@ -214,7 +215,7 @@ class Advance(NamedTuple):
     until: float = math.inf
     wake: frozenset[str] = frozenset()
     report: frozenset[str] = frozenset()
-    commands: tuple[SendGoal | CancelGoal | GetResult | Unreadable, ...] = ()
+    commands: tuple[SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable, ...] = ()
     reply_to: Any = None
 
 

@@ -122,6 +122,7 @@ class Granted(NamedTuple):
         reason: ``event``, ``until``, ``idle`` or ``end``.
         accepted: The answer to each command, in order; None for a result that there is not yet.
         events: The events of the requested kinds, in order, each with its kind and its stamp.
+        met: The names of the conditions that were met, and are watched no longer.
     """
 
     epoch: int
@@ -129,6 +130,7 @@ class Granted(NamedTuple):
     reason: str
     accepted: tuple[Any, ...] = ()
     events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
+    met: tuple[str, ...] = ()
 
 
 TimeAnswer = Joined | Granted | HasLeft | TimeState

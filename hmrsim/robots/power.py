@@ -103,6 +103,7 @@ class Energy:
         self._alarm: Alarm | None = None
         self._alarm_at = self._due = math.inf
         self._target = 0.0
+        self._observers: list[Callable[[], None]] = []
         battery.rebase(env.now)
         self.level = self._level()
         self.switch()
@@ -131,6 +132,16 @@ class Energy:
         if charged_before is not bool(battery.charging):
             self._publish(batteries.ChargingEnded if charged_before else batteries.ChargingBegan)
         self._expect()
+        for changed in self._observers:
+            changed()
+
+    def observe(self, changed: Callable[[], None]) -> None:
+        """Call a function whenever another load begins, or the charge has jumped, until it is ignored."""
+        self._observers.append(changed)
+
+    def ignore(self, changed: Callable[[], None]) -> None:
+        """Do so no longer."""
+        self._observers.remove(changed)
 
     def _demand(self) -> float:
         """Return the units of energy a second that the robot needs."""

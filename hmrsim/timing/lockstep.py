@@ -18,20 +18,32 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.protocol.answers import Refused, ResultResponse
-from hmrsim.protocol.commands import Advance, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
+from hmrsim.protocol.commands import (
+    Advance,
+    CancelGoal,
+    GetResult,
+    InterestChanged,
+    SendGoal,
+    StopWaiting,
+    Unreadable,
+)
+from hmrsim.protocol.conditions import Unwatch, Watch
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Granted, PlanWanted, RosterChanged
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
+from hmrsim.timing.conditions import Conditions
 from hmrsim.timing.participants import Participants, Slot
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import CancelGoal, PlanAnswered
+    from hmrsim.protocol.commands import PlanAnswered
     from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.participants import Participant
 
 _log = logging.getLogger(__name__)
+
+_Given = SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable
 
 _NO_KINDS: frozenset[str] = frozenset()
 _OVER = "the run is over"
@@ -61,6 +73,7 @@ class LockstepCoordinator:
         self._woken = False
         self._events: list[tuple[str, int, GoalChanged | FeedbackSent]] = []
         self._withheld: list[GoalChanged] = []
+        self._conditions = Conditions(simulator, self._note_met)
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -153,6 +166,7 @@ class LockstepCoordinator:
         if participant and participant.open is not None:
             self._grant(participant, "end")
         self._participants.remove(name, change, why, error=error)
+        self._conditions.drop(name)
         if not self._participants:
             self._granting = False
             if not self._participants.missing:
@@ -217,7 +231,7 @@ class LockstepCoordinator:
             self._reported = reported
             self._simulator.submit(InterestChanged())
         self._reported = reported
-        if any(kind in self._wake for kind, _, _ in self._events):
+        if self._conditions.met or any(kind in self._wake for kind, _, _ in self._events):
             # A client that does not take part has caused an event meanwhile.
             self._halt()
         for participant, advance in asked:
@@ -225,9 +239,17 @@ class LockstepCoordinator:
             participant.slots = [Slot(wakes) for _ in advance.commands]
             for command, slot in zip(advance.commands, participant.slots, strict=True):
                 self._give(command, participant.name, slot)
+        self._conditions.refresh()
 
-    def _give(self, command: SendGoal | CancelGoal | GetResult | Unreadable, name: str, slot: Slot) -> None:
+    def _give(self, command: _Given, name: str, slot: Slot) -> None:
         match command:
+            case Watch():
+                answer = self._conditions.watch(name, command)
+                self._note_answer(slot, answer, goes_on=_goes_on(answer))
+                return
+            case Unwatch():
+                slot.answer = self._conditions.unwatch(name, command.name)
+                return
             case Unreadable(answer):
                 # It may be a goal that its sender has numbered.
                 self._participants.next_goal(name)
@@ -253,8 +275,12 @@ class LockstepCoordinator:
             return simulator.process_events(end_of_instant(simulator.now), most) or (
                 plans.all_kept and self._submit_plans(plans.take_kept())
             )
-        stop = min(self._horizon, simulator.limit, self._end)
-        if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf):
+        stop = self._next_stop
+        if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf) or stop != self._next_stop:
+            return True
+        if stop == self._conditions.due < math.inf:
+            simulator.advance_clock(stop)
+            self._conditions.look()
             return True
         if self._woken:
             self._finish("event", wall)
@@ -270,6 +296,11 @@ class LockstepCoordinator:
         else:
             self._finish("idle", wall)
         return False
+
+    @property
+    def _next_stop(self) -> float:
+        """Up to when time may move before something is to be decided."""
+        return min(self._horizon, self._simulator.limit, self._end, self._conditions.due)
 
     def _submit_plans(self, answers: Collection[PlanAnswered]) -> bool:
         for answer in answers:
@@ -315,7 +346,8 @@ class LockstepCoordinator:
         if "feedback" in advance.report - advance.wake:
             events.extend(sampled)
         accepted = tuple(slot.answer for slot in participant.slots)
-        granted = Granted(self.epoch, now, reason, accepted, tuple(events))
+        met = self._conditions.take_met(participant.name)
+        granted = Granted(self.epoch, now, reason, accepted, tuple(events), met)
         participant.last = (advance.epoch, granted)
         self._stop_waiting(participant)
         askers, participant.open, participant.slots, participant.askers = participant.askers, None, [], []
@@ -332,8 +364,8 @@ class LockstepCoordinator:
         self._simulator.answer(reply_to, Refused(name, value, text))
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a participant wants to be woken for feedback; other events are emitted anyway."""
-        return topic is Topic.FEEDBACK and "feedback" in self._reported
+        """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
+        return (topic is Topic.FEEDBACK and "feedback" in self._reported) or self._conditions.wants(topic)
 
     def emit(self, output: Output) -> None:
         """Record an event that a participant waits for."""
@@ -345,17 +377,24 @@ class LockstepCoordinator:
                 self._note("feedback", stamp(self._simulator.now), output)  # type: ignore[arg-type]
         elif kind is RosterChanged:
             self._note_withheld()
+            self._conditions.follow()
         elif kind is PlanWanted:
             if self._granting:
                 self._simulator.halt()
         elif kind is Answered and type(output.reply_to) is Slot:  # type: ignore[union-attr]
             answer = output.answer  # type: ignore[union-attr]
             self._note_answer(output.reply_to, answer, goes_on=_goes_on(answer))  # type: ignore[union-attr]
+        if self._conditions:
+            self._conditions.emit(output)
 
     def _note_answer(self, slot: Slot, answer: Any, *, goes_on: bool) -> None:
         slot.answer = answer
         if slot.wakes and not goes_on:
             # It counts as the result: no later event could wake the participant that sent the command.
+            self._halt()
+
+    def _note_met(self) -> None:
+        if self._granting and not self._woken:
             self._halt()
 
     def _note_withheld(self) -> None:

@@ -27,6 +27,7 @@ from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulatorGone, Simu
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
+    from hmrsim_zenoh.client.condition import Condition
     from hmrsim_zenoh.client.link import Answer, Link, Port
     from hmrsim_zenoh.client.participant import Grant, Happening, Kind
     from hmrsim_zenoh.wire.keys import Keys
@@ -43,12 +44,12 @@ _SURE: Final = 2
 
 @dataclass(frozen=True)
 class _Command:
-    """A command of the next advance, and the request that it stands for."""
+    """A command of the next advance, what takes its answer, and the request that it stands for, if there is one."""
 
     payload: bytes
-    port: Port
-    request: bytes
     then: Callable[[Answer], None]
+    port: Port | None = None
+    request: bytes = b""
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,8 @@ class Lockstep:
         self._queue: list[_Command] = []
         self._sent: list[_Command] = []
         self._results: dict[tuple[str, str, str], list[Callable[[Answer], None]]] = {}
+        self._watched: dict[str, Callable[[RequestError | None], None]] = {}
+        self._watches = 0
         self._undelivered: deque[Callable[[], None]] = deque()
         self._listeners: dict[str, _Listener] = {}
         self._told: Happening | None = None
@@ -121,7 +124,7 @@ class Lockstep:
                 elif denial := self._link.denial(port.key):
                     self._undelivered.append(partial(then, denial))
                 else:
-                    self._queue.append(_Command(_command(key, payload), port, payload, then))
+                    self._queue.append(_Command(_command(key, payload), then, port, payload))
                 return
         self._link.ask(port, payload, timeout=timeout, then=then)
 
@@ -129,7 +132,7 @@ class Lockstep:
         """Ask for an earlier result, of which no event will tell, with the next advance, which ends at once."""
         with self._lock:
             if not self._over:
-                self._queue.append(_Command(_command(self._parsed(port.key), payload), port, payload, then))
+                self._queue.append(_Command(_command(self._parsed(port.key), payload), then, port, payload))
                 return
         self._link.ask(port, payload, timeout=timeout, then=then)
 
@@ -199,6 +202,55 @@ class Lockstep:
         limit = time.monotonic() + timeout
         return self._turns.run(lambda: self._step(until, wake, report, limit), self._ended, timeout)
 
+    def watch(self, condition: Condition, then: Callable[[RequestError | None], None]) -> Callable[[], None]:
+        """Have time stop as soon as a condition is met, by whatever advance that is; return what takes that back.
+
+        Args:
+            condition: It is sent with the next advance, and may hold already.
+            then: Called once, when it is met, while time stands; with an error if it can't be watched, or no more as
+                lockstep is over.
+        """
+        with self._lock:
+            self._watches += 1
+            name = str(self._watches)
+            self._watched[name] = then
+            self._queue.append(_Command(condition.to_json(name), partial(self._note_watched, name)))
+
+        def unwatch() -> None:
+            with self._lock:
+                if self._watched.pop(name, None) is not None:
+                    self._queue.append(_Command(b'{"unwatch":"%b"}' % name.encode(), lambda _answer: None))
+
+        return unwatch
+
+    def wait_for(
+        self, *conditions: Condition, until: float | None = None, timeout: float | None = None
+    ) -> list[Condition]:
+        """Advance time until one of the conditions is met; return those that are met by then.
+
+        Args:
+            conditions: What to wait for.
+            until: Simulated seconds at which to stop anyway.
+            timeout: Wall seconds.
+
+        Raises:
+            RequestError: A condition can't be watched.
+            Idle: Nothing is scheduled that could bring it about.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
+        """
+        ended: list[tuple[Condition, RequestError | None]] = []
+        takes_back = [self.watch(each, partial(_note_end, ended, each)) for each in conditions]
+        end = math.inf if until is None else until
+        try:
+            self._drive(lambda: bool(ended) or self.now >= end, timeout, until)
+        finally:
+            for take_back in takes_back:
+                take_back()
+        for _, error in ended:
+            if error is not None:
+                raise error
+        return [condition for condition, _ in ended]
+
     def close(self) -> None:
         """Leave; cancels that are not applied yet are sent on their own keys."""
         with self._lock:
@@ -218,6 +270,8 @@ class Lockstep:
     def _flush(self, unsent: Sequence[_Command]) -> None:
         calls = []
         for command in unsent:
+            if command.port is None:
+                continue
             if command.port.key.endswith(Verb.CANCEL_GOAL.value):
                 calls.append(self._link.call(command.port, command.request, timeout=_LAST_WORDS))
             else:
@@ -296,6 +350,7 @@ class Lockstep:
                 partial(self._accept, grant, idle=self._idle + 1 if grant.reason == "idle" and not applied else 0),
                 *(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True)),
                 *(partial(self._tell, event) for event in grant.events),
+                *(partial(self._end_watch, name, None) for name in grant.met),
             ]
         )
         self._hand_out()
@@ -335,6 +390,14 @@ class Lockstep:
             if listener := self._listeners.get(key):
                 listener.on_payload(to_json({"goal_id": event.goal_id, "feedback": event.feedback}))
 
+    def _note_watched(self, name: str, answer: Answer) -> None:
+        if isinstance(answer, RequestError):
+            self._end_watch(name, answer)
+
+    def _end_watch(self, name: str, error: RequestError | None) -> None:
+        if then := self._watched.pop(name, None):
+            then(error)
+
     def _end(self) -> None:
         """Go on without lockstep: unanswered requests count as lost, so that goal handles send them again."""
         with self._lock:
@@ -346,6 +409,14 @@ class Lockstep:
             self._link.listen(key, listener.on_payload, listener.wanted)
         for then in unanswered:
             then(None)
+        for name in list(self._watched):
+            self._end_watch(name, RequestError("lockstep is over; subscribe to the topic"))
+
+
+def _note_end(
+    ended: list[tuple[Condition, RequestError | None]], condition: Condition, error: RequestError | None
+) -> None:
+    ended.append((condition, error))
 
 
 def _parsed(keys: Keys, key: str) -> ActionKey:

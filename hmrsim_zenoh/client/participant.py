@@ -57,6 +57,7 @@ class Grant(BaseModel):
         reason: ``event``, ``until``, ``idle`` or ``end``.
         accepted: The reply to each applied command, as on its own key; None for a result that there is not yet.
         events: In order.
+        met: The names of the conditions that were met.
     """
 
     epoch: int
@@ -64,6 +65,7 @@ class Grant(BaseModel):
     reason: str
     accepted: list[dict[str, Any] | None] = []
     events: list[Happening] = []
+    met: list[str] = []
 
 
 class _Joined(BaseModel):

@@ -14,11 +14,13 @@ from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
+from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
+from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable, unreadable_at
 from hmrsim_zenoh.wire.keys import Verb
@@ -27,8 +29,8 @@ from hmrsim_zenoh.wire.texts import check_texts
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.answers import Refused
     from hmrsim.protocol.commands import TimeCommand
+    from hmrsim.protocol.conditions import Unwatch, Watch
     from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -89,7 +91,7 @@ class AdvanceRequest(Envelope):
     wake: list[_Kind] = Field(default_factory=list)
     report: list[_Kind] = Field(default_factory=list)
     # Read one by one: each has its own answer.
-    commands: list[SkipValidation[CommandRequest]] = Field(default_factory=list)
+    commands: list[SkipValidation[CommandRequest | WatchRequest | UnwatchRequest]] = Field(default_factory=list)
 
 
 class SetRequest(Envelope):
@@ -174,8 +176,13 @@ class TimeRequests:
         )
         return advance if request.until is None else advance._replace(until=request.until)
 
-    def _command(self, item: object, member: str, size: int) -> SendGoal | CancelGoal | GetResult | Unreadable:
+    def _command(
+        self, item: object, member: str, size: int
+    ) -> SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable:
         try:
+            if is_condition(item):
+                kind = WatchRequest if "watch" in item else UnwatchRequest
+                return condition(plain(kind).validate_python(item), self._keys)
             request: CommandRequest = plain(CommandRequest).validate_python(item)
             check_texts(request, size)
             return self._command_of(request, member)
@@ -262,23 +269,26 @@ def _granted(answer: Granted) -> bytes:
     accepted = b",".join(_accepted(each) for each in answer.accepted)
     events = b",".join(_event(kind, at, event) for kind, at, event in answer.events)
     head = f'{{"epoch":{answer.epoch},"now":{json.dumps(answer.now)},"reason":"{answer.reason}"'
-    return b'%b,"accepted":[%b],"events":[%b]}' % (head.encode(), accepted, events)
+    met = b',"met":%b' % to_json(answer.met) if answer.met else b""
+    return b'%b,"accepted":[%b],"events":[%b]%b}' % (head.encode(), accepted, events, met)
 
 
-def _accepted(answer: GoalResponse | CancelResponse | ResultResponse | Refused | bytes | None) -> bytes:
-    match answer:
-        case bytes():
-            return answer
-        case None:
-            return b"null"
-        case GoalResponse():
-            return encoding.goal_response(answer)
-        case CancelResponse():
-            return encoding.cancel_response(answer)
-        case ResultResponse():
-            return encoding.result_response(answer)
-        case _:
-            return encoding.error(answer.message, answer.field, answer.value)
+def _accepted(answer: Any) -> bytes:
+    return _WRITERS[type(answer)](answer)
+
+
+_WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
+    {
+        GoalResponse: encoding.goal_response,
+        CancelResponse: encoding.cancel_response,
+        ResultResponse: encoding.result_response,
+        Watching: lambda answer: b'{"watching":true}' if answer.watching else b'{"watching":false}',
+        Refused: lambda answer: encoding.error(answer.message, answer.field, answer.value),
+        bytes: bytes,
+        type(None): lambda _answer: b"null",
+    }
+)
+"""What writes the answer to a command, by its type."""
 
 
 def _event(kind: str, at: int, event: Any) -> bytes:

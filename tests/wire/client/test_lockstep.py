@@ -19,6 +19,7 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
+from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.client.lockstep import MAX_BYTES
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
 from tests.served_world import served_world
@@ -154,6 +155,57 @@ def test_a_goal_that_can_not_be_read_takes_no_other_along(wait):
     with pytest.raises(RequestError, match=r"goal\.time\.sec: Input should be a valid integer"):
         bad.result(SOON)
     assert good.result(SOON).total_elapsed_time == Duration(sec=1)
+
+
+def test_waiting_for_a_condition(client, wait):
+    """Time is where it is met; goals go on."""
+    goal = wait.send_goal(seconds(30))
+    near = Condition("wall_e/wait/_action/feedback", [("/feedback/time_left/sec", "<", 12)])
+    other = Condition("_world/events", [("/kind", "==", "fault_began")])
+
+    assert client.lockstep.wait_for(near, other) == [near]
+    assert (client.now, goal.done) == (18.1, False)
+    assert client.lockstep.wait_for(other, until=20.0) == []
+    assert goal.result(SOON).total_elapsed_time == Duration(sec=30)
+    assert client.now == 30.0
+
+
+def test_a_condition_that_can_not_be_watched_is_an_error(client):
+    """The simulator says why."""
+    with pytest.raises(RequestError, match="eve has no battery"):
+        client.lockstep.wait_for(Condition("eve/battery_state"), until=5.0)
+
+    client.sleep(1.0)
+
+
+def test_a_condition_calls_back_once(client, wait):
+    """While time stands, behind the results of that instant; not after it was taken back."""
+    seen = []
+    lockstep = client.lockstep
+    ended = Condition("_world/events", [("/kind", "==", "status"), ("/status", "==", 4)])
+    lockstep.watch(ended, lambda error: seen.append((error, goal.done, client.now)))
+    take_back = lockstep.watch(ended, seen.append)
+    goal = wait.send_goal(seconds(3))
+    client.sleep(1.0)
+    take_back()
+    wait.send_goal(seconds(3)).result(SOON)
+    goal = wait.send_goal(seconds(3))
+    goal.result(SOON)
+
+    assert seen == [(None, True, 4.0)]
+
+
+def test_the_end_of_lockstep_is_the_end_of_its_conditions(client, options):
+    """Their callbacks are told."""
+    seen = []
+    client.lockstep.watch(Condition("_world/events", [("/kind", "==", "never")]), seen.append)
+    goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
+    goal.wait_accepted(SOON)
+    with Client(options, clock="realtime") as operator:
+        operator.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
+    goal.result(SOON)
+
+    assert ["lockstep is over; subscribe to the topic"] == list(map(str, seen))
 
 
 def test_a_cancel_comes_right_behind_its_goal(client, wait):

@@ -88,6 +88,53 @@ def test_feedback_is_granted_with_its_events(steps, go):
     assert (2.0, 2.0) == (beside["now"], pytest.approx(beside["events"][0]["feedback"]["distance_remaining"]))
 
 
+def test_time_stops_for_a_condition(steps, go):
+    """It is set by a command, stays until it is met, and is told by its name; the same goes for several."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
+    near = {
+        "watch": "near",
+        "key": "navigate_to_pose/wall_e/_action/feedback",
+        "when": [["/feedback/distance_remaining", "<", 1.05]],
+    }
+    begun = {"watch": "begun", "key": "_world/events", "when": [["/kind", "==", "status"], ["/status", "==", 2]]}
+    never = {"watch": "x", "key": "wall_e/odom", "when": [["/twist/twist/linear/x", ">", 1e3]]}
+    first = advance(steps, wake=[], commands=[near, begun, never, sent]).one()
+    second = advance(steps, wake=[], epoch=1, commands=[{"unwatch": "x"}]).one()
+
+    assert [{"watching": True}] * 3 == first["accepted"][:3]
+    assert (0.0, ["begun"], "event") == (first["now"], first["met"], first["reason"])
+    assert ([{"watching": False}], 3.0, ["near"]) == (second["accepted"], second["now"], second["met"])
+    assert "met" not in advance(steps, wake=[], epoch=2, until=5.0).one()
+
+
+@pytest.mark.parametrize(
+    ("bad", "field", "text"),
+    [
+        ({"key": "wall_e/odometer"}, "key", "no topic 'wall_e/odometer' for conditions; there are: _world/events, R"),
+        ({"key": "_world/clock"}, "key", "no topic '_world/clock' for conditions"),
+        ({"key": "zoe/odom"}, "key", "no such robot or action: zoe/"),
+        ({"key": "eve/battery_state"}, "key", "eve has no battery"),
+        ({}, "key", "Field required"),
+        ({"key": "eve/odom", "when": [["x", "<", 1]]}, "when.0.0", "not a JSON pointer, such as '/percentage'"),
+        ({"key": "eve/odom", "when": [["/x", "=", 1]]}, "when.0.1", "no operator '='; there are: == != < <= > >="),
+        ({"key": "eve/odom", "when": [["/x", "<", 1e999]]}, "when.0.2", "Input should be a finite number"),
+        ({"key": "eve/odom", "when": [["/x", "<", []]]}, "when.0.2", "Input should be a valid"),
+        ({"key": "eve/odom", "when": [["/x", "<"]]}, "when.0", "List should have at least 3 items"),
+        ({"key": "eve/odom", "when": [["/x", "<", 1]] * 21}, "when", "List should have at most 20 items"),
+        ({"key": "eve/odom", "robot": "eve"}, "robot", "Extra inputs are not permitted"),
+    ],
+)
+def test_a_condition_that_makes_no_sense_has_its_error(steps, bad, field, text):
+    """In its place, and the participant learns of it at once."""
+    steps.one("_world/time/join", {"name": "nurse"})
+    granted = advance(steps, until=9.0, commands=[{"watch": "a", **bad}]).one()
+    (error,) = granted["accepted"]
+
+    assert any(text in each["message"] and each["field"].startswith(field) for each in error["details"])
+    assert 0.0 == granted["now"]
+
+
 def test_ordinary_keys_work_while_time_stands(steps, wait):
     """They are applied at this instant, and a result is held until time moves."""
     accepted = steps.send("eve/wait", wait(3), A)

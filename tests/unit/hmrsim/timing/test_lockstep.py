@@ -10,14 +10,12 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.answers import Refused
-from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
+from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal_ids import made_goal_id
-from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Granted
-from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
+from hmrsim.protocol.time import HasLeft, Joined
 from hmrsim.protocol.topics import Topic
-from tests.simulation import in_lockstep
-
-RESULT = frozenset({"result"})
+from tests.steps import Steps
 
 
 def wait(robot, seconds, goal_id=None):
@@ -29,60 +27,6 @@ def go(robot, x, y):
     """Return the command to drive to a point."""
     pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
     return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose))
-
-
-class Steps:
-    """A simulation in lockstep, and what its participants are told, by what they asked with."""
-
-    def __init__(self, *, topics=frozenset(), most=16, **settings):
-        self.run, self.lockstep = in_lockstep(topics=topics, **settings)
-        self.simulator = self.run.simulator
-        self._most = most
-        self._asked = 0
-
-    def join(self, *names):
-        """Let participants join; return the last one's answer."""
-        for name in names:
-            answer = self._ask(lambda reply_to, name=name: self.lockstep.join(Join(name, reply_to), 0.0))
-        return self.answers(answer)
-
-    def ask(self, name, epoch, until=math.inf, *commands, wake=RESULT, report=frozenset()):
-        """Ask to advance; return the number that `answers` wants."""
-        advance = Advance(name, epoch, until, frozenset(wake), frozenset(report), commands)
-        return self._ask(lambda reply_to: self.lockstep.advance(advance._replace(reply_to=reply_to), 0.0))
-
-    def advance(self, *args, **kwargs):
-        """Ask to advance, let time move, and return the answer."""
-        asked = self.ask(*args, **kwargs)
-        self.move()
-        return self.answers(asked)
-
-    def leave(self, name):
-        """Let a participant leave; return the answer."""
-        return self.answers(self._ask(lambda reply_to: self.lockstep.leave(Leave(name, reply_to))))
-
-    def move(self):
-        """Grant all the time that may be granted."""
-        while self.lockstep.ready:
-            self.lockstep.begin()
-            while self.lockstep.proceed(self._most, 0.0):
-                pass
-
-    def answers(self, asked):
-        """Return what was answered; None while the answer is held."""
-        found = self.run.log.answers(asked)
-        assert len(found) <= 1
-        return found[0] if found else None
-
-    def happened(self):
-        """Return kind and participant of what was told of participants."""
-        events = [event for _, event in self.run.log.events if isinstance(event, EventStamped)]
-        return [(each.kind, each.fields["participant"]) for each in events if each.kind.startswith("participant")]
-
-    def _ask(self, ask):
-        self._asked += 1
-        ask(self._asked)
-        return self._asked
 
 
 def kinds(granted):

@@ -1,0 +1,97 @@
+"""Conditions on the messages of topics, for which a participant in lockstep has time stop."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from hmrsim.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.topics import Topic
+
+ORDERS: Final[Mapping[str, Callable[[Any, Any], bool]]] = MappingProxyType(
+    {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+)
+"""The operators that order two numbers, or two texts."""
+
+_NOTHING: Final = object()
+
+
+class Comparison(NamedTuple):
+    """A comparison of a message's field with a value; one with a field that is not there, or of another type, fails.
+
+    Attributes:
+        path: The names of the field and of those that it is in, from the outside; the number of an item of a list.
+        operator: ``==``, ``!=`` or one of `ORDERS`.
+        value: A number, a text, true, false or null.
+    """
+
+    path: tuple[str, ...]
+    operator: str
+    value: float | str | bool | None
+
+    def holds(self, message: object) -> bool:
+        """Return whether it is true of a message."""
+        found = _field(message, self.path)
+        if found is _NOTHING:
+            return False
+        if order := ORDERS.get(self.operator):
+            return _kind(found) is _kind(self.value) is not None and order(found, self.value)
+        same = _kind(found) is _kind(self.value) and found == self.value
+        return same is (self.operator == "==")
+
+
+class Watch(NamedTuple):
+    """Have time stop as soon as all comparisons hold in one message; answered by `Watching`.
+
+    Attributes:
+        name: What its sender calls it; one of the same name is replaced.
+        robot: Of which robot; empty for the events of the world.
+        action: Of which action, for `Topic.FEEDBACK`.
+    """
+
+    name: str
+    topic: Topic
+    robot: str = ""
+    action: str = ""
+    comparisons: tuple[Comparison, ...] = ()
+
+    def holds(self, message: object) -> bool:
+        """Return whether all comparisons are true of a message."""
+        return all(each.holds(message) for each in self.comparisons)
+
+
+class Unwatch(NamedTuple):
+    """Have time stop for a condition no longer, if it does; answered by `Watching`."""
+
+    name: str
+
+
+class Watching(NamedTuple):
+    """Whether a condition is watched now."""
+
+    watching: bool
+
+
+def _kind(value: object) -> type | None:
+    """Return what a value is to be compared with; None if it has no order."""
+    if isinstance(value, bool) or value is None:
+        return None
+    return str if isinstance(value, str) else float if isinstance(value, (int, float)) else None
+
+
+def _field(value: object, path: Sequence[str]) -> object:
+    for part in path:
+        match value:
+            case Message() if part in type(value).model_fields:
+                value = getattr(value, part)
+            case Mapping() if part in value:
+                value = value[part]
+            case list() | tuple() if part.isdecimal() and int(part) < len(value):
+                value = value[int(part)]
+            case _:
+                return _NOTHING
+    return value

@@ -1,0 +1,328 @@
+"""Time that stops for a condition on a topic."""
+
+from __future__ import annotations
+
+import math
+import operator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.conditions import Comparison, Unwatch, Watch, Watching
+from hmrsim.protocol.topics import Topic
+from hmrsim.timing.conditions import MAX_WATCHED
+from tests.steps import Steps
+
+LESS, AT_MOST, AT_LEAST = "<", "<=", ">="
+OPERATORS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+NANOSECOND = 1e-9
+
+
+def world(*faults, drain=None, **battery):
+    """Return a world of two robots with batteries that last 100 s, 20 m from a charger."""
+    settings = {"capacity": 100, "drain": drain or {"still": 1.0, "moving": 4.0}, **battery}
+    return {
+        "waypoints": {"west": [0, 0], "east": [20, 0]},
+        "lanes": [["west", "east"]],
+        "docks": {"charger": {"at": [20, 1], "type": "charger", "power": 10.0}},
+        "robots": {name: {"at": "west", "components": {"battery": settings}} for name in ("eve", "wall_e")},
+        "faults": list(faults),
+    }
+
+
+def battery(comparison, value, *, name="low", robot="eve", field="percentage"):
+    """Return a condition on a robot's battery."""
+    return Watch(name, Topic.BATTERY_STATE, robot, comparisons=(Comparison((field,), comparison, value),))
+
+
+def event(called="seen", /, **fields):
+    """Return a condition on an event with these fields."""
+    return Watch(called, Topic.EVENTS, comparisons=tuple(Comparison((key,), "==", fields[key]) for key in fields))
+
+
+def go(x, robot="eve"):
+    """Return the command to drive along the lane."""
+    pose = PoseStamped(pose=Pose(position=Point(x=float(x))))
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose))
+
+
+def wait(seconds, robot="eve"):
+    """Return the command to stand still."""
+    return SendGoal(robot, "wait", Wait.Goal(time=Duration.from_seconds(seconds)))
+
+
+def joined(*faults, names=("nurse",), topics=frozenset(), traced=False, **battery):
+    """Return a simulation that participants have joined."""
+    steps = Steps(world=world(*faults, **battery), topics=topics, traced=traced, awaited=names)
+    steps.join(*names)
+    return steps
+
+
+def ends(steps, *commands, until=math.inf, epoch=0, wake=()):
+    """Advance once; return the time and the conditions that were met."""
+    granted = steps.advance("nurse", epoch, until, *commands, wake=wake)
+    return granted.now, granted.met
+
+
+class TestBatteries:
+    """Levels, which are formulas of time."""
+
+    @pytest.mark.parametrize(
+        ("comparison", "value", "at"),
+        [(AT_MOST, 0.75, 25.0), (LESS, 0.75, 25.0 + NANOSECOND), (AT_MOST, 0.0, 100.0), (AT_MOST, 1.0, 0.0)],
+    )
+    def test_time_stops_when_a_level_is_reached(self, comparison, value, at):
+        """At the first nanosecond at which it holds, whatever else is scheduled."""
+        assert (at, ("low",)) == ends(joined(), battery(comparison, value))
+
+    def test_a_charge_is_in_ampere_hours(self):
+        """As in the message."""
+        watch = battery(AT_MOST, 50 / 25.2 / 3600, field="charge")
+
+        assert (50.0, ("low",)) == ends(joined(), watch)
+
+    def test_another_load_brings_it_nearer(self):
+        """A robot that drives needs four times as much, from when it drives to when it stands."""
+        steps = joined()
+        ends(steps, battery(AT_MOST, 0.75), until=3.0)
+
+        assert (3 + 22 / 4, ("low",)) == ends(steps, go(20), epoch=1)
+
+    def test_a_load_that_ends_puts_it_off(self):
+        """20 of 100 are gone after a way of 5 m; the rest takes as many seconds."""
+        assert (5 + 30, ("low",)) == ends(joined(), battery(AT_MOST, 0.5), go(5))
+
+    def test_a_jump_is_seen_when_it_happens(self):
+        """A cell that fails takes its share of the charge along."""
+        steps = joined({"type": "battery_cell", "robot": "eve", "cell": 0, "at": 10})
+
+        assert (10.0, ("low",)) == ends(steps, battery(AT_MOST, 60 / 25.2 / 3600 * 1.3, field="charge"))
+
+    def test_charging_is_seen_as_well(self):
+        """From an eighth, after 20 m and 1 m to the dock, to a half at 10 a second."""
+        steps = joined()
+        docked = SendGoal("eve", "dock_robot", DockRobot.Goal(dock_id="charger"))
+        (end, met) = ends(steps, docked, wake={"result"})
+        energy = steps.simulator.robots["eve"].energy
+        expected = energy.battery.reaches(70.0)
+
+        assert ((), True) == (met, end < expected < math.inf)
+        assert (pytest.approx(expected, abs=2 * NANOSECOND), ("full",)) == ends(
+            steps, battery(AT_LEAST, 0.7, name="full"), epoch=1
+        )
+
+    def test_other_fields_are_looked_at_with_each_message(self):
+        """As with `power_supply_status`, which is DISCHARGING from the beginning, and never CHARGING."""
+        never = battery("==", 1, name="charges", field="power_supply_status")
+        now = battery("==", 2, name="drains", field="power_supply_status")
+
+        assert (0.0, ("drains",)) == ends(joined(), never, now, until=5.0)
+
+    @given(
+        comparison=st.sampled_from(sorted(OPERATORS)),
+        value=st.floats(0.0, 1.0),
+        drain=st.floats(1e-3, 5.0),
+        moving=st.floats(1e-3, 5.0),
+        x=st.floats(0.0, 20.0),
+    )
+    def test_it_holds_from_this_nanosecond_on(self, comparison, value, drain, moving, x):
+        """As a simulation without the condition finds; and the traces are the same."""
+        drains = {"still": drain, "moving": moving}
+        with_, without = joined(drain=drains, traced=True), joined(drain=drains, traced=True)
+        now, met = ends(with_, battery(comparison, value), go(x), until=50.0)
+        without.ask("nurse", 0, 50.0, go(x), wake=())
+        without.move()
+        with_.ask("nurse", 1, 50.0, wake=())
+        with_.move()
+
+        def holds(at):
+            twin = joined(drain=drains)
+            granted = twin.advance("nurse", 0, at, go(x), wake=())
+            assert granted.now >= at
+            return OPERATORS[comparison](twin.simulator.robots["eve"].energy.state().percentage, value)
+
+        assert holds(now) is bool(met)
+        assert now == 0.0 or not holds(now - 2 * NANOSECOND)
+        assert with_.run.lines() == without.run.lines()
+
+
+class TestEvents:
+    """What happens in the world."""
+
+    def test_a_fault_begins_and_ends(self):
+        """At their times, told apart by their names."""
+        steps = joined({"type": "breakdown", "robot": "eve", "name": "stuck", "at": 7, "until": 9})
+        began = event("began", kind="fault_began", name="stuck")
+        ended = event("ended", kind="fault_ended", robot="eve")
+        other = event("other", kind="fault_began", robot="wall_e")
+
+        assert (7.0, ("began",)) == ends(steps, began, ended, other, until=60.0)
+        assert (9.0, ("ended",)) == ends(steps, epoch=1, until=60.0)
+
+    def test_an_event_of_a_goal(self):
+        """As `_world/events` has them."""
+        succeeded = event(kind="status", status=4, action="wait")
+
+        assert (3.0, ("seen",)) == ends(joined(), succeeded, wait(3), go(20, "wall_e"))
+
+    def test_any_event_will_do(self):
+        """Without a comparison; the first one is the acceptance of the goal."""
+        assert (0.0, ("seen",)) == ends(joined(), event(), wait(3))
+
+
+class TestSamples:
+    """Topics with a rate."""
+
+    def test_a_place_is_reached_with_the_sample_that_says_so(self):
+        """Odometry is sampled ten times a second."""
+        far = Comparison(("pose", "pose", "position", "x"), ">", 3.14)
+        watch = Watch("far", Topic.ODOM, "eve", comparisons=(far,))
+
+        assert (pytest.approx(3.2, abs=1e-3), ("far",)) == ends(joined(), watch, go(20))
+
+    def test_feedback_of_an_action(self):
+        """Its field, below `feedback`; other actions and robots don't count."""
+        near = Comparison(("feedback", "distance_remaining"), "<", 5.0)
+        watch = Watch("near", Topic.FEEDBACK, "eve", "navigate_to_pose", (near,))
+
+        assert (pytest.approx(15.1), ("near",)) == ends(joined(), watch, go(1, "wall_e"), go(20))
+
+
+class TestWatching:
+    """Conditions come and go."""
+
+    def test_a_condition_is_met_once(self):
+        """And told once: time moves on although it still holds."""
+        steps = joined()
+
+        assert (25.0, ("low",)) == ends(steps, battery(AT_MOST, 0.75), until=60.0)
+        assert (60.0, ()) == ends(steps, epoch=1, until=60.0)
+
+    def test_it_stays_until_then(self):
+        """Whatever is granted in between."""
+        steps = joined()
+
+        assert (3.0, ()) == ends(steps, battery(AT_MOST, 0.75), until=3.0)
+        assert (25.0, ("low",)) == ends(steps, epoch=1)
+
+    def test_it_is_taken_back_by_its_name(self):
+        """Or replaced by another of that name."""
+        steps = joined()
+        first = steps.advance("nurse", 0, 0.0, battery(AT_MOST, 0.75), battery(AT_MOST, 0.5, name="half"), wake=())
+        second = steps.advance("nurse", 1, 40.0, Unwatch("low"), Unwatch("low"), battery(AT_MOST, 0.4, name="half"))
+
+        assert (Watching(watching=True),) * 2 == first.accepted
+        assert (Watching(watching=False), Watching(watching=False), Watching(watching=True)) == second.accepted
+        assert (60.0, ("half",)) == ends(steps, epoch=2)
+
+    def test_several_are_told_at_once(self):
+        """By name."""
+        conditions = [battery(AT_MOST, 0.75, name=name, robot=robot) for name, robot in (("b", "eve"), ("a", "wall_e"))]
+
+        assert (25.0, ("a", "b")) == ends(joined(), *conditions)
+
+    def test_only_its_own_participant_is_told(self):
+        """Time stops for all."""
+        steps = joined(names=("nurse", "porter"))
+        held = steps.ask("porter", 0, wake=())
+
+        assert (25.0, ("low",)) == ends(steps, battery(AT_MOST, 0.75))
+        assert (25.0, "event", ()) == (steps.answers(held).now, steps.answers(held).reason, steps.answers(held).met)
+
+    def test_those_of_a_participant_that_leaves_are_forgotten(self):
+        """The other one goes on as far as it likes."""
+        steps = joined(names=("nurse", "porter"))
+        steps.ask("porter", 0, 1.0, battery(AT_MOST, 0.75), wake=())
+        ends(steps, until=1.0)
+        steps.leave("porter")
+
+        assert (50.0, ()) == ends(steps, epoch=1, until=50.0)
+
+    def test_what_is_not_there_is_refused(self):
+        """And wakes who asked for it."""
+        steps = joined()
+        nobody = battery(AT_MOST, 0.5, robot="zoe")
+        blind = Watch("seen", Topic.DETECTIONS, "eve")
+        granted = steps.advance("nurse", 0, 9.0, nobody, blind)
+
+        assert [Refused, Refused] == [type(each) for each in granted.accepted]
+        assert "no such robot" in granted.accepted[0].message
+        assert 0.0 == granted.now
+
+    def test_there_is_a_limit(self):
+        """Of conditions a participant."""
+        steps = joined()
+        many = [event(str(number), kind="never") for number in range(MAX_WATCHED + 1)]
+        granted = steps.advance("nurse", 0, 1.0, *many, wake=())
+
+        assert [MAX_WATCHED] == [
+            number for number, answer in enumerate(granted.accepted) if not isinstance(answer, Watching)
+        ]
+
+    def test_a_robot_that_can_not_be_reached_says_nothing(self):
+        """Its battery is known again when its messages come again."""
+        lost = {"type": "messages_lost", "robot": "eve", "at": 10, "until": 40}
+
+        assert (40.0, ("low",)) == ends(joined(lost), battery(AT_MOST, 0.75))
+
+    def test_after_a_reset_it_is_watched_still(self):
+        """Of the robot's new battery."""
+        steps = joined()
+        ends(steps, battery(AT_MOST, 0.75), until=20.0)
+        steps.run.ask("reset_simulation")
+        steps.lockstep.restart()
+
+        assert (25.0, ("low",)) == ends(steps)
+
+    def test_a_robot_that_is_gone_is_not_watched(self):
+        """Time moves on."""
+        steps = joined()
+        ends(steps, battery(AT_MOST, 0.75), until=20.0)
+        steps.run.ask("delete_entity", {"entity": "eve"})
+
+        assert (50.0, ()) == ends(steps, epoch=1, until=50.0)
+
+    @pytest.mark.parametrize("watch", [battery(LESS, 0.8), battery(AT_MOST, 0.8), event(kind="battery_low")])
+    def test_who_listens_makes_no_difference(self, watch):
+        """Messages that another subscriber gets are looked at only where nothing can be computed."""
+        times = set()
+        for topics in (frozenset(), frozenset(Topic)):
+            steps = joined(drain={"default": 3.0}, topics=topics)
+            times.add(ends(steps, watch, go(20)))
+
+        assert 1 == len(times)
+
+
+@pytest.mark.parametrize(
+    ("path", "comparison", "value", "holds"),
+    [
+        (("n",), "==", 3, True),
+        (("n",), "==", 3.0, True),
+        (("n",), "!=", 4, True),
+        (("n",), "==", "3", False),
+        (("n",), "<", "4", False),
+        (("t",), ">", "a", True),
+        (("yes",), "==", True, True),
+        (("yes",), "==", 1, False),
+        (("yes",), ">=", 0, False),
+        (("none",), "==", None, True),
+        (("none",), "!=", 0, True),
+        (("list", "1"), "==", 6, True),
+        (("list", "2"), "!=", 6, False),
+        (("list", "x"), "!=", 6, False),
+        (("gone",), "!=", 6, False),
+        (("n", "x"), "!=", 6, False),
+        ((), "!=", 6, True),
+    ],
+)
+def test_a_comparison(path, comparison, value, holds):
+    """Of numbers with numbers, texts with texts; a field that is not there compares with nothing."""
+    message = {"n": 3, "t": "b", "yes": True, "none": None, "list": [5, 6]}
+
+    assert holds is Comparison(path, comparison, value).holds(message)
