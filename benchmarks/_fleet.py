@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import GetResult, SendGoal
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import Answered
 from hmrsim.world.model import World
 from hmrsim.world_checks import LoadedWorld
@@ -67,7 +69,8 @@ class Wanderers:
     """A sink that sends each robot to a random waypoint, waits for the result, and sends it on.
 
     It takes the way of every client: a command for the goal, one for its result, and the answer to the latter.
-    Robots first wait for a random part of a second, so that they don't keep step.
+    Robots first wait for a random part of a second, so that they don't keep step, and when a goal has failed, which
+    may be at once.
     """
 
     def __init__(self, world: World, seed: int = 1) -> None:
@@ -82,16 +85,23 @@ class Wanderers:
         """Send these robots of a simulator off, whose sink this is; before its thread starts, if it has one."""
         self._simulator = simulator
         for robot in robots:
-            self._send(robot, "wait", Wait.Goal(time=Duration.from_seconds(self._chance.random())))
+            self._rest(robot)
 
     def emit(self, output: Output) -> None:
         """Send on the robot whose result has come."""
         if isinstance(output, Answered) and isinstance(output.reply_to, _Wanderer):
-            self._send(output.reply_to, "navigate_to_pose", self._chance.choice(self._goals))
+            answer = output.answer
+            if isinstance(answer, ResultResponse) and answer.status is GoalStatus.ABORTED:
+                self._rest(output.reply_to)
+            else:
+                self._send(output.reply_to, "navigate_to_pose", self._chance.choice(self._goals))
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: results come unasked."""
         return False
+
+    def _rest(self, robot: str) -> None:
+        self._send(robot, "wait", Wait.Goal(time=Duration.from_seconds(self._chance.random())))
 
     def _send(self, robot: str, action: str, goal: Message) -> None:
         if self._simulator is None:
