@@ -7,7 +7,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.goal import GoalStatus
@@ -43,8 +43,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._on_change = on_change
         # Taken several times for each change; a condition does it in Python.
         self._lock = threading.RLock()
-        self._changed = threading.Condition(self._lock)
-        self._waiting = 0
+        self._changed: threading.Condition | None = None
         self._status = GoalStatus.UNKNOWN
         self._accepted: bool | None = None
         self._error: Exception | None = None
@@ -52,7 +51,8 @@ class GoalHandle(ABC, Generic[R, F]):
         self._feedback: F | None = None
         self._done = False
         self._found: GoalStatus | None = None
-        self._mail: deque[Callable[[], None]] = deque()
+        # Callbacks that are due, each with what it is told.
+        self._mail: deque[tuple[Callable[[Any], None], object]] = deque()
         self._delivering = False
 
     def __repr__(self) -> str:
@@ -147,11 +147,9 @@ class GoalHandle(ABC, Generic[R, F]):
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for who lets time go on
         """Wait for a condition and return whether it holds; *at_once* if that takes no simulated time."""
         with self._lock:
-            self._waiting += 1
-            try:
-                return self._changed.wait_for(condition, timeout)
-            finally:
-                self._waiting -= 1
+            # Made for the first thread that waits: mostly none does.
+            self._changed = self._changed or threading.Condition(self._lock)
+            return self._changed.wait_for(condition, timeout)
 
     def _accept(self, status: GoalStatus) -> bool:
         with self._lock:
@@ -178,9 +176,8 @@ class GoalHandle(ABC, Generic[R, F]):
         with self._lock:
             if self._done or self._on_feedback is None:
                 return
-            on_feedback = self._on_feedback
             self._feedback = feedback
-            self._mail.append(lambda: on_feedback(feedback))
+            self._mail.append((self._on_feedback, feedback))
             # Feedback implies EXECUTING. The client subscribes to no status topic, so feedback may be the first sign.
             if self._accepted and self._raise_status(GoalStatus.EXECUTING):
                 self._note_change()
@@ -218,11 +215,10 @@ class GoalHandle(ABC, Generic[R, F]):
         return True
 
     def _note_change(self) -> None:
-        if self._waiting:
+        if self._changed is not None:
             self._changed.notify_all()
         if self._on_change is not None:
-            on_change = self._on_change
-            self._mail.append(lambda: on_change(self))
+            self._mail.append((self._on_change, self))
 
     def _deliver(self) -> None:
         """Call the user's callbacks in order, with no lock held; the thread that runs them takes new ones, too."""
@@ -230,22 +226,18 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._delivering or not self._mail:
                 return
             self._delivering = True
-            call: Callable[[], None] | None = self._mail.popleft()
+            mail: tuple[Callable[[Any], None], object] | None = self._mail.popleft()
         try:
-            while call is not None:
+            while mail is not None:
+                callback, told = mail
                 try:
-                    call()
+                    callback(told)
                 except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
                     _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
-                call = self._next_mail()
+                with self._lock:
+                    mail = self._mail.popleft() if self._mail else None
+                    self._delivering = mail is not None
         except BaseException:
             # An interrupt: the thread that has the next change calls the rest.
             self._delivering = False
             raise
-
-    def _next_mail(self) -> Callable[[], None] | None:
-        with self._lock:
-            if self._mail:
-                return self._mail.popleft()
-            self._delivering = False
-            return None

@@ -10,7 +10,10 @@ class SingleFlight:
     """Lets one thread at a time do the work that all of them wait for."""
 
     def __init__(self) -> None:
-        self._changed = threading.Condition()
+        # Taken directly where nobody has to be woken: a condition does it in Python.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
+        self._waiting = 0
         self._who: int | None = None
 
     def run(self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float) -> bool:
@@ -31,17 +34,26 @@ class SingleFlight:
         if self._who == me:
             raise RuntimeError("a callback can't wait for what happens after it")
         try:
-            with self._changed:
-                patience = min(timeout, threading.TIMEOUT_MAX)
-                if not self._changed.wait_for(lambda: self._who is None or needless(), patience) or needless():
+            with self._lock:
+                if needless() or (self._who is not None and not self._free(needless, timeout)):
                     return False
                 self._who = me
             return work()
         finally:
             if self._who == me:
-                with self._changed:
+                with self._lock:
                     self._who = None
-                    self._changed.notify_all()
+                    if self._waiting:
+                        self._changed.notify_all()
+
+    def _free(self, needless: Callable[[], bool], timeout: float) -> bool:
+        """Wait until it is this thread's turn; return False if that is needless by then, or the time is over."""
+        self._waiting += 1
+        try:
+            patience = min(timeout, threading.TIMEOUT_MAX)
+            return self._changed.wait_for(lambda: self._who is None or needless(), patience) and not needless()
+        finally:
+            self._waiting -= 1
 
     def look(self) -> None:
         """Have all waiting threads check whether their turn is needless."""
