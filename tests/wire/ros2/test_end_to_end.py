@@ -14,6 +14,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli.tracing import TraceFile
+from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
@@ -308,14 +309,14 @@ def test_late_joiner_has_the_last_status(live, ros):
 
 def test_a_client_that_has_gone_is_not_waited_for(monkeypatch):
     """Its request for a result is withdrawn, so that those of many clients don't heap up."""
+    withdraw, withdrawn = Dispatcher.withdraw, threading.Event()
+
+    def told(dispatcher, command):
+        withdraw(dispatcher, command)
+        withdrawn.set()
+
+    monkeypatch.setattr(Dispatcher, "withdraw", told)
     with hosting() as host:
-        withdraw, withdrawn = host.simulator.dispatcher.withdraw, threading.Event()
-
-        def told(command):
-            withdraw(command)
-            withdrawn.set()
-
-        monkeypatch.setattr(host.simulator.dispatcher, "withdraw", told)
         host.start()
         with RosClient(host.endpoints[0]) as ros:
             goal = ros.action("/wall_e/wait").wait().send(LONG)
