@@ -103,10 +103,27 @@ class Environment(_Clock):
         Raises:
             ValueError: The delay is NaN, which would put all events out of order.
         """
+        if event is self._active_proc and event._ok and not event.callbacks:  # noqa: SLF001 - as simpy does
+            # A process has ended, and nothing waits for it.
+            event.callbacks = None  # type: ignore[assignment]  # simpy's mark of a processed event
+            return
         at = self._now + delay
         if at != at:  # noqa: PLR0124 - NaN; this is done for each event
             raise ValueError("a delay is NaN")
         heapq.heappush(self._queue, (at, priority, next(self._eid), event))
+
+    def succeed(self, event: simpy.Event) -> None:
+        """Let an event happen at this instant, after all that is due; at once if nothing is, as it would be the next.
+
+        Called last in a callback, it saves the way through the schedule.
+        """
+        if self._active_proc is not None or event.triggered or (self._queue and self._queue[0][0] <= self._now):
+            event.succeed()
+            return
+        event._ok, event._value = True, None  # noqa: SLF001 - as simpy's own `step` does
+        callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]
+        for callback in callbacks:
+            callback(event)
 
     def kill(self, process: simpy.Process) -> None:
         """End a process that can't go on, or that goes on although it must not; what it does at its end is done now."""

@@ -204,7 +204,7 @@ class DrivingVehicle(VehicleBody):
         if self._state is VehicleState.YIELDED:
             self._plan_on()
         else:
-            arrived.succeed()
+            self._env.succeed(arrived)
 
     def _plan_on(self) -> None:
         """Plan the rest of its trip, if any, from where it has yielded."""

@@ -1,10 +1,14 @@
-"""The schedule: what is abandoned in it."""
+"""The schedule: what is abandoned in it, and what needs no place in it."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from hmrsim.engine.environment import Environment
+
+if TYPE_CHECKING:
+    import simpy
 
 
 def test_abandoned_events_are_not_kept_until_their_time():
@@ -26,3 +30,72 @@ def test_abandoned_events_are_not_kept_until_their_time():
     assert 10 == len(rung)
     assert math.inf == env.peek()
     assert env.idle
+
+
+def _told(env: Environment, *, with_other: bool) -> list[str]:
+    """Return what happens at 1 s when an event succeeds there, before another timeout of that instant or alone."""
+    told: list[str] = []
+    done = env.event()
+    done.callbacks.append(lambda _event: told.append("done"))
+
+    def succeed(_event: simpy.Event) -> None:
+        env.succeed(done)
+        told.append("succeeded")
+
+    env.timeout(1.0).callbacks.append(succeed)
+    if with_other:
+        env.timeout(1.0).callbacks.append(lambda _event: told.append("other"))
+    while env.process_events(10):
+        pass
+    return told
+
+
+def test_an_event_that_would_be_the_next_happens_at_once():
+    """What succeeds while nothing else is due takes no way through the schedule."""
+    assert ["done", "succeeded"] == _told(Environment(), with_other=False)
+
+
+def test_an_event_waits_for_what_is_due_before():
+    """What succeeds while something else is due comes after it, as simpy has it."""
+    assert ["succeeded", "other", "done"] == _told(Environment(), with_other=True)
+
+
+def test_a_process_that_nothing_awaits_ends_without_an_event():
+    """Its end is no event, and what asks for its value later gets it."""
+    env = Environment()
+
+    def work():
+        yield env.timeout(1.0)
+        return 7
+
+    def late(process):
+        yield env.timeout(2.0)
+        got.append((yield process))
+
+    got: list[int] = []
+    worker = env.process(work())
+    env.process(late(worker))
+    taken = env.process_events(100)
+
+    assert [7] == got
+    assert worker.processed
+    # Two begin, and two timeouts pass.
+    assert 4 == taken
+
+
+def test_a_process_that_another_awaits_ends_in_an_event():
+    """It goes on at the instant at which the other ends."""
+    env = Environment()
+
+    def work():
+        yield env.timeout(1.0)
+
+    def wait(process):
+        yield process
+        ended.append(env.now)
+
+    ended: list[float] = []
+    env.process(wait(env.process(work())))
+    env.process_events(100)
+
+    assert [1.0] == ended
