@@ -65,6 +65,11 @@ def _with_nothing_else(rounds: int) -> list[Row]:
                     lambda: drive.send_goal(NavigateToPose.Goal.model_validate(_GOAL)).result(),
                     back.right_behind,
                 ),
+                Variant(
+                    "goal to result, by hmrsim_zenoh.Client, by execute",
+                    lambda: drive.execute(NavigateToPose.Goal.model_validate(_GOAL)).result(),
+                    back.right_behind,
+                ),
                 Variant("goal to result, in process", lambda: here.drive(_GOAL), lambda: here.drive(_HOME)),
                 Variant("script of one goal, in process", scripted.run, scripted.load),
             ],

@@ -77,6 +77,45 @@ class ActionClient(Generic[G, R, F]):
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """
+        wire = self._lockstep() or self._link
+        exchange = self._exchange(wire, goal, goal_id, on_feedback, on_change)
+        exchange.start(adopt=adopt, read_result=read_result)
+        return exchange
+
+    def execute(
+        self,
+        goal: G | Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        read_result: bool = True,
+        on_feedback: Callable[[F], None] | None = None,
+        on_change: Callable[[GoalHandle[R, F]], None] | None = None,
+    ) -> GoalHandle[R, F]:
+        """Send a goal as `send_goal` does, in one query instead of two, and return its handle.
+
+        That takes three quarters of the time where the goal itself takes none. A robot whose own server does not know
+        `execute` is sent the goal by `send_goal`. In lockstep there is no difference.
+
+        Raises:
+            ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
+        """
+        lockstep = self._lockstep()
+        exchange = self._exchange(lockstep or self._link, goal, goal_id, on_feedback, on_change)
+        if lockstep:
+            exchange.start(read_result=read_result)
+        else:
+            exchange.execute(read_result=read_result)
+        return exchange
+
+    def _exchange(
+        self,
+        wire: Link | Lockstep,
+        goal: G | Mapping[str, Any],
+        goal_id: str | None,
+        on_feedback: Callable[[F], None] | None,
+        on_change: Callable[[GoalHandle[R, F]], None] | None,
+    ) -> GoalExchange[R, F]:
+        """Return a goal's handle, which is to be started."""
         if isinstance(goal, Mapping):
             body = to_json(goal)
         elif isinstance(goal, self.action.goal):
@@ -84,7 +123,6 @@ class ActionClient(Generic[G, R, F]):
         else:
             raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {goal!r}")
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
-        wire = self._lockstep() or self._link
         next_id = wire.next_goal_id()
         exchange: GoalExchange[R, F] = GoalExchange(
             self._link,
@@ -99,7 +137,6 @@ class ActionClient(Generic[G, R, F]):
         self._link.enter(exchange)
         if on_feedback is not None:
             self._listen(exchange, wire)
-        exchange.start(adopt=adopt, read_result=read_result)
         return exchange
 
     def cancel_all(self) -> None:

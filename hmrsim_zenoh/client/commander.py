@@ -78,7 +78,7 @@ class Commander:
     def _do(self, name: str, goal: Message, result_type: type[R]) -> R:
         if name not in self._actions:
             self._actions[name] = self._client.action_client(self.robot, registry()[name])
-        handle = self._actions[name].send_goal(goal)
+        handle = self._actions[name].execute(goal)
         try:
             result = handle.result(self._timeout)
         except BaseException:

@@ -3,6 +3,7 @@
 Zenoh delivers at most once, and a missing reply tells nothing. So the client generates the goal id and sends the goal
 again with the same id; a duplicate then counts as accepted. A get_result request whose reply was lost is repeated.
 The client requests the result right after the goal, before the goal is accepted, which saves a round trip.
+By ``execute`` both are one query; what it does not bring is requested as above.
 """
 
 from __future__ import annotations
@@ -61,6 +62,7 @@ class ActionPorts:
 
     name: str
     send_goal: Port
+    execute: Port
     cancel_goal: Port
     get_result: Port
     result: type[Message]
@@ -75,6 +77,7 @@ class ActionPorts:
         return cls(
             name=f"/{robot}/{action.name}",
             send_goal=port(Verb.SEND_GOAL, f"{action.ros_type}_SendGoal"),
+            execute=port(Verb.EXECUTE, f"{action.ros_type}_SendGoal"),
             cancel_goal=port(Verb.CANCEL_GOAL, "action_msgs/srv/CancelGoal"),
             get_result=port(Verb.GET_RESULT, f"{action.ros_type}_GetResult"),
             result=action.result,
@@ -106,6 +109,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._read_result = True
         self._payload = b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), goal)
         self._sends = 0
+        self._replied = False
         self._deadline = 0.0
         self._pause = _FIRST_PAUSE
         self._result_asked = False
@@ -122,6 +126,45 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         # Whether the goal is an older one has to be known before its result arrives.
         if not self._adopt:
             self._ask_result()
+
+    def execute(self, *, read_result: bool = True) -> None:
+        """Send the goal and request its result in one query."""
+        self._read_result = read_result
+        self._deadline = self._patience_from_now()
+        self._sends = 1
+        self._result_asked = True
+        self._link.rounds.add(self._send_unanswered)
+        self._link.ask_often(
+            self._ports.execute,
+            self._payload,
+            timeout=_FOR_EVER,
+            on_reply=self._on_execution,
+            on_end=self._on_execution_end,
+        )
+
+    def _on_execution(self, answer: bytes | RequestError) -> None:
+        if not self._replied:
+            self._replied = True
+            self._on_goal_answer(answer)
+        else:
+            self._on_result_answer(True, answer)
+
+    def _on_execution_end(self) -> None:
+        """Request what is missing: the reply was lost, or the server of this robot has no such key."""
+        if not self._done:
+            self._link.worker.after(0.0, self._go_on_without_execution)
+
+    def _go_on_without_execution(self) -> None:
+        if self._accepted:
+            self._on_result_answer(True, None)
+        else:
+            with self._lock:
+                self._result_asked = False
+            self._send_goal()
+
+    def _send_unanswered(self) -> None:
+        if not self._replied:
+            self._send_goal()
 
     def cancel(self) -> None:
         """Request the goal's cancellation and return at once."""

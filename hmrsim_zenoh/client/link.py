@@ -14,7 +14,7 @@ import zenoh
 
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
-from hmrsim_zenoh.client.worker import Worker
+from hmrsim_zenoh.client.worker import Rounds, Worker
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ Answer = bytes | RequestError | None
 # Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
 _TIMED_OUT = b"Timeout"
 
+_ROUND: Final = 3.0
 _LOOK: Final = 1.0
 """Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
 
@@ -123,6 +124,7 @@ class Link:
 
     Attributes:
         worker: Runs deferred calls.
+        rounds: Runs those that may wait for some seconds.
         presence: Whether the simulator is alive.
         acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
     """
@@ -142,6 +144,7 @@ class Link:
         self._enclave = enclave
         self.keys = keys
         self.worker = Worker("hmrsim client")
+        self.rounds = Rounds(self.worker, _ROUND)
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout
         self._lock = threading.Lock()
@@ -228,6 +231,29 @@ class Link:
             once.on_end()
 
     look_up = ask
+
+    def ask_often(
+        self,
+        port: Port,
+        payload: bytes,
+        *,
+        timeout: float,
+        on_reply: Callable[[bytes | RequestError], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        """Send a request with several replies, taken in Zenoh's thread; at the end no call on the session is allowed.
+
+        A timeout is no reply, just the end.
+        """
+
+        def take(reply: zenoh.Reply) -> None:
+            if (answer := _answer(reply)) is not None:
+                on_reply(answer)
+
+        try:
+            self._get(port, payload, zenoh.handlers.Callback(take, on_end, indirect=False), timeout)
+        except zenoh.ZError:
+            on_end()
 
     def call(self, port: Port, payload: bytes | None, *, timeout: float) -> Call:
         """Send a request and return its pending reply."""

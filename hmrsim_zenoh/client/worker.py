@@ -58,3 +58,32 @@ class Worker:
                 else:
                     return heapq.heappop(self._due)[2]
             return None
+
+
+class Rounds:
+    """Calls functions after one to two periods, all that are due at once: to wake a thread costs more than a goal."""
+
+    def __init__(self, worker: Worker, period: float) -> None:
+        self._worker = worker
+        self._period = period
+        self._lock = threading.Lock()
+        self._new: list[Callable[[], None]] = []
+        self._old: list[Callable[[], None]] = []
+        self._going = False
+
+    def add(self, call: Callable[[], None]) -> None:
+        """Call a function in the worker's thread, unless the worker is closed by then."""
+        with self._lock:
+            self._new.append(call)
+            begins, self._going = not self._going, True
+        if begins:
+            self._worker.after(self._period, self._turn)
+
+    def _turn(self) -> None:
+        with self._lock:
+            due, self._old, self._new = self._old, self._new, []
+            self._going = bool(self._old)
+        if self._going:
+            self._worker.after(self._period, self._turn)
+        for call in due:
+            call()

@@ -81,6 +81,15 @@ class FakeSimulator:
         """Reply with Zenoh's error reply."""
         return lambda query, _body: query.reply_err(payload)
 
+    def both(self, first: Step, second: Step) -> Step:
+        """Do one after the other."""
+
+        def step(query: zenoh.Query, body: Body) -> None:
+            first(query, body)
+            second(query, body)
+
+        return step
+
     def end(self, status: int, **result: object) -> Step:
         """Answer that the goal has ended so."""
         return self.say({"status": status, "result": result})
@@ -168,9 +177,10 @@ class Watched:
 
 @pytest.fixture
 def simulator() -> Iterator[FakeSimulator]:
-    """A fake simulator that accepts every goal and holds its result."""
+    """A fake simulator that accepts every goal and holds its result; like some robots, it does not know `execute`."""
     fake = FakeSimulator()
     fake.steps["send_goal"] = [fake.accept]
+    fake.steps["execute"] = [fake.lose]
     try:
         yield fake
     finally:

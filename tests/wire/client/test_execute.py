@@ -1,0 +1,136 @@
+"""The client's goals by one query."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.goal_exchange import GoalExchange
+from hmrsim_zenoh.client.worker import Rounds, Worker
+from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone
+from hmrsim_zenoh.wire.keys import Verb
+from tests.served_world import served_world
+
+GOAL = Wait.Goal(time=Duration(sec=2))
+SOON = 5.0
+SUCCEEDED, ABORTED = 4, 6
+
+
+@pytest.fixture
+def wait_client(client):
+    """Sends wall_e waiting goals."""
+    return client.action_client("wall_e", registry()["wait"])
+
+
+@pytest.mark.parametrize("clock", ["realtime", "lockstep"])
+def test_a_goal_is_executed_by_a_simulator(clock, watched):
+    """As by `send_goal`, with its changes, feedback and result; it may be canceled."""
+    with served_world(clock=clock, real_time_factor=0) as options, Client(options) as client:
+        wait = client.action_client("wall_e", registry()["wait"])
+        seen = []
+        goal = wait.execute(GOAL, on_feedback=seen.append, on_change=lambda goal: watched(goal.status))
+
+        assert goal.result(SOON).total_elapsed_time == Duration(sec=2)
+        watched.wait(lambda statuses: statuses[-1:] == [GoalStatus.SUCCEEDED])
+        assert seen or clock == "realtime"
+        rejected = client.action_client("zoe", registry()["wait"]).execute(GOAL)
+        with pytest.raises(GoalRejectedError, match="unknown_robot"):
+            rejected.result(SOON)
+
+
+def test_one_query_does(simulator, wait_client):
+    """Acceptance and result are its replies."""
+    simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
+    goal = wait_client.execute(GOAL)
+    goal.wait_accepted(SOON)
+    assert (goal.status, goal.done) == (GoalStatus.ACCEPTED, False)
+
+    simulator.release(simulator.end(SUCCEEDED, total_elapsed_time={"sec": 2}), verb=Verb.EXECUTE)
+    assert goal.result(SOON) == Wait.Result(total_elapsed_time=Duration(sec=2))
+    ((name, body),) = simulator.requests
+    assert (name, body["goal_id"]) == ("execute", goal.goal_id)
+
+
+def test_a_robot_without_the_key_is_asked_by_the_others(wait_client, simulator):
+    """The query ends without an answer."""
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
+
+    assert wait_client.execute(GOAL).result(SOON) == Wait.Result()
+    assert ["execute", "send_goal", "get_result"] == [name for name, _ in simulator.requests]
+
+
+def test_a_result_that_was_lost_is_asked_for(wait_client, simulator):
+    """When the query has ended after the acceptance."""
+    simulator.steps["execute"] = [simulator.accept]
+    simulator.steps["get_result"] = [simulator.lose, simulator.end(ABORTED)]
+    goal = wait_client.execute(GOAL)
+
+    assert goal.result(SOON) == Wait.Result()
+    assert goal.status is GoalStatus.ABORTED
+
+
+def test_a_goal_of_which_all_was_lost_is_sent_again(wait_client, simulator):
+    """It meets itself, and its result is asked for."""
+    simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
+
+    assert wait_client.execute(GOAL).result(SOON) == Wait.Result()
+
+
+@pytest.mark.parametrize("text", ["so it is", '{"error": "so it is"}'])
+def test_an_error_is_the_goals(wait_client, simulator, text):
+    """It is not sent again."""
+    simulator.steps["execute"] = [simulator.say_error(text)]
+
+    with pytest.raises(RequestError, match="so it is"):
+        wait_client.execute(GOAL).result(SOON)
+    assert simulator.count(Verb.SEND_GOAL) == 0
+
+
+def test_an_answer_that_hangs_is_looked_for(wait_client, simulator, monkeypatch):
+    """By the other keys; what comes late from the first query is of no account."""
+    monkeypatch.setattr(Rounds, "add", lambda rounds, call: rounds._worker.after(0.0, call))
+    simulator.steps["execute"] = [simulator.hold]
+    goal = wait_client.execute(GOAL)
+    goal.wait_accepted(SOON)
+    simulator.release(simulator.both(simulator.accept, simulator.end(SUCCEEDED)), verb=Verb.EXECUTE)
+
+    assert goal.result(SOON) == Wait.Result()
+
+
+def test_a_simulator_that_dies_fails_its_goals(wait_client, simulator):
+    """As with `send_goal`."""
+    simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
+    goal = wait_client.execute(GOAL)
+    goal.wait_accepted(SOON)
+    simulator.close()
+
+    with pytest.raises(SimulatorGone):
+        goal.result(SOON)
+
+
+def test_a_cancel_goes_along(wait_client, simulator):
+    """By its own key, when the goal is accepted."""
+    simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
+    simulator.steps["cancel_goal"] = [simulator.canceling]
+    goal = wait_client.execute(GOAL)
+    assert isinstance(goal, GoalExchange)
+    goal.cancel()
+
+    assert goal.goal_id == simulator.wait_for(Verb.CANCEL_GOAL)[0]["goal_info"]["goal_id"]
+
+
+def test_rounds_call_everything_once(watched):
+    """Also what is added while others are called."""
+    worker = Worker("test")
+    rounds = Rounds(worker, 0.001)
+    for number in range(3):
+        rounds.add(lambda number=number: watched(number))
+    rounds.add(lambda: rounds.add(lambda: watched("last")))
+
+    assert [0, 1, 2, "last"] == watched.wait(lambda items: "last" in items)
+    worker.close()
