@@ -1,4 +1,4 @@
-"""Controllers that take part in simulated time: how fast a run is, what a trace costs, and that runs are the same."""
+"""Controllers that take part in simulated time: how fast a run is, and what a trace costs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks import _mission, _perturbed
+from benchmarks import _mission
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._null_controller import NullController
 from benchmarks._report import Row
@@ -25,7 +25,7 @@ from hmrsim.world_checks import load_world
 if TYPE_CHECKING:
     from hmrsim.world.model import World
 
-QUICK: dict[str, Any] = {"rounds": 20, "missions": 1, "runs": 5}
+QUICK: dict[str, Any] = {"rounds": 20, "missions": 1}
 
 _SETTINGS = RunSettings(clock="lockstep", keep_results=10, participant_timeout=60.0)
 _SPEEDS = {100: 1000.0, 1000: 150.0}
@@ -41,12 +41,10 @@ def run(
     rounds: int = 200,
     missions: int = 5,
     factor: float = 10.0,
-    controllers: Sequence[int] = (1, 2, 3),
-    runs: int = 50,
     side: int = SIDE,
     scripts: str = "warehouse",
 ) -> list[Row]:
-    """Return speeds, what a trace adds, and how many different traces equal runs have."""
+    """Return speeds, and what a trace adds."""
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         for robots in sizes:
@@ -54,10 +52,6 @@ def run(
         rows += _hospital(missions, factor, rows[0].value / 1e6)
         # Each takes as long as hundreds of round trips.
         rows += _simulate(load_world(scripts).world, rounds // 10, Path(folder))
-        for number in controllers:
-            found = _perturbed.distinct_traces(number, runs, Path(folder))
-            name = f"{number} controller{'s' * (number > 1)}, {runs} perturbed runs"
-            rows.append(Row(name, found, "different traces", at_most=1))
     return rows
 
 

@@ -14,6 +14,7 @@ import benchmarks
 from benchmarks import _browser, _report
 from benchmarks.__main__ import main
 from benchmarks._report import Row
+from benchmarks.perturbed import distinct_traces
 from tests.paths import ROOT
 
 TINY = {
@@ -27,12 +28,11 @@ TINY = {
         "rounds": 10,
         "missions": 1,
         "factor": 100.0,
-        "controllers": (2,),
-        "runs": 1,
         "side": 4,
         "scripts": "zoo/crossing",
     },
     "memory": {"sizes": (2, 4), "side": 3},
+    "perturbed": {"controllers": (3,), "runs": 1},
     "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
     "recording": {"sizes": (3,), "seconds": 1.0, "side": 4},
     "ros2": {"rounds": 10, "side": 2},
@@ -98,6 +98,11 @@ def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
 def test_a_row_meets_its_target(row, met):
     """A value's target is about the value, a ratio's about the ratio; without a target nothing is met or missed."""
     assert met is row.met
+
+
+def test_a_sample_of_perturbed_runs_has_one_trace(tmp_path):
+    """Who listens, how much the simulator does at once, and how busy the machine is, changes no byte."""
+    assert 1 == distinct_traces(2, 4, tmp_path)
 
 
 def test_write_replaces_one_table(tmp_path):

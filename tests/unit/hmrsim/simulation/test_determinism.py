@@ -21,6 +21,7 @@ from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import KINDS, Join, Leave
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation import simulator
 from hmrsim.timing import pacing
 from hmrsim.timing.result_retention import Retention
 from hmrsim.trace.replay import replay
@@ -75,11 +76,12 @@ class Turn(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """What must not matter: the network's whims, by their seed; the events between two polls; what is listened to."""
+    """What must not matter: the network's whims, by their seed; the events between two polls, or in a batch; topics."""
 
     network: int
     between_polls: int
     topics: tuple[Topic, ...]
+    batch: int = 1_000
 
 
 def _command(robot, goal, action, goal_id):
@@ -114,6 +116,7 @@ CONDITIONS = st.builds(
     st.integers(0, 1000),
     st.sampled_from([1, 2, 3, 16, 1000]),
     st.sampled_from([(), *((topic,) for topic in Topic), tuple(Topic)]),
+    st.sampled_from([1, 2, 7, 1000]),
 )
 
 
@@ -206,6 +209,8 @@ def play(mission, duration, conditions):
     run = simulate(topics=frozenset(), sinks=[network], watchers=pace, traced=True, seed=7)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pacing, "_EVENTS_BETWEEN_POLLS", conditions.between_polls)
+        patch.setattr(pacing, "_EVENTS_OF_A_GRANT", conditions.batch)
+        patch.setattr(simulator, "_BATCH", conditions.batch)
         paces[0].run()
     run.simulator.stop()
     return "".join(run.lines()), controllers
