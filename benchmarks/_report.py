@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from rich.table import Table
+
+from benchmarks._spread import Spread
 
 _HEAD = ("what", "value", "ratio", "target", "met")
 _PACKAGES = ("simpy", "eclipse-zenoh", "pydantic", "networkx")
@@ -19,13 +21,14 @@ _SEVERAL_DIGITS = 100
 
 @dataclass(frozen=True)
 class Row:
-    """One figure, most often a median.
+    """One figure.
 
     Attributes:
         what: What was measured.
-        value: How much of it.
+        value: How much of it; a `Spread` where there were several rounds.
         unit: Of the value.
-        ratio: Against what the benchmark compares with, which was measured in the same run; None for no comparison.
+        ratio: Against what the benchmark compares with, which was measured in the same run, a `Spread` where it was
+            so round by round; None for no comparison.
         at_most: The value's target; None for none.
         at_least: Likewise.
         ratio_at_most: The ratio's target; None for none.
@@ -63,14 +66,26 @@ class Row:
             )
             if limit is not None
         ]
-        ratio = "" if self.ratio is None else f"{self.ratio:.2f}x"
+        value = f"{_number(self.value)} {self.unit}{_extremes(self.value, _number)}"
+        ratio = "" if self.ratio is None else f"{_ratio(self.ratio)}x{_extremes(self.ratio, _ratio)}"
         met = {None: "", True: "yes", False: "no"}[self.met]
-        return self.what, f"{_number(self.value)} {self.unit}", ratio, ", ".join(targets), met
+        return self.what, value, ratio, ", ".join(targets), met
 
 
 def _number(value: float) -> str:
     """Return three digits or more of a number."""
     return f"{value:,.0f}" if abs(value) >= _SEVERAL_DIGITS else f"{value:.3g}"
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.2f}"
+
+
+def _extremes(value: float, shown: Callable[[float], str]) -> str:
+    """Return the least and the most of several rounds, for behind the median."""
+    if not isinstance(value, Spread) or value.least == value.most:
+        return ""
+    return f" ({shown(value.least)} … {shown(value.most)})"
 
 
 def machine() -> str:
@@ -100,8 +115,10 @@ def as_table(title: str, rows: Iterable[Row]) -> Table:
 
 
 def as_json(row: Row) -> dict[str, Any]:
-    """Return a row as JSON values."""
-    return {**asdict(row), "met": row.met}
+    """Return a row as JSON values; of several rounds the median, and the least and the most beside it."""
+    spreads = {name: figure for name in ("value", "ratio") if isinstance(figure := getattr(row, name), Spread)}
+    extremes = {f"{name}_spread": [figure.least, figure.most] for name, figure in spreads.items()}
+    return {**asdict(row), **extremes, "met": row.met}
 
 
 def as_markdown(rows: Iterable[Row]) -> str:

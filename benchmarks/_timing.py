@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+
+from benchmarks._spread import Spread
 
 _TURN = 6
 """Calls of one variant in a row."""
@@ -17,6 +19,15 @@ _TURN = 6
 
 def _nothing() -> None:
     """Do nothing."""
+
+
+def _as_it_is(seconds: float) -> float:
+    return seconds
+
+
+def microseconds(seconds: float) -> float:
+    """Return seconds as microseconds, for figures that are shown in these."""
+    return seconds * 1e6
 
 
 @dataclass(frozen=True)
@@ -34,16 +45,42 @@ class Variant:
     after: Callable[[], object] = _nothing
 
 
-def medians(variants: Sequence[Variant], rounds: int) -> dict[str, float]:
-    """Return each variant's median wall seconds over some rounds; the first call of each turn isn't counted."""
+@dataclass(frozen=True)
+class Rounds:
+    """What variants that took turns have needed.
+
+    Attributes:
+        taken: By variant, its seconds in each round; the rounds of all variants are the same.
+    """
+
+    taken: Mapping[str, Sequence[float]]
+
+    def spread(self, name: str, figure: Callable[[float], float] = _as_it_is) -> Spread:
+        """Return the spread of a variant's seconds, or of a *figure* that follows from them."""
+        return Spread.of(figure(seconds) for seconds in self.taken[name])
+
+    def ratio(self, name: str, to: str) -> Spread:
+        """Return how much longer a variant took than another one, round by round."""
+        return Spread.of(mine / other for mine, other in zip(self.taken[name], self.taken[to], strict=True))
+
+
+def interleaved(variants: Sequence[Variant], calls: int) -> Rounds:
+    """Return what each variant's turns took in wall seconds a call: the median of the turn, its first call left out.
+
+    There are as many rounds as it takes for that many *calls* of each.
+    """
     taken: dict[str, list[float]] = {variant.name: [] for variant in variants}
-    for _ in range(-(-rounds // (_TURN - 1))):
+    for _ in range(-(-calls // (_TURN - 1))):
         for variant in variants:
-            for number in range(_TURN):
-                began = time.perf_counter()
-                variant.timed()
-                seconds = time.perf_counter() - began
-                variant.after()
-                if number:
-                    taken[variant.name].append(seconds)
-    return {name: statistics.median(times) for name, times in taken.items()}
+            taken[variant.name].append(statistics.median(_turn(variant)))
+    return Rounds(taken)
+
+
+def _turn(variant: Variant) -> list[float]:
+    seconds = []
+    for _ in range(_TURN):
+        began = time.perf_counter()
+        variant.timed()
+        seconds.append(time.perf_counter() - began)
+        variant.after()
+    return seconds[1:]

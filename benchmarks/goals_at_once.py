@@ -6,7 +6,6 @@ The client subscribes to feedback and status of every robot first, as an action 
 from __future__ import annotations
 
 import json
-import statistics
 import time
 import uuid
 from collections.abc import Callable, Iterator
@@ -20,6 +19,7 @@ import zenoh
 from benchmarks._fleet import SIDE, grid_world
 from benchmarks._report import Row
 from benchmarks._ros2_wire import HEADER, Graph, RosGoalSender, open_session
+from benchmarks._spread import Spread
 from benchmarks._wire import Served, served
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.ros2.wires import RmwZenoh
@@ -41,14 +41,14 @@ Send = Callable[[Take], None]
 def run(*, robots: int = 500, rounds: int = 5, side: int = SIDE) -> list[Row]:
     """Return the seconds by JSON, and by ROS 2's wire against them."""
     world = grid_world(robots, side=side)
-    took: dict[str, float] = {}
+    took: dict[str, Spread] = {}
     for name, senders, status in (("JSON", _json, _json_status), ("ROS 2", _ros, _ros_status)):
         with (
             served(world, RunSettings(keep_results=10), wires=(RmwZenoh(),)) as server,
             senders(server, list(world.robots)) as sends,
         ):
             _round(sends, status)
-            took[name] = statistics.median(_round(sends, status) for _ in range(rounds))
+            took[name] = Spread.of(_round(sends, status) for _ in range(rounds))
     return [
         Row(f"{robots:,} goals at once, {name}", seconds, "s", seconds / took["JSON"], ratio_at_most=limit)
         for (name, seconds), limit in zip(took.items(), (None, _NEAR_JSON), strict=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import statistics
 import subprocess
 import tempfile
 import time
@@ -12,6 +11,7 @@ from typing import Any
 
 from benchmarks._processes import ENVIRONMENT, HMRSIM, ROOT
 from benchmarks._report import Row
+from benchmarks._spread import Spread
 
 QUICK: dict[str, Any] = {"side": 64, "lanes": 500, "walls": 50, "rounds": 1}
 
@@ -38,7 +38,7 @@ def run(*, side: int = 512, lanes: int = 20_000, walls: int = 3_000, rounds: int
         ):
             taken = [_run(*HMRSIM, *map(str, words)) for _ in range(rounds)]
             limit = _SECONDS if words[0] == "map" else None
-            rows.append(Row(name, statistics.median(seconds for seconds, _ in taken), "s", at_most=limit))
+            rows.append(Row(name, Spread.of(seconds for seconds, _ in taken), "s", at_most=limit))
             rows.append(Row(f"{name}: peak memory", max(size for _, size in taken), "MB", at_most=_MEGABYTES))
     return rows
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from benchmarks._ros2_wire import Graph, RosGoalSender, open_session, type_of
-from benchmarks._timing import Variant, medians
+from benchmarks._timing import Rounds, Variant, interleaved, microseconds
 from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
 from hmrsim.cli.garbage import collect_rarely
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 QUICK: dict[str, Any] = {"rounds": 20}
 
-_MICRO = 1e6
 _AT_ONCE = 1000
 """Calls that are timed together, where one takes microseconds."""
 _LIMIT = 10.0
@@ -78,8 +77,11 @@ def _messages(rounds: int) -> list[Row]:
             "feedback that is sent, without a subscriber in ROS": (partial(publications.emit, feedback), None),
             "status of one goal, which is latched: two changes": (change, None),
         }
-        took = medians([Variant(name, partial(_repeat, call)) for name, (call, _) in calls.items()], rounds // 10)
-    return [Row(name, took[name] / _AT_ONCE * _MICRO, "µs", at_most=at_most) for name, (_, at_most) in calls.items()]
+        took = interleaved([Variant(name, partial(_repeat, call)) for name, (call, _) in calls.items()], rounds // 10)
+    return [
+        Row(name, took.spread(name, lambda seconds: microseconds(seconds / _AT_ONCE)), "µs", at_most=at_most)
+        for name, (_, at_most) in calls.items()
+    ]
 
 
 def _repeat(call: Callable[[], object]) -> None:
@@ -144,12 +146,12 @@ def _unheard(world: World, rounds: int) -> Row:
             crowd.start(simulator, simulator.robots)
         collect_rarely()
         variants = [Variant("silent", partial(_go_on, silent)), Variant("giving", partial(_go_on, giving))]
-        took = medians(variants, rounds)
+        took = interleaved(variants, rounds)
     return Row(
         f"{len(world.robots)} robots, feedback without a subscriber, against none",
-        _SPAN / took["giving"],
+        took.spread("giving", lambda seconds: _SPAN / seconds),
         "simulated s/s",
-        took["giving"] / took["silent"],
+        took.ratio("giving", to="silent"),
         ratio_at_most=_NEAR_NOTHING,
     )
 
@@ -167,7 +169,7 @@ def _goals(rounds: int) -> list[Row]:
     with ExitStack() as stack:
         json_, ros = _senders(stack, paced)
         still_json, still_ros = _senders(stack, standing)
-        took = medians(
+        took = interleaved(
             [
                 Variant("goal to result, paced, JSON", json_.one_by_one),
                 Variant("goal to result, paced, ROS 2", ros.one_by_one),
@@ -176,12 +178,13 @@ def _goals(rounds: int) -> list[Row]:
             ],
             rounds,
         )
-    return [_against_json(name, seconds, took[name.replace("ROS 2", "JSON")]) for name, seconds in took.items()]
+    return [_against_json(name, took) for name in took.taken]
 
 
-def _against_json(name: str, seconds: float, by_json: float) -> Row:
+def _against_json(name: str, took: Rounds) -> Row:
     limit = None if name.endswith("JSON") else _NEAR_JSON
-    return Row(name, seconds * _MICRO, "µs", seconds / by_json, ratio_at_most=limit)
+    by_json = name.replace("ROS 2", "JSON")
+    return Row(name, took.spread(name, microseconds), "µs", took.ratio(name, to=by_json), ratio_at_most=limit)
 
 
 def _senders(stack: ExitStack, settings: RunSettings) -> tuple[GoalSender, RosGoalSender]:

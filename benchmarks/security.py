@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import threading
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ import zenoh
 from benchmarks._fleet import grid_world
 from benchmarks._processes import child
 from benchmarks._report import Row
-from benchmarks._timing import Variant, medians
+from benchmarks._timing import Variant, interleaved, microseconds
 from benchmarks._wire import GoalSender, served
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.security.keystore import Keystore, Network, own_hosts
@@ -66,8 +67,10 @@ def _requests(stack: ExitStack, keystores: dict[str, Path | None], rounds: int) 
 
 
 def _compared(what: str, calls: dict[str, Any], rounds: int) -> list[Row]:
-    took = medians([Variant(kind, call) for kind, call in calls.items()], rounds)
-    return [Row(f"{what}, {kind}", took[kind] * 1e6, "µs", took[kind] / took["open"]) for kind in _KINDS]
+    took = interleaved([Variant(kind, call) for kind, call in calls.items()], rounds)
+    return [
+        Row(f"{what}, {kind}", took.spread(kind, microseconds), "µs", took.ratio(kind, to="open")) for kind in _KINDS
+    ]
 
 
 def _topics(stack: ExitStack, keystores: dict[str, Path | None], messages: int, rounds: int) -> list[Row]:
@@ -75,11 +78,12 @@ def _topics(stack: ExitStack, keystores: dict[str, Path | None], messages: int, 
     rows = []
     for size in _SIZES:
         count = max(messages * _SIZES[0] // size, 10)
+        rate = partial(operator.truediv, count)
         streams = {kind: _Stream.opened(stack, keystores[kind]) for kind in _KINDS}
         calls = {kind: partial(streams[kind].send, count, size) for kind in _KINDS}
-        took = medians([Variant(kind, call) for kind, call in calls.items()], max(rounds // 10, 1))
+        took = interleaved([Variant(kind, call) for kind, call in calls.items()], max(rounds // 10, 1))
         rows += [
-            Row(f"topic of {size:,} bytes, {kind}", count / took[kind], "messages/s", took[kind] / took["open"])
+            Row(f"topic of {size:,} bytes, {kind}", took.spread(kind, rate), "messages/s", took.ratio(kind, to="open"))
             for kind in _KINDS
         ]
     return rows

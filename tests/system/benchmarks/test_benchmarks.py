@@ -6,6 +6,7 @@ import importlib
 import json
 import pkgutil
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ import benchmarks
 from benchmarks import _browser, _report
 from benchmarks.__main__ import main
 from benchmarks._report import Row
+from benchmarks._spread import Spread
+from benchmarks._timing import Rounds, Variant, interleaved
 from benchmarks.perturbed import distinct_traces
 from tests.paths import ROOT
 
@@ -98,6 +101,32 @@ def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
 def test_a_row_meets_its_target(row, met):
     """A value's target is about the value, a ratio's about the ratio; without a target nothing is met or missed."""
     assert met is row.met
+
+
+def test_a_row_shows_the_spread_of_its_rounds():
+    """Of several rounds the median is shown, with the least and the most; it is what a target is about."""
+    row = Row("a", Spread.of([7.0, 1.0, 200.0]), "s", Spread.of([1.0, 1.5, 1.25]), at_most=8.0)
+
+    assert ("a", "7 s (1 … 200)", "1.25x (1.00 … 1.50)", "≤ 8 s", "yes") == row.cells
+
+
+def test_a_ratio_is_of_the_same_round():
+    """A round in which the machine was twice as slow changes no ratio."""
+    took = Rounds({"bare": [1.0, 2.0, 4.0], "whole": [3.0, 6.0, 12.0]})
+
+    ratio = took.ratio("whole", to="bare")
+
+    assert (3.0, 3.0, 3.0) == (ratio.least, ratio, ratio.most)
+
+
+def test_variants_take_turns():
+    """Each has its turn in every round, and its first call does not count."""
+    called = []
+
+    took = interleaved([Variant(name, partial(called.append, name)) for name in "ab"], 6)
+
+    assert ["a"] * 6 + ["b"] * 6 + ["a"] * 6 + ["b"] * 6 == called
+    assert [2, 2] == [len(took.taken[name]) for name in "ab"]
 
 
 def test_a_sample_of_perturbed_runs_has_one_trace(tmp_path):
