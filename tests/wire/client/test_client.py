@@ -619,8 +619,8 @@ from hmrsim.actions import registry
 from hmrsim_zenoh import Client, SessionOptions
 client = Client(SessionOptions(connect=({simulator.endpoint!r},)))
 action = registry()["wait"]
-goal = client.action_client("wall_e", action).send_goal(action.goal(), on_feedback=print)
-client.subscribe("hmrsim/**", print)
+goal = client.action_client("wall_e", action).send_goal(action.goal(), on_feedback=id)
+client.subscribe("hmrsim/**", id)
 goal.wait_accepted(10)
 print(client.alive)
 """
