@@ -326,8 +326,8 @@ class Robot(MobileBase):
 
     @property
     def may_yield(self) -> bool:
-        """Whether it stands, in no dock, and could go somewhere else for a while."""
-        return self.dock is None and super().may_yield
+        """Whether it stands, and could go somewhere else for a while; in a dock, only if it waits to leave that."""
+        return (self.dock is None or self.waits) and super().may_yield
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take note that a goal of an action begins, or ends."""

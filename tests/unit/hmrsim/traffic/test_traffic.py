@@ -227,6 +227,14 @@ class TestPriority:
 
         assert (37.0, "SUCCEEDED", "") == end(log, C)
 
+    @pytest.mark.parametrize("policy", ["reserve", "priority"])
+    def test_a_robot_that_waits_in_a_dock_makes_room_too(self, policy):
+        """It is on its way out; one that stays there makes none."""
+        world = {**TRACK, "docks": {"dock": {"at": "c"}}, "robots": {"ann": {"at": "b"}, "bob": {"at": "c"}}}
+        log = under(policy, world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+        assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
+
     def test_a_goal_given_while_it_makes_room_begins_afterwards(self):
         """It counts on it for whom it made room."""
         run = under("priority", TRACK)
