@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from simpy import Event
 
+from hmrsim.engine.environment import At
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
@@ -262,6 +263,16 @@ class Admission:
             # Now, a vehicle that yields has not left yet.
             self._env.call_soon(self._ask)
         self._asking.extend(robots)
+
+    def look_again_at(self, robot: Vehicle, at: float) -> None:
+        """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
+        wait = self.waits.get(robot)
+
+        def ask(_event: Event) -> None:
+            if wait is not None and self._still_waits(wait):
+                self._ask_again(wait)
+
+        At(self._env, at, [ask])
 
     def _ask(self) -> None:
         while self._asking:

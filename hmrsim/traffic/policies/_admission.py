@@ -64,6 +64,9 @@ class AdmissionControl(Protocol):
     def look_again(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles that wait ask again, at this instant but after what happens now."""
 
+    def look_again_at(self, robot: Vehicle, at: float) -> None:
+        """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
+
     def try_again(self, robot: Vehicle) -> None:
         """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
 

@@ -3,94 +3,30 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING
 
+from hmrsim.traffic.policies._resolution import Move, Step
 from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.policies._admission import AdmissionControl
-    from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.policies._resolution import Reservations
     from hmrsim.traffic.policies._vehicle import Vehicle
 
 _MAX_ROBOTS = 6
 """Vehicles that are moved for one: each more makes the search longer by as many times as there are waypoints."""
 
+_PAIR = 2
+
 _Places = tuple[int, ...]
-
-
-class Move(NamedTuple):
-    """One vehicle drives one lane."""
-
-    robot: Vehicle
-    edge: Edge
-
-
-@dataclass(eq=False)
-class Resolution:
-    """A deadlock that is being resolved.
-
-    Attributes:
-        first: The vehicle for which the others move.
-        moves: The moves that are left, in order.
-        robots: All vehicles that move, the first one first.
-        held_back: Other vehicles that wait for what the moves that are left need.
-    """
-
-    first: Vehicle
-    moves: list[Move]
-    robots: list[Vehicle] = field(init=False)
-    held_back: dict[Vehicle, None] = field(init=False, default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Note the vehicles that move."""
-        self.robots = [*dict.fromkeys([self.first, *(move.robot for move in self.moves)])]
-
-
-class Reservations:
-    """The slots that the moves of resolutions need, which others that set out later don't enter until then.
-
-    Args:
-        near: The slots that touch each.
-    """
-
-    def __init__(self, near: Near) -> None:
-        self._near = near
-        self._by_slot: dict[int, list[Resolution]] = {}
-
-    def add(self, resolution: Resolution) -> None:
-        """Reserve what a resolution's moves need."""
-        for move in resolution.moves:
-            for slot in self._needed(move):
-                self._by_slot.setdefault(slot, []).append(resolution)
-
-    def remove(self, resolution: Resolution, moves: Sequence[Move]) -> None:
-        """Reserve what some of its moves need no longer."""
-        for move in moves:
-            for slot in self._needed(move):
-                there = self._by_slot[slot]
-                there.remove(resolution)
-                if not there:
-                    del self._by_slot[slot]
-
-    def _needed(self, move: Move) -> Iterator[int]:
-        for slot in move.edge.leg.slots:
-            yield slot
-            yield from self._near.get(slot, ())
-
-    def against(self, robot: Vehicle, slots: Iterable[int], first: Vehicle) -> Resolution | None:
-        """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
-        if not self._by_slot:
-            return None
-        order = rank(first)
-        for slot in slots:
-            for resolution in self._by_slot.get(slot, ()):
-                if robot not in resolution.robots and rank(resolution.first) < order:
-                    return resolution
-        return None
+_Way = tuple[int, "Edge"]
+"""A vehicle, by its number in the group, and the lane that it drives."""
+_Ways = tuple[_Way, ...]
+_Before = dict[_Places, tuple[_Places, _Ways] | None]
 
 
 class DeadlockResolver:
@@ -114,8 +50,8 @@ class DeadlockResolver:
         self._reservations = reservations
         self._movable = movable
 
-    def find_moves(self, robot: Vehicle, target: int, max_states: int) -> list[Move] | None:
-        """Return the fewest moves after which a vehicle is at a waypoint; None if none are found.
+    def find_steps(self, robot: Vehicle, target: int, max_states: int) -> list[Step] | None:
+        """Return the fewest steps after which a vehicle is at a waypoint; None if none are found.
 
         The vehicles in its way enter the search one after the other, the nearest first.
 
@@ -130,9 +66,9 @@ class DeadlockResolver:
             if joining is None:
                 return None
             group.append(joining)
-            moves, searched = self._search(group, target, max_states)
-            if moves is not None:
-                return moves
+            steps, searched = self._search(group, target, max_states)
+            if steps is not None:
+                return steps
             max_states -= searched
         return None
 
@@ -152,47 +88,106 @@ class DeadlockResolver:
                         seen.add(end)
                         todo.append(end)
 
-    def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Move] | None, int]:
-        """Search the places of a group breadth first; return the moves, and how many combinations were searched."""
+    def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Step] | None, int]:
+        """Search the places of a group breadth first; return the steps, and how many combinations were searched."""
         start: _Places = tuple(self._slots.held(robot)[-1] for robot in group)
-        before: dict[_Places, tuple[_Places, int, Edge] | None] = {start: None}
+        before: _Before = {start: None}
+        moves = _GroupMoves(self._admission, self._slots, self._reservations, group)
         todo = deque([start])
         while todo and len(before) < max_states:
             places = todo.popleft()
             if places[0] == target:
-                return _moves(before, places, group), len(before)
-            for i, place in enumerate(places):
-                for edge in self._steps(group, i, place):
-                    if edge.end in places or (self._slots.near and self._touches(group, i, edge, places)):
-                        continue
-                    after = (*places[:i], edge.end, *places[i + 1 :])
-                    if after not in before:
-                        before[after] = (places, i, edge)
-                        todo.append(after)
+                return _steps(before, places, group), len(before)
+            for ways in moves.steps(places):
+                after = [*places]
+                for i, edge in ways:
+                    after[i] = edge.end
+                there = tuple(after)
+                if there not in before:
+                    before[there] = (places, ways)
+                    todo.append(there)
         return None, len(before)
 
-    def _touches(self, group: Sequence[Vehicle], i: int, edge: Edge, places: _Places) -> bool:
-        """Return whether one of a group would touch another one of it on a lane."""
-        touch, slots = self._slots.touch, edge.leg.slots
-        return any(touch(group[i], slots, group[j], at) for j, at in enumerate(places) if j != i)
 
-    def _steps(self, group: Sequence[Vehicle], i: int, place: int) -> Iterator[Edge]:
-        """Yield the lanes from a waypoint on which only the group can be in the way of one of it."""
-        slots, admission = self._slots, self._admission
-        for edge in admission.graph.lanes.out[place]:
-            lane = edge.leg.lane
-            if not lane or self._reservations.against(group[i], edge.leg.slots, group[0]):
+class _GroupMoves:
+    """Which vehicles of a group can move from where they are, one alone or a circle of them at once."""
+
+    def __init__(
+        self, admission: AdmissionControl, slots: Slots, reservations: Reservations, group: Sequence[Vehicle]
+    ) -> None:
+        self._admission = admission
+        self._slots = slots
+        self._reservations = reservations
+        self._group = group
+        self._ways: dict[tuple[int, int], list[Edge]] = {}
+        self._rooms: dict[int, float] = {}
+
+    def steps(self, places: _Places) -> Iterator[_Ways]:
+        """Yield the steps that are possible where the vehicles of the group are at these places."""
+        into: list[list[_Way]] = []
+        for i, place in enumerate(places):
+            blocked: list[_Way] = []
+            for edge in self._ways_from(i, place):
+                if self._slots.near and self._touches(i, edge, places):
+                    continue
+                if places.count(edge.end) < self._room(edge.end):
+                    yield ((i, edge),)
+                else:
+                    blocked.append((i, edge))
+            into.append(blocked)
+        if len(places) > _PAIR:
+            for way in chain.from_iterable(into):
+                yield from self._circles(places, into, (way,))
+
+    def _circles(self, places: _Places, into: Sequence[Sequence[_Way]], ways: _Ways) -> Iterator[_Ways]:
+        """Yield the circles of three or more that begin with some ways: each moves to where the next one is.
+
+        Two can't change places on the one lane between them.
+        """
+        first, end = ways[0][0], ways[-1][1].end
+        if end == places[first]:
+            if len(ways) > _PAIR:
+                yield ways
+            return
+        for j in range(first + 1, len(places)):
+            if places[j] == end and all(j != i for i, _ in ways):
+                for way in into[j]:
+                    yield from self._circles(places, into, (*ways, way))
+
+    def _ways_from(self, i: int, place: int) -> list[Edge]:
+        """Return the lanes from a waypoint on which only the group can be in the way of one of it."""
+        known = self._ways.get((i, place))
+        if known is None:
+            known = self._ways[i, place] = [*self._find_ways(self._group[i], place)]
+        return known
+
+    def _find_ways(self, robot: Vehicle, place: int) -> Iterator[Edge]:
+        for edge in self._admission.graph.lanes.out[place]:
+            lane, slots = edge.leg.lane, edge.leg.slots
+            if lane is None or not self._admission.may_drive(robot, lane):
                 continue
-            others = (other for slot in edge.leg.slots for other in slots.in_the_way(group[i], slot))
-            if admission.may_drive(group[i], lane) and all(other in group for other in others):
+            others = (other for slot in slots for other in self._slots.in_the_way(robot, slot))
+            if all(other in self._group for other in others) and not self._reservations.against(
+                robot, slots, self._group[0]
+            ):
                 yield edge
 
+    def _room(self, slot: int) -> float:
+        """Return how many of the group there is room for at a waypoint."""
+        room = self._rooms.get(slot)
+        if room is None:
+            room = self._rooms[slot] = self._slots.room(slot, self._group)
+        return room
 
-def _moves(
-    before: dict[_Places, tuple[_Places, int, Edge] | None], places: _Places, group: Sequence[Vehicle]
-) -> list[Move]:
-    moves = []
+    def _touches(self, i: int, edge: Edge, places: _Places) -> bool:
+        """Return whether one of a group would touch another one of it on a lane."""
+        touch, slots, group = self._slots.touch, edge.leg.slots, self._group
+        return any(touch(group[i], slots, group[j], at) for j, at in enumerate(places) if j != i)
+
+
+def _steps(before: _Before, places: _Places, group: Sequence[Vehicle]) -> list[Step]:
+    steps: list[Step] = []
     while (step := before[places]) is not None:
-        places, i, edge = step
-        moves.append(Move(group[i], edge))
-    return moves[::-1]
+        places, ways = step
+        steps.append([Move(group[i], edge) for i, edge in ways])
+    return steps[::-1]

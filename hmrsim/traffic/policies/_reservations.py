@@ -51,6 +51,10 @@ class Slots:
         """Return whether no other vehicle may come into a slot."""
         return self._free[slot] < 1
 
+    def room(self, slot: int, group: Sequence[Vehicle]) -> float:
+        """Return how many vehicles of a group may hold a slot while all others stay."""
+        return self._free[slot] + sum(other in group for other in self._inside[slot])
+
     def inside(self, slot: int) -> list[Vehicle]:
         """Return the vehicles that hold a slot, in the order in which they came."""
         return self._inside[slot]

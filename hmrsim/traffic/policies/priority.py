@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._deadlock import DeadlockResolver, Move, Reservations, Resolution
+from hmrsim.traffic.policies._deadlock import DeadlockResolver
+from hmrsim.traffic.policies._resolution import Move, Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank, waits_for_cycle
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class Priority(Reserve):
         self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, float] = {}
+        self._again: dict[Vehicle, float] = {}
         self.take, self.stand = self._take, self._stand
 
     def _take(self, robot: Vehicle, leg: Leg) -> bool:
@@ -116,6 +118,7 @@ class Priority(Reserve):
         self._awaiting.clear()
         self._opening.clear()
         self._searched.clear()
+        self._again.clear()
 
     def halted(self, robot: Vehicle) -> None:
         """Give up the resolution of which a vehicle is a part: the next move would wait for it."""
@@ -143,11 +146,12 @@ class Priority(Reserve):
             self._resolve(robot)
 
     def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle has yielded as one move of several; the next one begins, or all ask again."""
+        """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
         resolution = self._resolutions.get(robot)
         if resolution is None:
             return False
-        self._begin_next_move(resolution)
+        if resolution.arrive():
+            self._begin_next_step(resolution)
         return True
 
     def _push(self, robot: Vehicle) -> bool:
@@ -245,11 +249,15 @@ class Priority(Reserve):
         if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
             return
         now = self.admission.now
-        if now - self._searched.get(robot, -math.inf) < _BETWEEN_SEARCHES:
+        again = self._searched.get(robot, -math.inf) + _BETWEEN_SEARCHES
+        if now < again:
+            if self._again.get(robot) != again:
+                self._again[robot] = again
+                self.admission.look_again_at(robot, again)
             return
         self._searched[robot] = now
-        moves = self._resolver.find_moves(robot, wait.leg.slots[-1], self._max_states)
-        if moves is None:
+        steps = self._resolver.find_steps(robot, wait.leg.slots[-1], self._max_states)
+        if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
             cycle = [] if around else waits_for_cycle(self.admission, robot)
             if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
@@ -260,10 +268,10 @@ class Priority(Reserve):
                 else:
                     self.give_up(cycle)
             return
-        resolution = Resolution(robot, moves)
+        resolution = Resolution(robot, steps)
         self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
         self._reservations.add(resolution)
-        self._begin_next_move(resolution)
+        self._begin_next_step(resolution)
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""
@@ -275,29 +283,37 @@ class Priority(Reserve):
         """Return whether a vehicle may be moved for another."""
         return other is robot or self._gives_way(other, robot)
 
-    def _begin_next_move(self, resolution: Resolution) -> None:
-        """Begin the next move; if another vehicle is in its way by now, all are dropped, and all vehicles ask again.
+    def _begin_next_step(self, resolution: Resolution) -> None:
+        """Begin the next step; if another vehicle is in its way by now, all are dropped, and all vehicles ask again.
 
         Where a door is on it, it begins when that is open.
         """
-        move: Move | None = next(iter(resolution.moves), None)
-        if move is not None and move.robot.may_yield and self.slots.held(move.robot) == (move.edge.start,):
-            leg, lane = move.edge.leg, move.edge.leg.lane
-            may = lane is not None and self.admission.may_drive(move.robot, lane)
-            if may and not self.admission.lets(move.robot, leg):
+        step = resolution.steps[0] if resolution.steps else ()
+        if step and all(map(self._may_move, step)):
+            let = [self.admission.lets(robot, edge.leg) for robot, edge in step]
+            if not all(let):
                 self._awaiting[resolution] = None
                 return
-            if may and self.slots.exchange([(move.robot, leg)]):
-                self._reservations.remove(resolution, [resolution.moves.pop(0)])
+            if self.slots.exchange([(robot, edge.leg) for robot, edge in step]):
+                resolution.begin_step()
+                self._reservations.remove(resolution, [step])
                 self._let_go(resolution)
-                self.admission.push(move.robot, leg, resolution.first)
+                for robot, edge in step:
+                    self.admission.push(robot, edge.leg, resolution.first)
                 return
         self._drop(resolution)
+
+    def _may_move(self, move: Move) -> bool:
+        """Return whether a vehicle is where it is to move from, and nothing but traffic can be in its way for good."""
+        robot, lane = move.robot, move.edge.leg.lane
+        if lane is None or not robot.may_yield or self.slots.held(robot) != (move.edge.start,):
+            return False
+        return self.admission.may_drive(robot, lane)
 
     def _go_on(self, resolution: Resolution) -> None:
         """Begin the move of a resolution that waited for a door, unless it was dropped meanwhile."""
         if self._resolutions.get(resolution.first) is resolution:
-            self._begin_next_move(resolution)
+            self._begin_next_step(resolution)
 
     def _let_go(self, resolution: Resolution) -> None:
         """Have vehicles that were held back ask again."""
@@ -306,8 +322,8 @@ class Priority(Reserve):
         self.admission.look_again(held_back)
 
     def _drop(self, resolution: Resolution) -> None:
-        self._reservations.remove(resolution, resolution.moves)
-        resolution.moves.clear()
+        self._reservations.remove(resolution, resolution.steps)
+        resolution.steps.clear()
         for robot in resolution.robots:
             self._resolutions.pop(robot, None)
         for robot in sorted(resolution.robots, key=rank):
