@@ -55,19 +55,26 @@ class Reserve:
     def __init__(self, admission: AdmissionControl, settings: ReserveSettings) -> None:
         self.admission = admission
         self.settings = settings
-        self._published: tuple[float, frozenset[Vehicle]] | None = None
+        self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
         near = _near(admission.world, admission.graph.lanes, capacities)
         self.slots = Slots(capacities, near, admission.look_again)
         self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
-        self.forget, self.full = self.slots.forget, self.slots.full
+        self.full = self.slots.full
         self.stand, self.inside = self.slots.stand, self.slots.inside
 
     def reset(self) -> None:
-        """Forget the deadlock that was published last, and those that wait for a door."""
-        self._published = None
+        """Forget the deadlocks that were published, and those that wait for a door."""
+        self._deadlocks.clear()
         self._unsolved.clear()
+
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """Let a vehicle wait for a leg no longer: each deadlock of which it is a part is dissolved."""
+        self.slots.forget(robot, leg)
+        if self._deadlocks:
+            for circle in [circle for circle in self._deadlocks if robot in circle]:
+                del self._deadlocks[circle]
 
     def opened(self) -> None:
         """Have deadlocks looked at again that a door or a lift was in the way of resolving."""
@@ -158,11 +165,11 @@ class Reserve:
                 yield leg.lane
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
-        """Publish a deadlock once, whichever of its vehicles it is found by."""
-        instant = (self.admission.now, frozenset(cycle))
-        if instant == self._published:
+        """Publish a deadlock once, whichever of its vehicles it is found by, until it is dissolved."""
+        circle = frozenset(cycle)
+        if circle in self._deadlocks:
             return
-        self._published = instant
+        self._deadlocks[circle] = None
         lanes = tuple(leg.lane for robot in cycle if (leg := robot.next_leg) and leg.lane)
         self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
 

@@ -76,6 +76,15 @@ def test_a_door_is_told_that_a_robot_passes(policy):
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
+@pytest.mark.parametrize("side", ["automatic", "twice"])
+def test_a_circle_is_one_deadlock_until_it_is_dissolved(policy, side):
+    """Though it is looked at again each time that a door has opened."""
+    log = meet(policy, side)
+
+    assert [10.0] == [at for at, _ in log.happened("deadlock")]
+
+
+@pytest.mark.parametrize("policy", ["reserve", "priority"])
 def test_a_door_that_is_locked_meanwhile_is_no_way_out(policy):
     """The robots that counted on it look for another one, and there is none."""
     log = meet(policy, "automatic", (11.0, order("door", "locked")))
