@@ -26,6 +26,7 @@ from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import WriteError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.navigation.kept import Kept
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 _DIGITS: Final = 9
 _BATCH: Final = 512
 """Lines that are buffered while no client waits for an answer."""
+_KEPT_TEXTS: Final = 256
+"""Results whose text is kept."""
 
 _encode = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False).encode
 _encode_in_order = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
@@ -105,6 +108,7 @@ class Trace:
         self._write = write
         self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
+        self._texts: Kept[tuple[str, str], str] = Kept(_KEPT_TEXTS)
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
             commands.SendGoal: _send_goal,
             commands.CancelGoal: _cancel_goal,
@@ -154,15 +158,15 @@ class Trace:
         )
 
     def _result(self, event: GoalChanged) -> str:
-        """Return a result as text; most goals of an action that succeed share theirs."""
+        """Return a result as text; most goals of an action that succeed share theirs, or have equal ones."""
         result, known = event.result, self._results.get(event.action)
         if known is not None and known[0] is result:
             return known[1]
         if result is None:
             raise AssertionError
-        # A field that was not set has its default; comparing it would take most of the time.
-        plain = result.model_dump(mode="json", exclude_unset=True, exclude_defaults=True)
-        text = _encode(_rounded(plain))
+        text = self._texts.get(
+            (event.action, result.model_dump_json(exclude_unset=True, warnings=False)), lambda: _as_text(result)
+        )
         self._results[event.action] = (result, text)
         return text
 
@@ -183,6 +187,11 @@ class Trace:
         self._lines.append(_encode(fields))
         if len(self._lines) >= _BATCH:
             self.flush()
+
+
+def _as_text(result: Message) -> str:
+    # A field that was not set has its default; comparing the others with theirs takes most of the time.
+    return _encode(_rounded(result.model_dump(mode="json", exclude_unset=True, exclude_defaults=True)))
 
 
 def _send_goal(command: commands.SendGoal) -> dict[str, Any]:
