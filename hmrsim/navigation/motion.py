@@ -243,7 +243,7 @@ class _Profiled:
         self._pieces = pieces
         self.legs = [piece.leg for piece in pieces]
         self.seconds = [piece.duration for piece in pieces]
-        self._after = _sums_behind([piece.length for piece in pieces], self.seconds)
+        self._after: list[tuple[float, float]] = []
 
     @property
     def end(self) -> Pose:
@@ -254,6 +254,7 @@ class _Profiled:
 
     def progress(self, number: int, elapsed: float) -> Progress:
         piece = self._pieces[number]
+        self._after = self._after or _sums_behind([each.length for each in self._pieces], self.seconds)
         length, seconds = self._after[number]
         left = piece.length - piece.driven(elapsed)
         return Progress(piece.pose(elapsed), left + length, max(0.0, piece.duration - elapsed) + seconds)
