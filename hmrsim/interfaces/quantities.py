@@ -86,13 +86,12 @@ STEPS: Final = Quantity("", 0, 1e9)
 def flaw(message: BaseModel) -> str:
     """Return what is wrong with the first quantity of a message that is out of its range; empty if none is."""
     for path, read, quantity in _quantities(type(message)):
-        if quantity is not None:
-            if wrong := quantity.flaw(read(message)):
-                return f"{path}: {wrong}"
-        else:
+        if quantity is None:
             for number, each in enumerate(read(message)):
                 if wrong := flaw(each):
                     return f"{path}.{number}.{wrong}"
+        elif not quantity.least <= (value := read(message)) <= quantity.greatest and (wrong := quantity.flaw(value)):
+            return f"{path}: {wrong}"
     return ""
 
 

@@ -223,7 +223,7 @@ class VehicleBody:
 
     def pose(self) -> Pose:
         """Return the position of its centre and its yaw, now."""
-        return self.progress().pose
+        return self._rest if self._drive is None else self.progress().pose
 
     @property
     def piece(self) -> Piece | None:
