@@ -24,15 +24,17 @@ class NullController:
         session: An open session with the simulator, which no other participant may be awaited by.
         world: What is simulated.
         seed: Of the choice of waypoints.
+        quantum: Simulated seconds after which it looks for results; 0 to be woken by each.
 
     Attributes:
         now: The simulated time.
         round_trips: Requests that were answered.
     """
 
-    def __init__(self, session: zenoh.Session, world: World, seed: int = 1) -> None:
+    def __init__(self, session: zenoh.Session, world: World, seed: int = 1, quantum: float = 0.0) -> None:
         self._session = session
         self._chance = random.Random(seed)
+        self._quantum = quantum
         self._goals = [{"pose": {"pose": {"position": {"x": x, "y": y}}}} for x, y in world.points.values()]
         self._idle = list(world.robots)
         joined = self._ask("join", {"name": _NAME})
@@ -49,7 +51,11 @@ class NullController:
             {"robot": robot, "action": "navigate_to_pose", "goal": self._chance.choice(self._goals)}
             for robot in self._idle
         ]
-        request = {"participant": _NAME, "epoch": self._epoch, "wake": ["result"], "commands": commands}
+        request = {"participant": _NAME, "epoch": self._epoch, "commands": commands}
+        if self._quantum:
+            request |= {"until": self.now + self._quantum, "report": ["result"]}
+        else:
+            request["wake"] = ["result"]
         granted = self._ask("advance", request)
         self._idle = [event["robot"] for event in granted["events"]]
         self._epoch, self.now = granted["epoch"], granted["now"]

@@ -29,6 +29,8 @@ QUICK: dict[str, Any] = {"rounds": 20, "missions": 1}
 
 _SETTINGS = RunSettings(clock="lockstep", keep_results=10, participant_timeout=60.0)
 _SPEEDS = {100: 1000.0, 1000: 400.0}
+_QUANTUM = 1.0
+"""Simulated seconds whose results are taken together: a robot is idle for half of that after each goal, on average."""
 _DEAREST = {100: 1.8}
 """Where the simulator has little to do in a round trip: with ten times as many robots it has ten times as much."""
 _ROUND_TRIPS = 20
@@ -62,10 +64,13 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
             stack.enter_context(stack.enter_context(served(world, _SETTINGS, wandering=0, trace=trace)).session())
             for trace in (None, folder / "trace.jsonl")
         )
+        apart = stack.enter_context(stack.enter_context(served(world, _SETTINGS, wandering=0)).session())
         controller, observed = NullController(plain, world), NullController(recorded, world)
+        together = NullController(apart, world, quantum=_QUANTUM)
         # Until all robots drive at different times.
         controller.go_on(2 * len(world.robots))
         observed.go_on(2 * len(world.robots))
+        together.go_on(round(controller.now / _QUANTUM))
         began, before = controller.now, controller.round_trips
         alone = _alone(world)
         span = controller.now / controller.round_trips * _ROUND_TRIPS
@@ -74,6 +79,7 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
                 Variant("bare", lambda: [ask(plain, BARE, BARE_PAYLOAD) for _ in range(_ROUND_TRIPS)]),
                 Variant("plain", partial(controller.go_on, _ROUND_TRIPS)),
                 Variant("recorded", partial(observed.go_on, _ROUND_TRIPS)),
+                Variant("together", partial(together.go_on, 1)),
                 Variant("alone", lambda: alone.run(until=alone.now + span)),
             ],
             rounds,
@@ -90,6 +96,11 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
         Row(
             f"{robots:,} robots: speed",
             took.spread("plain", lambda seconds: simulated * _ROUND_TRIPS / seconds),
+            "simulated s/s",
+        ),
+        Row(
+            f"{robots:,} robots: speed, results of {_QUANTUM:g} s together",
+            took.spread("together", lambda seconds: _QUANTUM / seconds),
             "simulated s/s",
             at_least=_SPEEDS.get(robots),
         ),
