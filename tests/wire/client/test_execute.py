@@ -97,6 +97,7 @@ def test_an_answer_that_hangs_is_looked_for(wait_client, simulator, monkeypatch)
     simulator.steps["execute"] = [simulator.hold]
     goal = wait_client.execute(GOAL)
     goal.wait_accepted(SOON)
+    simulator.wait_for(Verb.EXECUTE)
     simulator.release(simulator.both(simulator.accept, simulator.end(SUCCEEDED)), verb=Verb.EXECUTE)
 
     assert goal.result(SOON) == Wait.Result()
