@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from py_trees.common import Access, Status
 
 from bt_controller.behaviours import subscribers
+from hmrsim.interfaces.sensor_msgs import BatteryState
 
 if TYPE_CHECKING:
-    from hmrsim.interfaces.sensor_msgs import BatteryState
+    from hmrsim_zenoh.client.condition import Condition
 
 _HYSTERESIS: Final = 5.0
 """Hysteresis in per cent: the warning ends so far above the threshold."""
@@ -60,6 +62,13 @@ class WaitUntilCharged(subscribers.Handler):
     def __init__(self, percentage: float = 0.9, *, name: str | None = None, robot: str | None = None) -> None:
         super().__init__(name or f"Charge to {percentage:.0%}", "battery_state", robot=robot)
         self._percentage = percentage
+
+    def awaited(self) -> Sequence[Condition]:
+        """Return the charge, and that it ends before."""
+        level, charging = "/percentage", "/power_supply_status"
+        return self._conditions(
+            (level, ">=", self._percentage), (charging, "!=", BatteryState.POWER_SUPPLY_STATUS_CHARGING)
+        )
 
     def update(self) -> Status:
         """Return whether the battery has reached the charge."""

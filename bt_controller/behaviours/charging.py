@@ -17,13 +17,15 @@ from bt_controller.core.sim_time import now, reached, time_behind
 from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim_zenoh.client.condition import Condition
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
-    from hmrsim.interfaces.sensor_msgs import BatteryState
+    from hmrsim_zenoh.client.condition import Operator
 
 
 _PATIENCE: Final = 3.0
@@ -111,6 +113,7 @@ class BatteryGuard(Control):
         self._in_vain = 0
         self._where: NavigateToPose.Goal | None = None
         self._filled = False
+        self._charging = False
         self._deadline = 0.0
         self._stopped_at = 0.0
         self._stood = 0.0
@@ -140,9 +143,37 @@ class BatteryGuard(Control):
         return mission.status
 
     def next_tick_time(self) -> float:
-        """Return that the battery has to be polled in lockstep."""
-        told = self.status is Status.RUNNING and self._phase is not _Phase.FILLING and not self._topics.asks
-        return math.inf if told else EACH_PERIOD
+        """Return that the battery has to be polled in lockstep, unless time stops for it."""
+        if self.status is not Status.RUNNING:
+            return EACH_PERIOD
+        filling = self._phase is _Phase.FILLING
+        if self._stops_time:
+            return self._deadline if filling and not (self._filled or self._charging) else math.inf
+        return EACH_PERIOD if filling or self._topics.asks else math.inf
+
+    def awaited(self) -> Sequence[Condition]:
+        """Return what levels of the battery the guard waits for."""
+        if self.status is not Status.RUNNING or not self._stops_time:
+            return ()
+        if self._phase in (_Phase.MISSION, _Phase.RETURN):
+            return [self._battery_is("/percentage", "<", self.read("below"))]
+        if self._filled or self._phase is _Phase.STOPPING:
+            return ()
+        filled = [
+            self._battery_is("/percentage", ">=", self.read("until")),
+            self._battery_is("/power_supply_status", "==", BatteryState.POWER_SUPPLY_STATUS_FULL),
+        ]
+        if self._phase is _Phase.CHARGE or not self._charging:
+            return filled
+        # It may stop before.
+        return [*filled, self._battery_is("/power_supply_status", "!=", BatteryState.POWER_SUPPLY_STATUS_CHARGING)]
+
+    @property
+    def _stops_time(self) -> bool:
+        return self._topics.stop_time(self._robot, "battery_state")
+
+    def _battery_is(self, field: str, operator: Operator, value: float) -> Condition:
+        return Condition(f"{self._robot}/battery_state", ((field, operator, value),))
 
     def next_ticked(self) -> list[Behaviour]:
         """Return the current child."""
@@ -183,6 +214,7 @@ class BatteryGuard(Control):
         """Charge the battery by the second child; return whether that has not failed."""
         charge = self.children[1]
         self._filled = self._filled or is_full(battery) or battery.percentage >= self.read("until")
+        self._charging = is_charging(battery)
         if self._phase is _Phase.CHARGE:
             yield from charge.tick()
             if charge.status is Status.SUCCESS:
@@ -191,7 +223,7 @@ class BatteryGuard(Control):
                 self.feedback_message = f"the battery is at {battery.percentage:.0%}, and charging it failed"
                 return False
         if self._phase is _Phase.FILLING:
-            if not (self._filled or is_charging(battery)) and reached(self._deadline):
+            if not (self._filled or self._charging) and reached(self._deadline):
                 self.feedback_message = f"charged to {battery.percentage:.0%} only"
                 return False
             if self._filled and has_come_to_rest(charge):

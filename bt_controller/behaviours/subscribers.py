@@ -8,17 +8,29 @@ accepts only a message that is newer than its initialise or its last success.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, ClearingPolicy, Status
 
 from bt_controller.core.topics import TOPICS
+from hmrsim_zenoh.client.condition import Condition
 
 if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client.condition import Operator, Value
+
+
+_ORDERS: Final[Mapping[Callable[[Any, Any], bool], Operator]] = MappingProxyType(
+    {operator.lt: "<", operator.le: "<=", operator.gt: ">", operator.ge: ">="}
+)
+"""Comparisons as conditions have them."""
+
+_LEVELS: Final = ("/charge", "/percentage")
+"""The fields of a battery that are formulas of time."""
 
 
 class Handler(Behaviour):
@@ -65,6 +77,10 @@ class Handler(Behaviour):
         if self.clearing_policy == ClearingPolicy.ON_INITIALISE:
             self._cleared = self._latest()
 
+    def awaited(self) -> Sequence[Condition]:
+        """Return the conditions that end the wait, where time stops for them; none if the topic has to be polled."""
+        return ()
+
     def message(self) -> Any:
         """Return the latest message; None while it is too old."""
         latest = self._latest()
@@ -75,6 +91,12 @@ class Handler(Behaviour):
         if self.clearing_policy == ClearingPolicy.ON_SUCCESS:
             self._cleared = self._latest()
         return Status.SUCCESS
+
+    def _conditions(self, *whens: tuple[str, Operator, Value]) -> Sequence[Condition]:
+        """Return a condition for each comparison; none if time does not stop for them."""
+        if self._topics is None or not self._topics.stop_time(self._robot or "", self.topic_name):
+            return ()
+        return [Condition(f"{self._robot}/{self.topic_name}", (when,)) for when in whens]
 
     def _latest(self) -> Any:
         if self._topics is None:
@@ -116,6 +138,14 @@ class CheckData(Handler):
         self._compare = comparison_operator
         self._without_data = Status.FAILURE if fail_if_no_data else Status.RUNNING
         self._otherwise = Status.FAILURE if fail_if_bad_comparison else Status.RUNNING
+
+    def awaited(self) -> Sequence[Condition]:
+        """Return the comparison, if it is one of a battery's level with a number: that is a formula of time."""
+        order, path, value = _ORDERS.get(self._compare), f"/{self._variable}", self._expected
+        level = self.topic_name == "battery_state" and path in _LEVELS
+        if order is None or not level or isinstance(value, bool) or not isinstance(value, (int, float)):
+            return ()
+        return self._conditions((path, order, value)) if self.clearing_policy == ClearingPolicy.NEVER else ()
 
     def update(self) -> Status:
         """Return whether the comparison holds."""

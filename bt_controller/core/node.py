@@ -26,6 +26,7 @@ from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
     from bt_controller.core.ports import Places, Port
+    from hmrsim_zenoh.client.condition import Condition as TopicCondition
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
@@ -109,6 +110,10 @@ class Node(PortsMixin):
             Simulated seconds; infinite for never, `EACH_PERIOD` if it has to be polled.
         """
         return math.inf
+
+    def awaited(self) -> Sequence[TopicCondition]:
+        """Return the conditions for which this node has to be ticked, too: in lockstep time stops for them."""
+        return ()
 
     def next_ticked(self) -> Sequence[Behaviour]:
         """Return the children that the next tick may tick."""

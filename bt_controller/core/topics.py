@@ -65,6 +65,7 @@ class Topics:
         self._watched: Counter[str] = Counter()
         self._rounds: dict[str, _Round] = {}
         self._changes = 0
+        self._unwatchable: set[str] = set()
 
     def watch(self, robot: str, topic: str, wake: Callable[[], None] | None = None) -> None:
         """Watch a robot's topic; *wake* is called in any thread when there is a new message.
@@ -83,6 +84,15 @@ class Topics:
             self._received.setdefault(watched, self._asked(robot, topic) if self.asks else self._ask(robot, topic))
         if wake is not None:
             self._wakes[watched].append(wake)
+
+    def stop_time(self, robot: str, topic: str) -> bool:
+        """Return whether time stops for conditions on a topic, so that a node which has some need not be polled."""
+        lockstep = self._client.lockstep
+        return lockstep is not None and not lockstep.over and f"{robot}/{topic}" not in self._unwatchable
+
+    def poll(self, key: str) -> None:
+        """Have nodes polled that have conditions on a topic, by its key without the prefix: they can't be watched."""
+        self._unwatchable.add(key)
 
     def latest(self, robot: str, topic: str) -> Any:
         """Return the latest message of a watched topic; of a disconnected robot, its last one.

@@ -15,6 +15,7 @@ from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.imports import described
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
+from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
@@ -141,6 +142,11 @@ class Mission:
             self._over = self._successes_due == 0
         else:
             self._over = self.status is not Status.RUNNING
+
+    def due(self, now: float, period: float) -> Due:
+        """Return when the running tree has to be ticked again; what it waits for may depend on its blackboard."""
+        with self._board.in_use():
+            return due(self.root, now, period)
 
     def _count_at(self, now: float | None) -> None:
         """Refuse to hold time up for ever: goals that end at once have their tree ticked at the same instant."""

@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.common import Status
 
 from bt_controller.core.topics import Topics
+from bt_controller.running.alarms import Alarms
 from bt_controller.running.mailbox import RESET, STOP
-from bt_controller.running.tick_schedule import due, next_period
+from bt_controller.running.tick_schedule import Due, next_period
 from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
 from bt_controller.world.places import NamedPlaces
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from bt_controller.running.mailbox import Mailbox
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.condition import Condition
 
 _PERIOD: Final = 1.0
 """Simulated seconds between two polls of state that has no notification."""
@@ -112,6 +114,8 @@ class Runner:
         self._timers = TimerQueue()
         self._timed = False
         self._topics = Topics(client, asks=client.lockstep is not None)
+        stops = client.lockstep if period is None else None
+        self._alarms = Alarms(stops, self._topics, mailbox.put) if stops is not None else None
 
     def run(self) -> Outcome:
         """Set the trees up and tick them until all have ended; whatever ends that, no goal is left behind.
@@ -180,6 +184,8 @@ class Runner:
     def _whose_turn(self, woken: frozenset[str]) -> Iterable[int]:
         """Return the numbers of the trees that have to be ticked."""
         time = self._clock.elapsed
+        if RESET in woken and self._alarms is not None:
+            self._alarms.clear()
         if RESET in woken or (time is not None and not self._timed):
             # After a reset, and before the first clock message, the state of their goals and timers is unknown.
             return self._numbers.values()
@@ -200,21 +206,27 @@ class Runner:
                 if self._show is not None:
                     self._show(mission, now)
                 if mission.status is Status.RUNNING:
-                    needed = self._due(mission, time)
+                    needed, awaited = self._due(mission, time)
                     # A write may change the result of polled nodes, which then need not wait for a period.
                     if mission.changed_entries and turns < _MAX_TURNS and needed <= self._next_period(time):
                         continue
                     self._timers.put(number, needed)
+                    self._await(mission, awaited)
                     break
             if mission.over:
                 self._running.discard(number)
                 self._timers.put(number, math.inf)
+                self._await(mission, ())
 
-    def _due(self, mission: Mission, time: float | None) -> float:
+    def _due(self, mission: Mission, time: float | None) -> Due:
         if time is None:
-            return math.inf
-        needed = due(mission.root, time, self._period or _PERIOD)
-        return needed if self._period is None else min(needed, self._next_period(time))
+            return Due(math.inf, [])
+        needed = mission.due(time, self._period or _PERIOD)
+        return needed if self._period is None else needed._replace(time=min(needed.time, self._next_period(time)))
+
+    def _await(self, mission: Mission, conditions: Sequence[Condition]) -> None:
+        if self._alarms is not None:
+            self._alarms.set(mission.robot, conditions)
 
     def _next_period(self, time: float | None) -> float:
         return -math.inf if time is None else next_period(time, self._period or _PERIOD)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
@@ -10,16 +12,18 @@ from bt_controller.core.node import Condition, PortError
 from bt_controller.core.ports import BOOL, DOUBLE, STRING, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim_zenoh.client.condition import Condition as TopicCondition
 
 if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
+    from hmrsim_zenoh.client.condition import Operator
 
 _TOPIC = "battery_state"
 _BATTERY_TOPIC = input_port(STRING, f"Topic of the battery state: {_TOPIC}", default=_TOPIC)
 
 
 class _Battery(Condition):
-    """A condition on the battery."""
+    """A condition on the battery, which is ticked again when its verdict is another one."""
 
     INPUTS: ClassVar = {"battery_topic": _BATTERY_TOPIC}
 
@@ -37,6 +41,21 @@ class _Battery(Condition):
         self._topics: Topics = kwargs["topics"]
         self._robots_name: str = kwargs["robot"]
         self._topics.watch(self._robots_name, _TOPIC)
+
+    def next_tick_time(self) -> float:
+        """Return that the battery has to be polled, unless time stops for it."""
+        return math.inf if self.awaited() else super().next_tick_time()
+
+    def awaited(self) -> Sequence[TopicCondition]:
+        """Return the other verdict, if there is one by now."""
+        when = self._other_verdict() if self.status in (Status.SUCCESS, Status.FAILURE) else None
+        if when is None or not self._topics.stop_time(self._robots_name, _TOPIC):
+            return ()
+        return (TopicCondition(f"{self._robots_name}/{_TOPIC}", (when,)),)
+
+    def _other_verdict(self) -> tuple[str, Operator, float] | None:
+        """Return the comparison that holds as soon as the verdict changes; None if there is none."""
+        raise NotImplementedError
 
     @property
     def battery(self) -> BatteryState:
@@ -60,6 +79,12 @@ class IsBatteryLow(_Battery):
         self.feedback_message = f"at {left:g}"
         return Status.SUCCESS if left <= self.read("min_battery") else Status.FAILURE
 
+    def _other_verdict(self) -> tuple[str, Operator, float] | None:
+        # The level is a formula of time, the voltage is known with each message.
+        if self.read("is_voltage"):
+            return None
+        return "/percentage", ">" if self.status is Status.SUCCESS else "<=", self.read("min_battery")
+
 
 class IsBatteryCharging(_Battery):
     """Succeeds if the battery is being charged."""
@@ -68,6 +93,10 @@ class IsBatteryCharging(_Battery):
         """Check the battery."""
         charging = self.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
         return Status.SUCCESS if charging else Status.FAILURE
+
+    def _other_verdict(self) -> tuple[str, Operator, float] | None:
+        operator: Operator = "!=" if self.status is Status.SUCCESS else "=="
+        return "/power_supply_status", operator, BatteryState.POWER_SUPPLY_STATUS_CHARGING
 
 
 FAMILY = Family.of("battery", IsBatteryCharging, IsBatteryLow)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+
 import pytest
 from py_trees.composites import Sequence
 
@@ -10,10 +12,12 @@ from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.docks import Dock, Undock
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.subscribers import CheckData
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.sim_time import now
 from bt_controller.loading.trees import Plan, load
-from bt_controller.running.clocks import clock_for
+from bt_controller.running.clocks import LockstepClock, clock_for
 from bt_controller.running.mailbox import Mailbox
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
@@ -108,6 +112,54 @@ def test_a_mission_that_is_interrupted_charges_resumes_and_finishes(sent, how, s
 
     assert succeeded
     check(sent, CHARGING[how])
+
+
+class Counted(LockstepClock):
+    """Counts how often time moves."""
+
+    waits = 0
+
+    def wait(self, until):
+        """Count it."""
+        self.waits += 1
+        return super().wait(until)
+
+
+def alone(build, seconds):
+    """Run a tree in lockstep; return whether it succeeded, when that was, and how often time moved."""
+    plan = Plan("test", build, takes_robot=False, confirmed=False)
+    with served_world(world(seconds), clock="lockstep") as options, Client(options, name="trees") as client:
+        mission, mailbox = Mission("wall_e", plan), Mailbox()
+        clock = Counted(client, client.lockstep, mailbox, feedback=False, grace=1.0)
+        outcome = Runner(client, [mission], clock, mailbox, show=None).run()
+        return outcome.succeeded, clock.now, clock.waits
+
+
+def test_a_guard_sleeps_until_the_battery_is_low(sent):
+    """A charge, a rest and a mission of 250 s take no more steps than their goals."""
+    succeeded, _, waits = alone(lambda: BatteryGuard("G", Wait(250), Dock("charger")), 200.25)
+
+    assert succeeded
+    assert waits < 30
+    assert ["Wait 250 s", "Dock at charger", "Go back", "Wait 250 s"] == [name for name, _ in sent]
+
+
+def test_a_guard_acts_at_the_instant_at_which_the_battery_is_low(monkeypatch):
+    """As its own port says, which is on its tree's blackboard: at half of 500, 150 s before 100 are left."""
+    stopped, stop = [], BatteryGuard._stop
+    monkeypatch.setattr(BatteryGuard, "_stop", lambda guard: (stopped.append(now()), stop(guard)))
+    succeeded, _, _ = alone(lambda: BatteryGuard("G", Wait(100), Dock("charger"), below=0.5), 200.25)
+
+    assert succeeded
+    assert [pytest.approx(50.25, abs=1e-6)] == stopped
+
+
+def test_a_leaf_sees_a_level_at_its_instant():
+    """Not at the next whole second; it also makes time go on where nothing else happens."""
+    succeeded, ended, waits = alone(lambda: CheckData("Low", "battery_state", "percentage", 0.2, operator.lt), 7.25)
+
+    assert (True, 1) == (succeeded, waits)
+    assert ended == pytest.approx(7.25, abs=1e-6)
 
 
 @pytest.mark.parametrize("seconds", [2, 6.5, 14.5])

@@ -23,16 +23,22 @@ class FakeTopics:
         messages: The latest of each topic.
         asks: Whether messages are asked for.
         watched: The topics that are watched, each with its robot.
+        stops: Whether time stops for conditions, as in lockstep.
     """
 
     def __init__(self) -> None:
         self.messages: dict[str, Message] = {}
         self.asks = True
         self.watched: list[tuple[str, str]] = []
+        self.stops = False
 
     def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
         """Note the watched robot."""
         self.watched.append((robot, topic))
+
+    def stop_time(self, _robot: str, _topic: str) -> bool:
+        """Return what the test says."""
+        return self.stops
 
     def latest(self, _robot: str, topic: str) -> Message:
         """Return what the test has put there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import pytest
@@ -40,6 +41,7 @@ class Battery:
     """Stands where topics are."""
 
     asks = True
+    stops = False
 
     def __init__(self):
         self.percentage = 1.0
@@ -47,6 +49,10 @@ class Battery:
 
     def watch(self, robot, topic, wake=None):
         """Take no note of it."""
+
+    def stop_time(self, _robot, _topic):
+        """Return whether time stops for conditions."""
+        return self.stops
 
     def ask(self, _robot, _topic):
         """Return where the robot is."""
@@ -311,7 +317,7 @@ def test_time_stands_still_for_the_mission(client):
         for goal in client.goals:
             goal.succeed()
     battery.asks = False
-    when = due(guard, 104.0, 1.0)
+    when = due(guard, 104.0, 1.0).time
     statuses = []
     for now in (109.0, 110.0):
         with simulated_time(now):
@@ -320,6 +326,36 @@ def test_time_stands_still_for_the_mission(client):
 
     assert 110.0 == when
     assert [Status.RUNNING, Status.SUCCESS] == statuses
+
+
+def test_in_lockstep_time_stops_for_the_levels_that_a_guard_waits_for(client):
+    """In the mission for a low battery, on the charger for a full one, or for the end of the charge."""
+    battery = Battery()
+    battery.stops = True
+    guard = guarded(client, leaf(1), battery)
+    charging, discharging = BatteryState.POWER_SUPPLY_STATUS_CHARGING, BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    found = []
+    for now, battery.percentage, battery.status in (
+        (0.0, 1.0, discharging),
+        (1.0, 0.1, discharging),
+        (2.0, 0.1, discharging),
+        (3.0, 0.1, discharging),
+        (4.0, 0.2, charging),
+        (9.0, 0.9, charging),
+    ):
+        with simulated_time(now):
+            guard.tick_once()
+        needed = due(guard, now, 1.0)
+        found.append((needed.time, [(*when,) for each in needed.awaited for when in each.when]))
+        for goal in client.goals:
+            goal.succeed() if now else None
+    full = ("/percentage", ">=", 0.9), ("/power_supply_status", "==", BatteryState.POWER_SUPPLY_STATUS_FULL)
+
+    assert (math.inf, [("/percentage", "<", 0.2)]) == found[0]
+    assert (math.inf, []) == found[1]
+    assert (math.inf, [*full]) == found[2]
+    assert (6.0, [*full]) == found[3]
+    assert (math.inf, [*full, ("/power_supply_status", "!=", charging)]) == found[4]
 
 
 def test_counts_of_decorators_are_kept(client):

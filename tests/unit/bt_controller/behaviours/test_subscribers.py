@@ -20,6 +20,7 @@ from hmrsim.interfaces.vision_msgs import (
     ObjectHypothesis,
     ObjectHypothesisWithPose,
 )
+from hmrsim_zenoh.client.condition import Condition
 
 
 def at(x):
@@ -169,6 +170,34 @@ def test_charging_is_waited_for_while_it_goes_on(topics, equip, percentage, stat
     topics.messages["battery_state"] = BatteryState(percentage=percentage, power_supply_status=status)
 
     assert expected == ticked(equip(battery.WaitUntilCharged(0.9)))
+
+
+def test_in_lockstep_time_stops_when_a_charge_is_reached_or_ends(topics, equip):
+    """So that it need not be polled."""
+    topics.stops = True
+    leaf = equip(battery.WaitUntilCharged(0.9))
+
+    assert [
+        Condition("wall_e/battery_state", (("/percentage", ">=", 0.9),)),
+        Condition("wall_e/battery_state", (("/power_supply_status", "!=", 1),)),
+    ] == leaf.awaited()
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "compare", "whens"),
+    [
+        ("percentage", 0.3, operator.lt, [(("/percentage", "<", 0.3),)]),
+        ("percentage", 0.3, operator.eq, []),
+        ("voltage", 12.0, operator.ge, []),
+        ("charge", "full", operator.ge, []),
+    ],
+)
+def test_in_lockstep_time_stops_for_a_level_that_is_compared(topics, equip, variable, value, compare, whens):
+    """A level is a formula of time; other fields are polled."""
+    topics.stops = True
+    leaf = equip(subscribers.CheckData("Level", "battery_state", variable, value, compare))
+
+    assert whens == [each.when for each in leaf.awaited()]
 
 
 SEEN = Detection3DArray(

@@ -57,13 +57,19 @@ class Topics:
         known: What nodes are set up with.
         messages: By topic, the latest message.
         watched: The robots and topics that are watched.
+        stops: Whether time stops for conditions, as in lockstep.
     """
 
     def __init__(self):
         self.messages = {}
         self.watched = []
+        self.stops = False
         self.known = {"topics": self, "robot": "wall_e"}
         self.at(0.0, 0.0)
+
+    def stop_time(self, _robot, _topic):
+        """Return what the test says."""
+        return self.stops
 
     def at(self, x, y, yaw=0.0, *, speed=0.0, seconds=0.0):
         """Let the robot be somewhere."""
@@ -112,7 +118,11 @@ class Tree:
 
     def due(self, period=1.0):
         """Return when the tree has to be ticked again."""
-        return due(self.root, self.now, period)
+        return due(self.root, self.now, period).time
+
+    def awaited(self):
+        """Return the conditions that the tree waits for: key, path, operator and value of each."""
+        return [(each.key, *when) for each in due(self.root, self.now, 1.0).awaited for when in each.when]
 
 
 @pytest.fixture(autouse=True)

@@ -183,7 +183,7 @@ def test_it_is_due_later():
                     node.tick_once()
                 if node.status is not Status.RUNNING:
                     break
-                after = due(node, now, 1.0)
+                after = due(node, now, 1.0).time
                 assert after > now
                 now = min(after, now + 10.0)
 

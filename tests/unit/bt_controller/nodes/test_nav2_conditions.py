@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from py_trees.common import Status
 
@@ -200,6 +202,39 @@ class TestBattery:
     def test_it_is_charging_if_it_says_so(self, node, tree, battery, state, status):
         """CHARGING is 1; a full battery is not charging."""
         assert status == tree(node(IsBatteryCharging), **battery(power_supply_status=state)).tick()
+
+    @pytest.mark.parametrize(("left", "operator"), [(0.31, "<="), (0.3, ">")])
+    def test_in_lockstep_time_stops_for_the_other_verdict(self, node, tree, topics, battery, left, operator):
+        """Of the level, so that it need not be polled."""
+        topics.stops = True
+        low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left))
+        low.tick()
+
+        assert (math.inf, [("wall_e/battery_state", "/percentage", operator, 0.3)]) == (low.due(), low.awaited())
+
+    @pytest.mark.parametrize(("state", "operator"), [(1, "!="), (2, "==")])
+    def test_in_lockstep_time_stops_when_charging_begins_or_ends(self, node, tree, topics, battery, state, operator):
+        """Likewise."""
+        topics.stops = True
+        charging = tree(node(IsBatteryCharging), **battery(power_supply_status=state))
+        charging.tick()
+
+        assert [("wall_e/battery_state", "/power_supply_status", operator, 1)] == charging.awaited()
+
+    def test_a_voltage_is_polled(self, node, tree, topics, battery):
+        """It is known with each message only."""
+        topics.stops = True
+        low = tree(node(IsBatteryLow, min_battery="11.5", is_voltage="true"), **battery(voltage=12.0))
+        low.tick()
+
+        assert (1.0, []) == (low.due(), low.awaited())
+
+    def test_without_lockstep_a_battery_is_polled(self, node, tree, battery):
+        """As any other topic."""
+        low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=0.5))
+        low.tick()
+
+        assert (1.0, []) == (low.due(), low.awaited())
 
     def test_the_topic_may_be_named(self, node, tree, battery):
         """By what robots here call it, with or without a name before it."""
