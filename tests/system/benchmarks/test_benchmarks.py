@@ -39,7 +39,7 @@ TINY = {
     "perturbed": {"controllers": (3,), "runs": 1},
     "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
     "recording": {"sizes": (3,), "seconds": 1.0, "side": 4},
-    "roomy": {"robots": 3, "rounds": 1, "seconds": 0.01, "side": 4},
+    "roomy": {"robots": 3, "rounds": 1, "seconds": 0.01, "filling": 0.1, "side": 4},
     "ros2": {"rounds": 10, "side": 2},
     "ros2_fleet": {"fleets": (2,), "idle": 0.1, "side": 2},
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
