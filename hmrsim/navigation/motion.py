@@ -194,6 +194,9 @@ class Drive(Protocol):
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
 
+    def pose(self, number: int, elapsed: float) -> Pose:
+        """Return where one is *elapsed* seconds after the start of the piece of this index."""
+
     def progress(self, number: int, elapsed: float) -> Progress:
         """Return how far one is *elapsed* seconds after the start of the piece of this index."""
 
@@ -220,6 +223,16 @@ class _Steady:
         leg = self.legs[number]
         return Piece(leg.first, leg.last, leg.length, self.seconds[number], leg)
 
+    def pose(self, number: int, elapsed: float) -> Pose:
+        leg, duration = self.legs[number], self.seconds[number]
+        if elapsed >= duration:
+            return leg.last
+        if not elapsed or leg.ride:
+            return leg.first
+        share = elapsed / duration
+        (ax, ay), (bx, by) = leg.start, leg.end
+        return Pose(ax + (bx - ax) * share, ay + (by - ay) * share, leg.first.yaw)
+
     def progress(self, number: int, elapsed: float) -> Progress:
         # Asked with every feedback, if with any.
         self._after = self._after or _sums_behind([leg.length for leg in self.legs], self.seconds)
@@ -228,9 +241,8 @@ class _Steady:
         if elapsed >= duration:
             return Progress(leg.last, length, seconds)
         share = 0.0 if leg.ride else elapsed / duration
-        (ax, ay), (bx, by) = leg.start, leg.end
-        pose = Pose(ax + (bx - ax) * share, ay + (by - ay) * share, leg.first.yaw)
-        return Progress(pose, leg.length * (1.0 - share) + length, duration - elapsed + seconds)
+        left = leg.length * (1.0 - share)
+        return Progress(self.pose(number, elapsed), left + length, duration - elapsed + seconds)
 
 
 class _Profiled:
@@ -251,6 +263,9 @@ class _Profiled:
 
     def piece(self, number: int) -> Piece:
         return self._pieces[number]
+
+    def pose(self, number: int, elapsed: float) -> Pose:
+        return self._pieces[number].pose(elapsed)
 
     def progress(self, number: int, elapsed: float) -> Progress:
         piece = self._pieces[number]

@@ -223,7 +223,10 @@ class VehicleBody:
 
     def pose(self) -> Pose:
         """Return the position of its centre and its yaw, now."""
-        return self._rest if self._drive is None else self.progress().pose
+        if self._drive is None:
+            return self._rest
+        self._catch_up()
+        return self._drive.pose(self._number, 0.0 if self._state.waits else self._env.now - self._began)
 
     @property
     def piece(self) -> Piece | None:
