@@ -6,7 +6,6 @@ changed. Where nothing can block a vehicle, no vehicle asks.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -66,7 +65,7 @@ class Admission:
         self._barriers = Barriers()
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
-        self._asking: deque[Vehicle] = deque()
+        self._asking: dict[Vehicle, None] = {}
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
         self._wait_timeout = WaitTimeout(env, settings.patience, waits=self._still_waits, expired=self._give_up)
@@ -262,7 +261,7 @@ class Admission:
         if robots and not self._asking:
             # Now, a vehicle that yields has not left yet.
             self._env.call_soon(self._ask)
-        self._asking.extend(robots)
+        self._asking.update(dict.fromkeys(robots))
 
     def look_again_at(self, robot: Vehicle, at: float) -> None:
         """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
@@ -276,7 +275,9 @@ class Admission:
 
     def _ask(self) -> None:
         while self._asking:
-            wait = self.waits.get(self._asking.popleft())
+            robot = next(iter(self._asking))
+            del self._asking[robot]
+            wait = self.waits.get(robot)
             if wait is not None:
                 self._ask_again(wait)
 
