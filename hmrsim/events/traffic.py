@@ -19,7 +19,7 @@ class Waiting(
     changes=Part.WAITING,
     sets={"waits": True},
 ):
-    """A robot waits on its way: for other robots, or for something else."""
+    """A robot waits on its way, for other robots or for something else; told again when that changes."""
 
     robot: RobotName
     at: Position

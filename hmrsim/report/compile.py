@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
+from hmrsim.report.goal_record import count_waits
 from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 from hmrsim.report.quantities import as_text, in_seconds, rounded
@@ -93,7 +94,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         distance=rounded(math.fsum(robot.distance or 0.0 for robot in robots)) if exact else None,
         energy_used=rounded(math.fsum(robot.energy_used or 0.0 for robot in energy)) if energy else None,
         energy_charged=rounded(math.fsum(robot.energy_charged or 0.0 for robot in energy)) if energy else None,
-        waits=len(waits),
+        waits=count_waits(story.waiting.wait_records),
         waited=rounded(math.fsum(wait.duration for wait in waits)),
         reroutes=story.counts[Rerouted.kind],
         made_room=story.counts[MadeRoom.kind],
@@ -137,7 +138,7 @@ def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord]
         succeeded=statuses[GoalStatus.SUCCEEDED],
         failed=statuses[GoalStatus.ABORTED],
         canceled=statuses[GoalStatus.CANCELED],
-        waits=len(wait_records),
+        waits=count_waits(wait_records),
         waited=in_seconds(sum(wait.length for wait in wait_records if wait.kind == "way")),
         queued=in_seconds(sum(wait.length for wait in wait_records if wait.kind == "dock")),
         waited_for={

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,11 @@ class GoalRecord:
 
 @dataclass(slots=True)
 class WaitRecord:
-    """A wait of a robot on its way, or in a queue."""
+    """A wait of a robot on its way, or in a queue; or a part of one, where what it waits for changes.
+
+    Attributes:
+        since: When the whole wait began.
+    """
 
     robot: str
     began: int
@@ -48,6 +53,12 @@ class WaitRecord:
     goal: GoalRecord | None = None
     ended: int | None = None
     until: str = ""
+    since: int = -1
+
+    def __post_init__(self) -> None:
+        """Take it for a whole wait unless another one is said to have begun earlier."""
+        if self.since < 0:
+            self.since = self.began
 
     @property
     def length(self) -> int:
@@ -58,3 +69,8 @@ class WaitRecord:
     def what(self) -> str:
         """What it waits for, as text."""
         return self.why or ", ".join(self.robots) or "something"
+
+
+def count_waits(records: Iterable[WaitRecord]) -> int:
+    """Return how many waits these records are parts of."""
+    return len({(wait.robot, wait.kind, wait.since) for wait in records})

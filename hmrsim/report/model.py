@@ -110,7 +110,7 @@ class Goal(_Model):
 
 
 class Wait(_Model):
-    """A wait of a robot on its way, or in the queue of a dock."""
+    """A wait of a robot on its way, or in the queue of a dock; or a part of one, where what it waits for changes."""
 
     robot: str
     began: float
@@ -123,7 +123,10 @@ class Wait(_Model):
     x: float | None
     y: float | None
     goal_id: str
-    until: str = Field(description="What ended it: went_on, rerouted, stopped, made_room, docked, end, …")
+    until: str = Field(
+        description="What ended it: went_on, rerouted, stopped, made_room, docked, end, …;"
+        " waiting where it goes on as the next wait"
+    )
 
 
 class Span(_Model):

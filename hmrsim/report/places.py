@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.report import model
+from hmrsim.report.goal_record import count_waits
 from hmrsim.report.quantities import in_seconds, rounded
 
 if TYPE_CHECKING:
@@ -26,16 +27,16 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
             drives[lane] += use.drives
             meters[lane].append(use.distance)
             times[lane] += use.time
-    waits, waited = Counter[Any](), Counter[Any]()
+    waits, waited = defaultdict[Any, list["WaitRecord"]](list), Counter[Any]()
     for wait in story.waiting.wait_records:
         if wait.kind == "way":
-            waits[wait.lane] += 1
+            waits[wait.lane].append(wait)
             waited[wait.lane] += wait.length
     closed = story.facility_log.closed
     both = {*closed, *((b, a) for a, b in closed)}
     for lane in sorted({*drives, *waits, *both}, key=lambda each: each or ("", "")):
         shut = closed.get(lane) or (closed.get((lane[1], lane[0])) if lane else None)
-        if lane in both and not drives[lane] and not waits[lane] and lane not in closed:
+        if lane in both and not drives[lane] and lane not in waits and lane not in closed:
             continue
         yield model.Lane(
             begin=lane[0] if lane else "",
@@ -43,7 +44,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
             drives=drives[lane],
             distance=rounded(math.fsum(meters[lane])),
             seconds=in_seconds(times[lane]),
-            waits=waits[lane],
+            waits=count_waits(waits.get(lane, ())),
             waited=in_seconds(waited[lane]),
             closed=in_seconds(shut.time) if shut else 0.0,
         )
@@ -77,7 +78,7 @@ def fixtures_of(story: Story) -> Iterator[model.Fixture]:
                 robots=len(use.robots),
                 seconds=in_seconds(use.time),
                 share=min(1.0, use.time / whole) if whole else 0.0,
-                waits=len(waits),
+                waits=count_waits(waits),
                 waited=in_seconds(sum(wait.length for wait in waits)),
                 longest_queue=use.queue if kind == "dock" else None,
             )

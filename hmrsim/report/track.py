@@ -151,9 +151,10 @@ class Track:
         if wait is None or wait.began == at:
             return
         wait.ended, wait.until = at, until
+        goes_on = any(part.since == wait.since and part.kind == wait.kind for part in self.stood[-1:])
         self.stood.append(wait)
         if wait.goal is not None:
-            wait.goal.waits += 1
+            wait.goal.waits += not goes_on
             wait.goal.waited += at - wait.began
 
     def return_at(self, at: int) -> None:

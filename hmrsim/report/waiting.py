@@ -31,12 +31,13 @@ class Waiting:
         return sorted(stood, key=lambda wait: (wait.began, wait.robot))
 
     def begin(self, at: int, event: events.Waiting) -> None:
-        """Record a robot that waits on its way."""
+        """Record a robot that waits on its way, or goes on waiting for something else."""
         track = self.robot_log.track(event.robot, at)
+        since = track.wait.since if track.wait else at
         track.stand_no_more(at, event.kind)
         track.halt(at, event.at)
         robots = event.for_ or ()
-        track.wait = WaitRecord(track.name, at, "way", robots, event.why, event.lane, event.at, track.goal)
+        track.wait = WaitRecord(track.name, at, "way", robots, event.why, event.lane, event.at, track.goal, since=since)
         track.settle(at)
 
     def end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:

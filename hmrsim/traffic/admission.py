@@ -288,8 +288,10 @@ class Admission:
         wait.why = self._in_the_way(robot, leg)
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
             self.release(robot)
-        else:
-            self.decide(robot)
+            return
+        self.decide(robot)
+        if self._still_waits(wait):
+            self._tell(wait)
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
         """Return what blocks a leg, other than vehicles; empty if nothing does."""
@@ -384,7 +386,7 @@ class Admission:
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
         self._wait_timeout.begin(wait)
-        self.publisher.publish(lambda: self._described(wait))
+        self._tell(wait)
 
     def _waits_since(self, robot: Vehicle, leg: Leg) -> float:
         """Return since when a vehicle waits: one that is sent the same way again at this instant goes on waiting."""
@@ -401,6 +403,21 @@ class Admission:
                 robot.reroute(())
         elif self._rules is not None:
             self._rules.blocked(robot)
+
+    def explain(self, robot: Vehicle, why: str) -> None:
+        """Take note of why a barrier does not let a vehicle pass that waits for one; it does not ask again."""
+        wait = self.waits.get(robot)
+        if wait is not None and wait.why and not self.closures.why(wait.leg):
+            wait.why = why
+            self._tell(wait)
+
+    def _tell(self, wait: Wait) -> None:
+        """Publish what a vehicle waits for, unless that has been published."""
+        if self.publisher.interest.events:
+            told = self._described(wait)
+            if told != wait.told:
+                wait.told = told
+                self.publisher.publish(lambda: told)
 
     def _described(self, wait: Wait) -> Waiting:
         robot, lane = wait.robot, wait.leg.lane or None

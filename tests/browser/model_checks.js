@@ -119,6 +119,8 @@ async ([base, VIEW, prefix = '']) => {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));
       const there = model.robots.get('wall_e');
       equal(['waiting', ['eve'], 1], [there.stateAt(1), there.waitsFor, there.waitsSince]);
+      model.apply(event(1.5, 'waiting', { robot: 'wall_e', at: [0, 0], why: 'gate is opening' }));
+      equal([[], 'gate is opening', 1], [there.waitsFor, there.waitsWhy, there.waitsSince]);
       model.apply(drive(2, [0, 0, 0], [10, 0, 0]));
       equal(['driving', []], [there.stateAt(2), there.waitsFor]);
     },

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
+    from hmrsim.events.traffic import Waiting
     from hmrsim.geometry import Point, Pose
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Piece
@@ -113,9 +114,11 @@ class Wait:
         leg: The leg that it is to drive.
         since: When it began to wait, in simulated seconds.
         why: What blocks it, in words; empty where that is other vehicles.
+        told: The event that was published of it last, if any.
     """
 
     robot: Vehicle
     leg: Leg
     since: float
     why: str = ""
+    told: Waiting | None = None

@@ -256,10 +256,10 @@ export class Robot {
     const next = this._way.ahead[0];
     const faces = next && !samePlace(next, [x, y]);
     this._stand(time, x, y, faces ? Math.atan2(next[1] - y, next[0] - x) : scratch[2]);
+    if (!this.waits) this.waitsSince = time;
     this.waits = true;
     this.waitsFor = robots;
     this.waitsWhy = why;
-    this.waitsSince = time;
   }
 
   /**

@@ -139,7 +139,7 @@ class TestCalls:
         log = simulate(world(at="first"))((0.0, go("first")))
 
         waiting = {"robot": "eve", "at": [0.0, 0.0], "lane": ["ground", "first"], "why": "lift is at first"}
-        assert [(4.0, waiting)] == log.happened("waiting")
+        assert [(4.0, waiting), (4.0, waiting | {"why": "lift is on its way"})] == log.happened("waiting")
         assert [(4.0, {"lift": "lift", "stop": "ground", "by": "eve"})] == log.happened("lift_called")
         assert (22.0, "SUCCEEDED") == log.changes(EVE)[-1]
 

@@ -129,7 +129,7 @@ def test_robots_wait_for_each_other_but_not_for_ever(shift):
     """There is traffic, and no deadlock that would have to be untied."""
     kinds = Counter(event.kind for event in shift[1])
 
-    assert (130, 0) == (kinds["waiting"], kinds["deadlock"])
+    assert (130, 0) == (kinds["went_on"], kinds["deadlock"])
 
 
 def test_every_robot_has_a_battery_that_lasts(world, shift):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hmrsim.report import of_trace, report_of
 from tests.profiles import examples
-from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to, traced
+from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING, OPENED, goal_to, traced
 
 
 def test_distance_is_what_was_driven(report):
@@ -54,6 +54,19 @@ def test_a_wait_says_for_whom_and_how_long(report):
     assert [("late", ("early",), 1.0, "went_on")] == [(w.robot, w.robots, w.duration, w.until) for w in found.waits]
     assert {"early": 1.0} == {r.name: r.waited_for for r in found.robots}["late"]
     assert 1.0 == sum(goal.waited for goal in found.goals)
+
+
+def test_a_wait_is_shared_out_to_its_causes(report):
+    """First for the door, then for who is behind it; it counts as one, of the robot, its goal and the lane."""
+    found = report(OPENED)
+    late = next(robot for robot in found.robots if robot.name == "late")
+    goal = next(goal for goal in found.goals if goal.robot == "late")
+    lane = next(lane for lane in found.lanes if (lane.begin, lane.end) == ("west", "middle"))
+
+    causes = [(wait.why, wait.robots, wait.duration, wait.until) for wait in found.waits]
+    assert [("gate is opening", (), 1.0, "waiting"), ("", ("early",), 1.0, "went_on")] == causes
+    assert [1, 1, 1, 1] == [found.summary.waits, late.waits, goal.waits, lane.waits]
+    assert 2.0 == late.waited == goal.waited == lane.waited
 
 
 def test_lanes_count_drives_and_waits(report):

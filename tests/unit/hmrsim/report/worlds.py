@@ -31,6 +31,19 @@ MEETING = {
     },
 }
 
+OPENED = {
+    "name": "opened",
+    "waypoints": {"west": [0, 0], "middle": [3, 0], "east": [5, 0], "north": [3, 3]},
+    "lanes": [["west", "middle"], ["middle", "east"], ["middle", "north"]],
+    "doors": {"gate": {"at": [[1, -1], [1, 1]], "opening_time": 1}},
+    "robot_types": {"cart": {"base": {"speed": 1}}},
+    "traffic": {"policy": "reserve"},
+    "robots": {
+        "early": {"type": "cart", "at": "east", "script": ["Go north"]},
+        "late": {"type": "cart", "at": "west", "script": ["Go middle"]},
+    },
+}
+
 CHARGING = {
     "name": "charging",
     "waypoints": {"home": [0, 0], "door": [4, 0]},

@@ -92,6 +92,16 @@ def test_a_door_that_is_locked_meanwhile_is_no_way_out(policy):
     assert 1 == ends(log).count("ABORTED")
 
 
+def test_what_a_robot_waits_for_is_told_again_when_it_changes():
+    """A door that has opened is in no robot's way any more."""
+    door = {"at": [[4, -1], [4, 1]], "opening_time": 4.0}
+    run = simulate({**JUNCTION, "lanes": ARM, "doors": {"door": door}, "traffic": {"policy": "reserve"}})
+    log = run((0.0, go("ann", 10, 5, A)), (0.0, go("bob", 10, 0, B)), until=20.0)
+    told = [(at, event.get("why") or event["for"]) for at, event in log.happened("waiting")]
+
+    assert [(0.0, "door is opening"), (4.0, ["bob"])] == told
+
+
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 def test_a_lift_is_called_once_for_a_robot_that_makes_room(policy):
     """Though the policy asks for it again while the cabin comes."""
