@@ -10,10 +10,12 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
 import re
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
@@ -52,6 +54,7 @@ _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
 # A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
+_OPEN: Final[weakref.WeakSet[Client]] = weakref.WeakSet()
 
 
 class Client:
@@ -106,6 +109,7 @@ class Client:
         self._run_id = ""
         self._lockstep: Lockstep | None = None
         self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
+        _OPEN.add(self)
 
     def __enter__(self) -> Self:
         """Return the client."""
@@ -303,6 +307,11 @@ class Client:
         lockstep = self._lockstep
         if lockstep is not None and not self._link.closed:
             lockstep.close()
+        self._disconnect()
+
+    def _disconnect(self) -> None:
+        """Close without a word to the simulator, which may not answer."""
+        _OPEN.discard(self)
         self._link.close()
         if self._owns_session:
             self.session.close()
@@ -335,3 +344,10 @@ def _check_key(key: str) -> None:
         zenoh.KeyExpr(key)
     except zenoh.ZError:
         raise ValueError(f"{key!r} is not a key; chunks are joined by single slashes") from None
+
+
+@atexit.register
+def _disconnect_all() -> None:
+    """Disconnect clients that were not closed: the interpreter ends threads that want it, which aborts Zenoh's."""
+    for client in list(_OPEN):
+        client._disconnect()  # noqa: SLF001 - of this module

@@ -613,8 +613,10 @@ def test_a_borrowed_session_stays_open(simulator):
 
 
 def test_a_process_that_forgets_to_close_ends_all_the_same(simulator):
-    """With a goal under way, feedback wanted and a topic followed."""
+    """With a goal under way, feedback wanted and a topic followed; its session is closed while Python still runs."""
     script = f"""
+import atexit
+atexit.register(lambda: print(client.session.is_closed()))
 from hmrsim.actions import registry
 from hmrsim_zenoh import Client, SessionOptions
 client = Client(SessionOptions(connect=({simulator.endpoint!r},)))
@@ -626,7 +628,7 @@ print(client.alive)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=30, check=False)
 
-    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\nTrue\n", "")
 
 
 # --- presence and values -------------------------------------------------------------------------------------
