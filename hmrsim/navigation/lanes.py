@@ -145,6 +145,8 @@ class Lanes:
         self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
         self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
+        self._avoided: Sequence[int] = ()
+        self._factor = 1.0
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
@@ -154,8 +156,21 @@ class Lanes:
         return [(self.names[a], self.names[b]) for a, b in ends]
 
     def seconds(self, speed: float) -> array[float]:
-        """Return how long each way takes a robot of this greatest speed, by its number."""
-        return self._kept_seconds.get(speed, lambda: self.ways.seconds(speed))
+        """Return how long each way counts for a robot of this greatest speed, by its number: as long as it takes.
+
+        Ways that are avoided count for longer.
+        """
+        return self._kept_seconds.get(speed, lambda: self._counted(speed))
+
+    def _counted(self, speed: float) -> array[float]:
+        seconds = self.ways.seconds(speed)
+        for number in self._avoided:
+            seconds[number] *= self._factor
+        return seconds
+
+    def avoid(self, ways: Sequence[int], factor: float) -> None:
+        """Have routes count these ways so many times as long as they take; no route may have been planned yet."""
+        self._avoided, self._factor = ways, factor
 
     def segment(self, number: int) -> tuple[Point, Point]:
         """Return where a way begins, and where it ends."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
@@ -58,6 +58,17 @@ class Planner:
         """
         self._trees.to(goal, speed if self._lanes.limited else 1.0)
 
+    def seconds_to(self, goal: Point, speed: float) -> Sequence[float]:
+        """Return how long the quickest way to a destination takes from each waypoint; infinite where none leads.
+
+        Raises:
+            NoRoute: As `find_ways` says.
+        """
+        speed = speed if self._lanes.limited else 1.0
+        if (goal, speed) not in self._trees:
+            self._lanes.check(goal)
+        return self._trees.to(goal, speed).cost
+
     def plan(self, start: Point, goal: Point, speed: float) -> Route:
         """Return the quickest route for a robot of this greatest *speed*, by the rules of `WaypointGraph.plan`.
 
@@ -95,7 +106,7 @@ class Planner:
         """
         speed = speed if self._lanes.limited else 1.0
         avoided = {self._lanes.numbers[lane] for lane in avoid} | {*self._closed}
-        tree, at = self._trees.to(goal, speed), self._lanes.at[start]
+        tree, at, takes = self._trees.to(goal, speed), self._lanes.at[start], self._lanes.seconds(speed)
         came: dict[int, int] = {}
         heap = [(tree.cost[at], 0.0, at, -1)]
         while heap:
@@ -108,7 +119,7 @@ class Planner:
                 return self._lanes.route([*self._back(node, came), *rest], goal)
             for edge in self._lanes.out[node]:
                 if edge.number not in avoided and edge.end not in came:
-                    total = seconds + edge.seconds(speed)
+                    total = seconds + takes[edge.number]
                     heapq.heappush(heap, (total + tree.cost[edge.end], total, edge.end, edge.number))
         return None
 

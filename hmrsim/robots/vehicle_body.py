@@ -172,7 +172,7 @@ class VehicleBody:
     @property
     def may_yield(self) -> bool:
         """Whether it stands, and could go somewhere else for a while."""
-        return self._state is VehicleState.IDLE or (self._state.waits and self._goal is not None)
+        return self._state is VehicleState.IDLE or (self._state.waits and self.goal is not None)
 
     @property
     def disabled(self) -> str:
@@ -180,7 +180,7 @@ class VehicleBody:
         return next(iter(self.disabled_reasons.values()), "")
 
     @property
-    def _goal(self) -> Point | None:
+    def goal(self) -> Point | None:
         """The point to which another route may lead; None if it goes nowhere, or its path is given point by point."""
         return None if self._route is None else self._route.goal
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Drive
-    from hmrsim.navigation.route import Leg
+    from hmrsim.navigation.route import Leg, Route
 
 
 class DrivingVehicle(VehicleBody):
@@ -208,7 +208,7 @@ class DrivingVehicle(VehicleBody):
 
     def _plan_on(self) -> None:
         """Plan the rest of its trip, if any, from where it has yielded."""
-        goal = self._goal
+        goal = self.goal
         if goal is None:
             self._enter(VehicleEvent.ARRIVE)
         else:
@@ -252,7 +252,7 @@ class DrivingVehicle(VehicleBody):
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
         """Take another route from where it waits, without these lanes; return whether there is one."""
-        goal = self._goal
+        goal = self.goal
         if goal is None or not self._state.waits:
             return False
         try:
@@ -262,16 +262,20 @@ class DrivingVehicle(VehicleBody):
         if route.legs and route.legs[0] == self.next_leg:
             # It begins with what is in the way, where it waits in the middle of a lane.
             return False
+        self.rerouted += 1
+        self.take_route(route)
+        return True
+
+    def take_route(self, route: Route) -> None:
+        """Take a route from where it waits; it asks for the right of way again."""
         self._route = route
         self.recoveries += 1
-        self.rerouted += 1
         self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
         # It may have to turn first, and then asks later.
         self._admission.forget(self)
         driven = self._driven(route.legs)
         self._enter(VehicleEvent.REROUTE)
         self._begin(driven)
-        return True
 
     def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
         """Yield to another vehicle by driving a leg from where it stands, to which it is admitted already.

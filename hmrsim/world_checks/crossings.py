@@ -45,6 +45,7 @@ def check_crossings(world: World) -> Iterator[Finding]:
         yield warning(
             ("lanes", i),
             f"{lane.from_!r}-{lane.to!r} {how} lanes.{j} {other.from_!r}-{other.to!r}{more}{why}: under"
-            f" {policy.name!r} robots pass through each other there; 'reserve' and 'priority' keep them apart",
+            f" {policy.name!r} robots pass through each other there; 'reserve', 'priority' and 'planned' keep"
+            " them apart",
             [lane.from_, lane.to],
         )

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
-    from hmrsim.navigation.route import Leg
+    from hmrsim.navigation.route import Leg, Route
     from hmrsim.traffic.policies._vehicle import Vehicle, Wait
     from hmrsim.world.model import World
 
@@ -39,6 +40,13 @@ class AdmissionControl(Protocol):
     @property
     def asking(self) -> Iterable[Vehicle]:
         """The vehicles that are about to ask again at this instant, in order."""
+
+    def plan(self, robot: Vehicle, start: Point, goal: Point) -> Route:
+        """Return the quickest route for a vehicle, without lanes that it can never pass.
+
+        Raises:
+            NoRoute: No way leads there.
+        """
 
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -39,6 +38,7 @@ class Slots:
         self._inside: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
+        self._watched: dict[Vehicle, Collection[int]] = {}
         self._spots: dict[Vehicle, Point] = {}
         self._want_spots: dict[Vehicle, None] = {}
         self._freed = freed
@@ -157,9 +157,7 @@ class Slots:
     def exchange(self, moves: Sequence[tuple[Vehicle, Leg]]) -> bool:
         """Give vehicles that stand the slots of their legs, all at once; return whether there is room for all."""
         free = self._free
-        released = Counter(slot for robot, _ in moves for slot in self.held(robot))
-        taken = Counter(slot for _, leg in moves for slot in leg.slots)
-        if any(free[slot] + released[slot] < number for slot, number in taken.items()):
+        if not self._fit(moves):
             return False
         if self.near and self._collide({robot: leg.slots for robot, leg in moves}):
             return False
@@ -179,9 +177,33 @@ class Slots:
                 self._freed([*waiting])
         return True
 
+    def _fit(self, moves: Sequence[tuple[Vehicle, Leg]]) -> bool:
+        """Return whether there is room for vehicles that go to these slots at once, and leave those that they hold."""
+        after: dict[int, float] = {}
+        for robot, leg in moves:
+            for slot in self._held.get(robot, ()):
+                after[slot] = after.get(slot, self._free[slot]) + 1
+            for slot in leg.slots:
+                after[slot] = after.get(slot, self._free[slot]) - 1
+        return all(after[slot] >= 0 for _, leg in moves for slot in leg.slots)
+
     def _collide(self, moving: Mapping[Vehicle, Sequence[int]]) -> bool:
         """Return whether vehicles that move to these slots at once would touch each other, or one that stays."""
         return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
+
+    def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
+        """Have a vehicle that waits ask again when a vehicle leaves one of these slots, or stands there from now on."""
+        self._unwatch(robot)
+        self._watched[robot] = slots
+        wanted = self._wanted
+        for slot in slots:
+            wanted.setdefault(slot, {})[robot] = None
+
+    def _unwatch(self, robot: Vehicle) -> None:
+        for slot in self._watched.pop(robot, ()):
+            waiting = self._wanted.get(slot)
+            if waiting:
+                waiting.pop(robot, None)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """Give a vehicle that stands these slots, also full ones, or its spot, and release all others."""
@@ -213,6 +235,8 @@ class Slots:
         for slot in leg.slots:
             for at in (slot, *self.near.get(slot, ())):
                 self._wanted.get(at, {}).pop(robot, None)
+        if robot in self._watched:
+            self._unwatch(robot)
         self._want_spots.pop(robot, None)
 
     def _release(self, robot: Vehicle, slot: int) -> None:

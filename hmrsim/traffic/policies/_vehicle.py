@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Piece
-    from hmrsim.navigation.route import Leg
+    from hmrsim.navigation.route import Leg, Route
 
 
 class Vehicle(Protocol):
@@ -73,6 +73,10 @@ class Vehicle(Protocol):
         """Return how far its centre is from *point*."""
 
     @property
+    def goal(self) -> Point | None:
+        """The point to which any route may lead; None if it goes nowhere, or its path is given point by point."""
+
+    @property
     def piece(self) -> Piece | None:
         """The lane or the turn that it drives now; None when it stands, or waits."""
 
@@ -98,6 +102,9 @@ class Vehicle(Protocol):
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
         """Take another route from where it waits, without these lanes; return whether there is one."""
+
+    def take_route(self, route: Route) -> None:
+        """Take a route from where it waits; it asks for the right of way again."""
 
     def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
         """Yield to another vehicle by driving a leg, to which it is admitted already; it may count as another route."""

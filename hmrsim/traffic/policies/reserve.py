@@ -59,10 +59,14 @@ class Reserve:
         self._unsolved: dict[Vehicle, None] = {}
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
         near = _near(admission.world, admission.graph.lanes, capacities)
-        self.slots = Slots(capacities, near, admission.look_again)
+        self.slots = Slots(capacities, near, self.freed)
         self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
         self.full = self.slots.full
         self.stand, self.inside = self.slots.stand, self.slots.inside
+
+    def freed(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles ask again for slots that have just become free."""
+        self.admission.look_again(robots)
 
     def reset(self) -> None:
         """Forget the deadlocks that were published, and those that wait for a door."""

@@ -30,7 +30,7 @@ def test_the_zoo_is_known_by_name():
     assert there <= {name.removeprefix("zoo/") for name in ZOO}
 
 
-@pytest.mark.parametrize("policy", ["free", "reserve", "priority"])
+@pytest.mark.parametrize("policy", ["free", "reserve", "priority", "planned"])
 @pytest.mark.parametrize("name", ZOO)
 def test_every_goal_ends(name, policy):
     """Whatever the policy."""
@@ -40,10 +40,11 @@ def test_every_goal_ends(name, policy):
     assert [] == list(made.simulator.dispatcher.servers.active())
 
 
+@pytest.mark.parametrize("policy", ["priority", "planned"])
 @pytest.mark.parametrize("name", ZOO)
-def test_every_goal_succeeds_under_priority(name):
+def test_every_goal_succeeds_where_robots_make_room(name, policy):
     """No robot is left behind, and none gives up."""
-    made = run(name, "priority")
+    made = run(name, policy)
     scripts = made.simulator.scripts.all.values()
 
     assert [] == [(script.robot, script.error) for script in scripts if script.error]

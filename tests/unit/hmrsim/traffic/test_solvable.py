@@ -1,4 +1,4 @@
-"""Whatever robots can do at all, one lane at a time or all of a circle at once, they do under the policy `priority`."""
+"""Whatever robots can do, one lane at a time or all of a circle at once, they do under `priority` and `planned`."""
 
 from __future__ import annotations
 
@@ -48,6 +48,7 @@ class Case:
     docks: list
     starts: list
     goals: list
+    policy: str
 
     def ways(self):
         """Return the lanes that are not locked."""
@@ -78,7 +79,7 @@ class Case:
             "lifts": {"lift": {"stops": [name_of(stop) for stop in self.lift]}} if self.lift else {},
             "docks": {f"dock_{number}": {"at": name_of(cell)} for number, cell in enumerate(self.docks)},
             "robots": {f"robot_{number}": {"at": name_of(cell)} for number, cell in enumerate(self.starts)},
-            "traffic": {"policy": "priority", "patience": None},
+            "traffic": {"policy": self.policy, "patience": None},
         }
 
 
@@ -100,7 +101,7 @@ def cases(draw):
     # A docked robot without a goal elsewhere makes no room.
     free = [cell for cell in cells if (cell, cell) not in zip(starts, goals, strict=True)]
     docks = draw(st.lists(st.sampled_from(free), max_size=2, unique=True)) if free else []
-    case = Case(lanes, doors, lift, docks, starts, goals)
+    case = Case(lanes, doors, lift, docks, starts, goals, draw(st.sampled_from(["priority", "planned"])))
     assume(nx.is_strongly_connected(case.ways()))
     return case
 
@@ -149,7 +150,7 @@ def rotations(places, steps):
                 yield tuple(after)
 
 
-@examples(60)
+@examples(90)
 @given(cases())
 def test_what_can_be_done_is_done(case):
     """Each goal succeeds, without an end by patience; deadlocks, if any, are dissolved."""

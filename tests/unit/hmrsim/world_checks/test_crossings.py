@@ -32,7 +32,7 @@ def test_lanes_that_cross_without_a_waypoint():
     """Under free robots pass through each other there; lanes that share a waypoint are none of these."""
     text = (
         "'west'-'east' crosses lanes.1 'north'-'south' without a waypoint: under 'free' robots pass through each other"
-        " there; 'reserve' and 'priority' keep them apart"
+        " there; 'reserve', 'priority' and 'planned' keep them apart"
     )
     assert [("warning", ("lanes", 0), text)] == warnings()
 
@@ -42,7 +42,7 @@ def test_lanes_nearer_than_robots_are_wide():
     lanes = [CROSS["lanes"][0], CROSS["lanes"][2], CROSS["lanes"][1]]
     text = (
         "'west'-'east' is 0.75 from lanes.1 'side'-'north' and 1 more, and two robots need 0.8: under 'free' robots"
-        " pass through each other there; 'reserve' and 'priority' keep them apart"
+        " pass through each other there; 'reserve', 'priority' and 'planned' keep them apart"
     )
     assert [("warning", ("lanes", 0), text)] == warnings(lanes=lanes, robots=wide(0.4))
     assert [("lanes", 0)] == [path for _, path, _ in warnings(lanes=lanes, robots=wide(0.3))]

@@ -1,0 +1,365 @@
+"""Dense fleets: each robot takes the nearest way that is free now, and the earlier ones have others make room.
+
+That is priority inheritance with backtracking (PIBT; Okumura and others, 2019, and for robots that take their own time
+2021), over the same reservations as in `hmrsim.traffic.policies.reserve`. How far it is to each robot's goal is known
+from every waypoint. A robot whose next lane is taken turns off to another one that leads nearer to its goal; where all
+of these are taken, the robots there make room if they set out later, each by the lane that suits its own goal best; a
+cycle of three or more moves on all at once.
+
+A robot that can't be helped asks again when one that was in the way has left, or stands. Where no robot moves and that
+is not enough, as in dead ends, the robots are moved as under ``priority``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from hmrsim.errors import NoRoute
+from hmrsim.navigation.route import Route
+from hmrsim.traffic.policies import Policy
+from hmrsim.traffic.policies._streets import against
+from hmrsim.traffic.policies.priority import Priority, PrioritySettings
+from hmrsim.traffic.policies.reserve import Exit, exits, rank, waits_for_cycle
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._vehicle import Vehicle
+
+_MAX_PUSHED = 24
+"""Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
+
+_LONG = 20.0
+"""Simulated seconds after which the vehicle that set out first keeps others out of what it needs."""
+
+_Chain = list[tuple["Vehicle", Exit]]
+"""The vehicles that make room, and by which lanes."""
+
+
+class PlannedSettings(PrioritySettings):
+    """The settings of priorities, and of streets.
+
+    Attributes:
+        one_way: How much longer a lane counts against the direction of its street, as a share of the time that it
+            takes; 0 for streets without a direction.
+    """
+
+    one_way: Annotated[float, Field(ge=0, le=10)] = 1.0
+
+
+@dataclass
+class _Search:
+    """A search for vehicles that make room for one.
+
+    Attributes:
+        first: The vehicle.
+        order: Its rank.
+        goes: Whether it leaves its own place at the same time.
+        pushed: The vehicles that have been asked.
+        seen: The slots of what can't make room now.
+        moving: Whether any of that changes by itself: a vehicle moves, works, or is to go on before the first one.
+        most: How many may be asked.
+        cut: Whether more could have been.
+    """
+
+    first: Vehicle
+    order: tuple[float, str]
+    goes: bool
+    pushed: dict[Vehicle, None]
+    seen: dict[int, None] = field(default_factory=dict)
+    moving: bool = False
+    most: float = _MAX_PUSHED
+    cut: bool = False
+
+
+class Planned(Priority):
+    """Plans for a dense fleet at work in one world."""
+
+    def __init__(self, admission: AdmissionControl, settings: PlannedSettings) -> None:
+        super().__init__(admission, settings)
+        self._lanes = lanes = admission.graph.lanes
+        if settings.one_way:
+            lanes.avoid(against(lanes.ways), 1.0 + settings.one_way)
+        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
+        self._turned_off: dict[Vehicle, None] = {}
+        # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.
+        self._claimant: Vehicle | None = None
+        self._claimed: dict[int, None] = {}
+        self._kept_out: dict[Vehicle, None] = {}
+        self.leave = self._leave
+
+    def freed(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles ask again, the one that set out first first."""
+        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
+
+    def reset(self) -> None:
+        """Forget the past."""
+        super().reset()
+        self._kept_costs.clear()
+        self._turned_off.clear()
+        self._unclaim()
+
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """Let a vehicle wait for a leg no longer; others may enter what it kept them out of."""
+        if robot is self._claimant:
+            self._unclaim()
+        super().forget(robot, leg)
+
+    def _take(self, robot: Vehicle, leg: Leg) -> bool:
+        """As `Priority` does, but the vehicle that set out first may keep others out of a slot."""
+        if self._claimed and self._is_kept_out(robot, leg.slots, rank(robot)):
+            self._kept_out[robot] = None
+            return False
+        if not super()._take(robot, leg):
+            return False
+        self._turned_off.pop(robot, None)
+        return True
+
+    def _leave(self, robot: Vehicle) -> None:
+        self._kept_costs.pop(robot, None)
+        self._turned_off.pop(robot, None)
+        self._kept_out.pop(robot, None)
+        self.slots.leave(robot)
+
+    def blocked(self, robot: Vehicle) -> None:
+        """Have a vehicle turn off, or others make room for it, unless this is part of a resolution."""
+        wait = self.admission.waits.get(robot)
+        if wait is None or self._is_seen_to(robot):
+            return
+        leg = wait.leg
+        seen = dict.fromkeys(self.slots.missing(robot, leg.slots))
+        if self._take_free_lane(robot, leg, seen):
+            return
+        long = self.admission.now - wait.since > _LONG
+        search = self._make_room(robot, leg, math.inf if long else _MAX_PUSHED)
+        if search is not None and search.cut and not search.moving:
+            search = self._make_room(robot, leg, math.inf)
+        if search is None:
+            return
+        if not search.moving:
+            self._untie(robot)
+        elif long:
+            self._claim(robot, search)
+        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+            seen.update(search.seen)
+            self.slots.watch(robot, seen)
+
+    def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
+        """Have a vehicle take another lane that leads nearer to its goal and is free, if there is one.
+
+        The slots are added to those *seen* that it can't have now.
+        """
+        held, costs = self.slots.held(robot), self._costs(robot)
+        if costs is None or leg.lane is None or robot in self._turned_off or len(held) != 1 or held[0] >= len(costs):
+            return False
+        node, speed = held[0], self._speed(robot)
+        here, takes = costs[node], self._lanes.seconds(speed)
+        most, found = here + leg.seconds(speed), []
+        for edge in self._lanes.out[node]:
+            total = takes[edge.number] + costs[edge.end]
+            if costs[edge.end] >= here or total > most or edge.leg == leg:
+                continue
+            missing = next(self.slots.missing(robot, edge.leg.slots), None)
+            if missing is not None:
+                seen[missing] = None
+            elif edge.leg.lane and self.admission.may_drive(robot, edge.leg.lane):
+                found.append((total, edge.end, edge.leg))
+        if not found:
+            return False
+        _, _, best = min(found, key=lambda each: each[:2])
+        goal = robot.goal
+        if goal is None or self._holds_back(robot, best):
+            return False
+        if self._claimed and self._is_kept_out(robot, best.slots, rank(robot)):
+            return False
+        try:
+            rest = self.admission.plan(robot, best.end, goal)
+        except NoRoute:
+            return False
+        self._turned_off[robot] = None
+        robot.take_route(Route((best, *rest.legs), goal))
+        return True
+
+    def _speed(self, robot: Vehicle) -> float:
+        """Return the speed for which ways are compared: any where it makes no difference, so that tables are shared."""
+        return robot.speed if self._lanes.limited else 1.0
+
+    def _costs(self, robot: Vehicle) -> Sequence[float] | None:
+        """Return how far it is to a vehicle's goal from each waypoint, in seconds; None if it goes nowhere."""
+        goal = robot.goal
+        if goal is None:
+            return None
+        graph, speed, kept = self.admission.graph, self._speed(robot), self._kept_costs.get(robot)
+        if kept is not None and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed:
+            return kept[3]
+        try:
+            costs = graph.seconds_to(goal, speed)
+        except NoRoute:
+            return None
+        self._kept_costs[robot] = goal, speed, graph.closed, costs
+        return costs
+
+    def _make_room(self, robot: Vehicle, leg: Leg, most: float) -> _Search | None:
+        """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen.
+
+        At *most* so many are asked.
+        """
+        slot = next(self.slots.missing(robot, leg.slots), None)
+        # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
+        goes = slot is not None and slot == leg.slots[-1] and self.slots.full(slot)
+        search = _Search(robot, rank(robot), goes, {robot: None}, most=most)
+        if slot is None:
+            # It is kept out, or what it needs is off the lanes.
+            search.moving = True
+            return search
+        chain = self._find_chain(slot, robot, search)
+        if chain is None:
+            return search
+        on_their_way: list[tuple[Vehicle, Leg]] = []
+        pushed: _Chain = []
+        for other, way in chain:
+            wait = self.admission.waits.get(other)
+            if wait is not None and not wait.why and wait.leg == way.leg:
+                on_their_way.append((other, way.leg))
+            else:
+                pushed.append((other, way))
+        if goes:
+            on_their_way.append((robot, leg))
+        if not self._yield(pushed, robot, on_their_way):
+            search.moving = True
+            return search
+        for other, _ in on_their_way:
+            self._turned_off.pop(other, None)
+            self.admission.release(other)
+        return None
+
+    def _find_chain(self, slot: int, robot: Vehicle, search: _Search) -> _Chain | None:
+        """Return which vehicles drive where so that there is room in a slot for one; None if they can't make any.
+
+        It is searched depth first: each goes where the next one is to go.
+        """
+        chain: _Chain = []
+        todo = [self._options(slot, robot, search)]
+        while todo:
+            option = next(todo[-1], None)
+            if option is None:
+                todo.pop()
+                if todo:
+                    chain.pop()
+                continue
+            chain.append(option)
+            other, way = option
+            in_the_way = [*self.slots.in_the_way(other, way.end)]
+            if not in_the_way or (search.goes and search.first in in_the_way):
+                return chain
+            todo.append(self._options(way.end, other, search))
+        return None
+
+    def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Exit]]:
+        """Yield which vehicles could leave a slot by which lanes for another one; no other one can go where that is."""
+        slots = self.slots
+        inside = slots.inside(slot)
+        if len(inside) > 1 or slots.near:
+            inside = sorted({*inside, *slots.beside(pusher, slot)}, key=rank, reverse=True)
+        for other in inside:
+            if other in search.pushed:
+                continue
+            if rank(other) <= search.order or not (other.may_yield or other.waits) or other in self._resolutions:
+                self._note(other, slot, search)
+            elif len(search.pushed) > search.most:
+                search.cut = True
+            else:
+                search.pushed[other] = None
+                for way in self._ways_aside(other, pusher, slot, search):
+                    yield other, way
+
+    def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
+        """Take note that a vehicle in a slot can't make room now."""
+        search.seen[slot] = None
+        if other.busy or not (other.stands or other.waits) or (other.waits and rank(other) < search.order):
+            search.moving = True
+
+    def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Exit]:
+        """Return the lanes by which a vehicle can make room in a slot, the best for its own goal first."""
+        slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
+        costs = self._costs(robot)
+        speed = self._speed(robot)
+        takes = self._lanes.seconds(speed)
+        found = []
+        place = slots.held(robot)[-1]
+        wait = None if robot.may_yield else self.admission.waits.get(robot)
+        if wait is not None:
+            # It can only go on as it is to.
+            leg = wait.leg
+            ways = [] if wait.why or leg.lane is None else [(leg, leg.slots[-1], 0.0)]
+        elif place < len(self._lanes.out):
+            ways = [(edge.leg, edge.end, takes[edge.number]) for edge in self._lanes.out[place]]
+        else:
+            ways = [(leg, end, leg.seconds(speed)) for leg, end in exits(self.admission, slots, robot)]
+        for leg, end, seconds in ways:
+            if end in taken or (near and slots.touch(robot, (end,), pusher, slot)):
+                continue
+            lane = leg.slots[0]
+            if slots.full(lane) and lane != place:
+                for other in slots.inside(lane):
+                    self._note(other, lane, search)
+            elif (
+                not leg.lane
+                or not self.admission.may_drive(robot, leg.lane)
+                or (near and any(slots.beside(robot, lane)))
+            ):
+                continue
+            elif not (
+                self._reservations.against(robot, leg.slots, search.first)
+                or (self._claimed and self._is_kept_out(robot, leg.slots, search.order))
+            ):
+                occupied = costs is None and slots.full(end)
+                found.append((occupied, seconds + (costs[end] if costs else 0.0), end, leg))
+        found.sort(key=lambda each: each[:3])
+        return [Exit(leg, end) for _, _, end, leg in found]
+
+    def _untie(self, robot: Vehicle) -> None:
+        """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
+        cycle = waits_for_cycle(self.admission, robot)
+        if cycle:
+            self._publish(cycle)
+            robot = min(cycle, key=rank)
+            if self._is_seen_to(robot):
+                return
+        self._stuck[robot] = None
+        if not self._clear_lanes(robot):
+            self._resolve(robot)
+
+    def _claim(self, robot: Vehicle, search: _Search) -> None:
+        """Have the vehicle that set out first keep others out of what can't make room now, until it has gone on."""
+        if robot is not self._claimant:
+            if any(rank(other) < search.order for other in self.admission.waits):
+                return
+            self._unclaim()
+            self._claimant = robot
+        self._claimed.update(search.seen)
+
+    def _unclaim(self) -> None:
+        self._claimant = None
+        self._claimed.clear()
+        kept_out, self._kept_out = self._kept_out, {}
+        if kept_out:
+            self.freed([*kept_out])
+
+    def _is_kept_out(self, robot: Vehicle, slots: Iterable[int], order: tuple[float, str]) -> bool:
+        """Return whether a vehicle may not enter slots, into which it would go for one of this rank."""
+        first = self._claimant
+        if first is None or robot is first or order <= rank(first):
+            return False
+        held = self.slots.held(robot)
+        return any(slot in self._claimed and slot not in held for slot in slots)
+
+
+POLICY = Policy(name="planned", settings=PlannedSettings, rule=Planned)
