@@ -271,7 +271,7 @@ class Planned(Priority):
         for other in inside:
             if other in search.pushed:
                 continue
-            if rank(other) <= search.order or not (other.may_yield or other.waits) or other in self._resolutions:
+            if rank(other) <= search.order or not self._can_make_room(other):
                 self._note(other, slot, search)
             elif len(search.pushed) > search.most:
                 search.cut = True
@@ -283,8 +283,12 @@ class Planned(Priority):
     def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
         """Take note that a vehicle in a slot can't make room now."""
         search.seen[slot] = None
-        if other.busy or not (other.stands or other.waits) or (other.waits and rank(other) < search.order):
+        if other.busy or (not other.stands and (other not in self.admission.waits or rank(other) < search.order)):
             search.moving = True
+
+    def _can_make_room(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle can be moved: it waits, or stands; one that has yielded turns at its goal first."""
+        return robot not in self._resolutions and (robot.may_yield or robot in self.admission.waits)
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Exit]:
         """Return the lanes by which a vehicle can make room in a slot, the best for its own goal first."""

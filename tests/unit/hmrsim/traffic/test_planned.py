@@ -7,7 +7,7 @@ import random
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim.navigation.adjacency import Adjacency
@@ -137,8 +137,19 @@ def full_grids(draw):
     return world, sorted((draw(times), name, draw(st.sampled_from(names))) for name in world["robots"])
 
 
+def all_to_one_corner():
+    """Return a full grid of slow robots that all turn at the same corner, where each is asked to make room at once."""
+    names = sorted(grid(4, 3)["waypoints"])
+    world = grid(4, 3, **{f"r{i}": (name, 0.5) for i, name in enumerate(names)})
+    for robot in world["robots"].values():
+        robot["base"]["turning_rate"] = 0.5
+    elsewhere = {"r1": "n02", "r9": "n30"}
+    return world, sorted((0.0, name, elsewhere.get(name, "n00")) for name in world["robots"])
+
+
 @examples(25)
 @given(crowd=full_grids())
+@example(crowd=all_to_one_corner())
 def test_every_goal_is_reached_on_a_full_grid(crowd):
     """Every lane is part of a ring, so that all can move, and never are two in one place."""
     world, goals = crowd
