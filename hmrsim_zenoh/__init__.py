@@ -1,6 +1,6 @@
 """The Zenoh interface of a simulator: the same actions, topics and services that a real robot's controller uses.
 
-What is exported here is the client; `hmrsim_zenoh.host` serves a world. An export is loaded when it is first used, as
+What is exported here is the client; `hmrsim_zenoh.hosting` serves worlds. An export is loaded when it is first used, as
 the simulator and most commands need few of them.
 """
 

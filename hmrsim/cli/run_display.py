@@ -15,7 +15,7 @@ from hmrsim.events import Severity
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
-    from hmrsim_zenoh.host import Host
+    from hmrsim_zenoh.hosting.host import Host
 
 _log = logging.getLogger(__name__)
 

@@ -18,7 +18,7 @@ from hmrsim.robots.robot import Robot
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Output
-    from hmrsim_zenoh.host import Host
+    from hmrsim_zenoh.hosting.host import Host
 
 _TRIES: Final = 5
 _STYLES: Final = {GoalStatus.SUCCEEDED: "green", GoalStatus.ABORTED: "red", GoalStatus.CANCELED: "yellow"}

@@ -32,7 +32,7 @@ from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.file import read_file
 from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSettings
 from hmrsim_zenoh.wire.exposure import exposed
 from hmrsim_zenoh.wire.options import SessionOptions

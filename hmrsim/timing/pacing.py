@@ -65,6 +65,7 @@ class Pacing:
         on_lag: Called with the total lag in wall seconds when it grows; at most every 5 s.
         on_wait: Callbacks for the moments before the thread waits.
         preparations: Work that can be done in advance; done step by step, in lockstep, while time stands.
+        lockstep_only: Whether the clock can't be set to anything else.
 
     Attributes:
         lockstep: Grants time to participants; to be one of the simulator's sinks.
@@ -83,6 +84,7 @@ class Pacing:
         on_lag: Callable[[float], None] = lambda _lag: None,
         on_wait: Sequence[Callable[[], None]] = (),
         preparations: Iterator[object] = iter(()),  # noqa: B008 - empty
+        lockstep_only: bool = False,
     ) -> None:
         self.lockstep = LockstepCoordinator(simulator, awaited=settings.participants, until=settings.duration)
         self.clock: str = settings.clock
@@ -101,6 +103,8 @@ class Pacing:
         self._reported = -math.inf
         self._anchor: float | None = None
         self._awake_by = math.inf
+        self._lockstep_only = lockstep_only
+        self._idle = False
         self._over = False
         self._last_state: TimeState | None = None
 
@@ -112,9 +116,22 @@ class Pacing:
                     self._round()
             self._reach_the_end()
         finally:
-            # Participants that wait for a grant are answered, even after an error.
-            self._over = True
-            self.lockstep.dismiss("the simulator was stopped")
+            self.end()
+
+    def run_until_idle(self) -> bool:
+        """Run until all that is left is to wait for a command, in whose place this returns; return False at the end.
+
+        For one thread at a time, and an inbox that does not wait.
+        """
+        self._idle = False
+        while not (self._idle or self._inbox.closed or self._over):
+            self._round()
+        return not (self._inbox.closed or self._over)
+
+    def end(self) -> None:
+        """End the run; participants that wait for a grant are answered."""
+        self._over = True
+        self.lockstep.dismiss("the simulator was stopped")
 
     def submit(self, command: AnyCommand) -> None:
         """Apply a command now, in the simulation's thread."""
@@ -236,6 +253,7 @@ class Pacing:
             self._wait(None)
 
     def _wait(self, timeout: float | None) -> None:
+        self._idle = True
         self._tell()
         for call in self._on_wait:
             call()
@@ -315,6 +333,10 @@ class Pacing:
 
     def _set_clock(self, command: SetClock) -> None:
         clock = command.clock or self.clock
+        if self._lockstep_only and clock != LOCKSTEP:
+            why = f"{clock!r} is not possible within one process: time moves in lockstep only"
+            self._simulator.answer(command.reply_to, Refused("clock", clock, why))
+            return
         if clock != self.clock:
             self.lockstep.dismiss(f"the clock was set to {clock}")
         self.clock, self._anchor = clock, None

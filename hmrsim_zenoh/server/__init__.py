@@ -1,4 +1,4 @@
 """The server of the JSON wire: queries become commands, and events become replies and publications.
 
-`hmrsim_zenoh.host` composes it with a simulator.
+`hmrsim_zenoh.hosting` composes it with a simulator.
 """

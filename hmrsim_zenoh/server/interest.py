@@ -7,17 +7,50 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Collection, Hashable, Mapping
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, Protocol, TypeVar
 
 import zenoh
 
 from hmrsim_zenoh.wire.wildcards import servers_own
 
 K = TypeVar("K", bound="Hashable")
+K_contra = TypeVar("K_contra", bound="Hashable", contravariant=True)
 
 _LOOK_SECONDS: Final = 0.05
 """Wall seconds between two checks for new or gone subscribers, while there is any subscriber."""
 _JOIN_SECONDS: Final = 1.0
+
+
+class Interest(Protocol[K_contra]):
+    """Whether there are subscribers, for each kind of keys."""
+
+    def __getitem__(self, kind: K_contra, /) -> bool:
+        """Return whether a kind of keys has a subscriber."""
+
+    def look(self, kinds: Collection[K_contra] | None = None) -> int:
+        """Check the kinds that had no subscriber, or some of them; return how often anything has changed."""
+
+    def in_key(self, key: str) -> bool:
+        """Return whether a key has a subscriber now; slower than the check of a kind."""
+
+    def join(self) -> None:
+        """Wait for the end of the detection, after the session was closed."""
+
+
+class InterestMaker(Protocol):
+    """Makes what finds a server's subscribers."""
+
+    def __call__(
+        self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None], /
+    ) -> Interest[K]:
+        """Return it.
+
+        Args:
+            session: The session to look on; closing it ends the detection.
+            patterns: A key expression for each kind.
+            anything: A key expression that includes all others.
+            changed: Called in a thread of its own after a kind got its first subscriber or lost its last.
+        """
 
 
 class SubscriberWatch(Generic[K]):

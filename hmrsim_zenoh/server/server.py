@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.events.simulation import InternalError
 from hmrsim.interfaces.message import Message
@@ -35,11 +36,11 @@ from hmrsim.protocol.outputs import (
 )
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
+from hmrsim.services import registry as all_services
 from hmrsim_zenoh.server.decode import Requests
 from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.external_planner import Planner
-from hmrsim_zenoh.server.inbox import QueryInbox
-from hmrsim_zenoh.server.interest import SubscriberWatch
+from hmrsim_zenoh.server.inbox import Reader
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply
@@ -48,11 +49,10 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.wildcards import servers_own
 
 if TYPE_CHECKING:
-    from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import AnyCommand, Command
     from hmrsim.protocol.outputs import Output
-    from hmrsim.services import AnyService
     from hmrsim.settings.run import RunSettings
+    from hmrsim_zenoh.server.intake import Intake
     from hmrsim_zenoh.server.world_info import Description
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -83,6 +83,7 @@ class Server:
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
+        intake: Makes the inbox, and what finds subscribers.
     """
 
     def __init__(
@@ -91,18 +92,17 @@ class Server:
         keys: Keys,
         description: Description,
         *,
-        actions: Mapping[str, AnyAction],
-        services: Mapping[str, AnyService],
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
+        intake: Intake,
     ) -> None:
         self._session = session
         self._submit = submit
         self._description = description
         self._declares = len(description.serves) <= MAX_TOKENS
         self._keys = keys
-        self._actions = actions
+        self._actions = all_actions()
         self._limiter = FeedbackLimiter()
         # The queries that await feedback, by robot, action and goal id.
         self._followed: dict[tuple[str, str, str], PendingExecution] = {}
@@ -113,19 +113,18 @@ class Server:
         self._fixed = description.latched
         self._read_by = partial(
             Requests,
-            actions=actions,
+            actions=self._actions,
             fixed=self._fixed,
-            services=services,
+            services=all_services(),
             max_payload=settings.max_payload,
             timestamp=session.new_timestamp,
             policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
-        self.inbox = QueryInbox(
+        self.inbox = intake.inbox(
             session,
             servers_own(keys.everything()),
-            decode=self._decode,
-            refuse=self._refuse,
+            Reader(self._decode, self._refuse),
             wakeup_key=keys.wakeup_key(),
             prepare=self._settle,
         )
@@ -154,7 +153,7 @@ class Server:
         self._changes_reported = 0
         self._looked = -1
         self._looked_for_goals = -1
-        self._interest = SubscriberWatch(session, _patterns(keys), keys.everything(), self._interest_changed)
+        self._interest = intake.interest(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )

@@ -12,7 +12,7 @@ import pytest
 
 from hmrsim.settings.run import RunSettings
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.paths import ROOT
 

@@ -25,7 +25,7 @@ from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.keys import Verb

@@ -20,7 +20,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 from hmrsim_zenoh.wire.session import SessionOptions

@@ -15,7 +15,7 @@ import zenoh
 from hmrsim.settings.run import RunSettings
 from hmrsim.world import World
 from hmrsim.world_checks import world_hash
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
 
 from tests.simulation import SMALL_WORLD  # isort: skip

@@ -94,7 +94,7 @@ def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
 
 def test_a_request_after_the_end_is_not_held(live, serve, wait):
     """The query ends without a reply."""
-    serve.hosts[0]._server.inbox.close()
+    serve.hosts[0]._served.server.inbox.close()
     serve.hosts[0].wait(20.0)
 
     assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
@@ -122,7 +122,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
         tester.begin(f"{WAIT}/_action/execute", {"goal": wait(1)}),
     ]
     assert [] == list(tester.session.get("nobody/there"))  # comes back when those before it are with the server
-    serve.hosts[0]._server.inbox.close()
+    serve.hosts[0]._served.server.inbox.close()
     leave.set()
 
     goal, result, status, cancel, executed = [pending.one() for pending in late]

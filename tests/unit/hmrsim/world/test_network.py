@@ -121,7 +121,7 @@ def test_the_nearest_waypoint_is_that_of_all(points, here):
 def test_a_simulation_loads_no_networkx():
     """It costs start-up time that most runs have no use for."""
     program = (
-        "import sys, hmrsim.cli.map, hmrsim_zenoh.host\n"
+        "import sys, hmrsim.cli.map, hmrsim_zenoh.hosting.host\n"
         "from hmrsim.simulation.simulator import Simulator\n"
         "from hmrsim import load_world\n"
         "Simulator(load_world('hospital').world)\n"

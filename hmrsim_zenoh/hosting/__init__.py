@@ -1,0 +1,1 @@
+"""Served worlds: a simulator, its servers and what runs them, over Zenoh or within one process."""

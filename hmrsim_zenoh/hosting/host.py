@@ -1,0 +1,148 @@
+"""A world served over Zenoh from this process: the session, the simulation, and the thread that runs it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, Self
+
+from hmrsim.settings.run import RunSettings
+from hmrsim_zenoh.errors import BadOptions, PrefixTaken
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
+from hmrsim_zenoh.server import warm_up
+from hmrsim_zenoh.server.claim import Claim
+from hmrsim_zenoh.server.intake import OVER_ZENOH
+from hmrsim_zenoh.server.sessions import Sessions
+from hmrsim_zenoh.wire.enclave import SIMULATOR
+from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+    from hmrsim.world_checks import LoadedWorld
+    from hmrsim_zenoh.ros2.wires import Wire
+
+_STOP_SECONDS = 1.5
+"""Wall seconds within which the simulation thread has to end every goal."""
+
+
+class Host:
+    """Serves a world until it is stopped; a context manager that closes everything.
+
+    Args:
+        wires: The ROS 2 wires to serve beside the JSON wire.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+        on_wait: Called whenever the simulation thread is about to wait.
+        preparations: Optional warm-up, run step by step in lockstep while time stands still.
+
+    Attributes:
+        endpoints: What the session listens on.
+        simulator: Other threads may read it while it runs, but must not change it.
+        pacing: Likewise.
+        error: The error that ended the simulation thread; None if it runs or ended regularly.
+
+    Raises:
+        PortTaken: Another process listens on the endpoint.
+        SimulatorNotFound: No peer answers at an endpoint to connect to.
+        BadOptions: The session's options are invalid.
+        PrefixTaken: Another simulator serves this prefix.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedWorld,
+        options: SessionOptions = SessionOptions(),  # noqa: B008 - frozen
+        settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
+        *,
+        wires: Sequence[Wire] = (),
+        sinks: Sequence[Sink] = (),
+        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        on_wait: Sequence[Callable[[], None]] = (),
+        preparations: Iterable[object] = (),
+    ) -> None:
+        try:
+            keys = Keys(options.prefix, loaded.world.remap)
+        except ValueError as error:
+            raise BadOptions(f"--prefix: {error}") from None
+        self.error: BaseException | None = None
+        self._reason = "the simulation has ended"
+        self._ended = threading.Event()
+        enclave = enclave_of(replace(options, default_role=SIMULATOR))
+        self._session, self.endpoints = open_server(
+            options, join=bool(wires), max_message=max(MAX_MESSAGE, 2 * settings.max_payload)
+        )
+        try:
+            sessions = Sessions(self._session, enclave.access_control) if enclave else None
+            self._claim = Claim(self._session, keys)
+            self._served = ServedSimulation(
+                Wiring(self._session, keys, OVER_ZENOH, sessions, wires),
+                loaded.world,
+                settings,
+                Observers(sinks, watchers, on_wait),
+                preparations=lambda simulator: chain(warm_up.steps(simulator), preparations),
+            )
+        except BaseException:
+            self._session.close()
+            raise
+        self.simulator = self._served.simulator
+        self.pacing = self._served.pacing
+        self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Return the host; it does not run before `start`."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Stop, and close the session."""
+        self.stop()
+
+    def start(self) -> None:
+        """Run the simulation in its thread and declare it on the network."""
+        self._served.declare()
+        self._thread.start()
+        self._claim.watch(self._give_way)
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
+        return self._ended.wait(timeout)
+
+    def stop(self, reason: str = "the simulator was stopped") -> None:
+        """End every goal, close the session and return within two seconds; from any thread except the simulation's.
+
+        Args:
+            reason: The message in the results of the active goals.
+        """
+        self._reason = reason
+        self._served.close()
+        if self._thread.is_alive():
+            self._thread.join(_STOP_SECONDS)
+        self._served.leave()
+        self._session.close()
+        self._served.join()
+
+    def _give_way(self, taken: PrefixTaken) -> None:
+        """End the simulation, as another simulator has the prefix."""
+        self.error = taken
+        self._reason = str(taken)
+        self._served.close()
+
+    def _run(self) -> None:
+        """Run the simulation; whatever ends it, every goal gets its result and the liveliness tokens are undeclared."""
+        try:
+            self.pacing.run()
+        except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
+            self.error = error
+            self._reason = f"the simulation died of {type(error).__name__}: {error}".partition("\n")[0]
+        try:
+            self._served.finish(self._reason)
+        except BaseException as error:  # noqa: BLE001 - likewise
+            self.error = self.error or error
+        finally:
+            self._claim.undeclare()
+        self._ended.set()

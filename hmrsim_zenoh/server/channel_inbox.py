@@ -1,0 +1,196 @@
+"""The queue of queries for the simulation: one channel for all keys, which the simulation thread drains.
+
+As long as time is not paced, no Python runs in Zenoh's threads for a query: the simulation thread takes it from
+the channel, or blocks on the channel when it is idle. A channel has no wait with a timeout, so a paced simulation
+has a second thread that forwards queries to a condition variable, which has one.
+
+Each further key expression has its own channel and a thread that always forwards its queries: the simulation thread
+can block on one channel only. Forwarding costs 0.1 ms a query where time is not paced.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import zenoh
+
+from hmrsim_zenoh.server.inbox import QueryInbox, Reader
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import AnyCommand
+
+    Channel = zenoh.handlers.Handler[zenoh.Query]
+
+_log = logging.getLogger(__name__)
+
+_CHANNEL = 16_384
+"""The channel's capacity in queries; Zenoh applies backpressure to its peers when it is full."""
+
+_BATCH = 256
+"""Queries that are taken from the channel at once."""
+
+_CLOSE_SECONDS = 1.0
+"""Wall seconds for refusing late queries."""
+
+
+class ChannelInbox(QueryInbox):
+    """An inbox of the queries that come over Zenoh.
+
+    Args:
+        wakeup_key: A key under *key_expr* of which the reader takes no notice; it wakes the simulation's thread.
+        max_waiting: Queries that may wait for the simulation thread.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key_expr: str,
+        reader: Reader,
+        *,
+        wakeup_key: str,
+        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
+        max_waiting: int = 10_000,
+    ) -> None:
+        super().__init__(reader, prepare)
+        self._session = session
+        self._wakeup_key = wakeup_key
+        self._max_waiting = max_waiting
+        self._asleep = False
+        self._forwarder: threading.Thread | None = None
+        # Not complete: a controller serves its trees below the same prefix, and Zenoh would not query it otherwise.
+        self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
+        self._channel = self._queryable.handler
+        self._further: list[tuple[zenoh.Queryable[Channel], threading.Thread]] = []
+
+    def serve(
+        self,
+        key_expr: str,
+        *,
+        decode: Callable[[zenoh.Query], list[AnyCommand]],
+        refuse: Callable[[zenoh.Query], None],
+        complete: bool = False,
+    ) -> None:
+        """Serve a further key expression, too, until `leave`; *refuse* also answers queries after `close`."""
+        queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
+        self._further.append((queryable, self._start_forwarder(queryable.handler, Reader(decode, refuse))))
+
+    def arrived(self) -> int:
+        """Return the number of queries that have arrived: what is found out now is true for each of them."""
+        if self._forwarder is None and not self._closed:
+            while len(self._queries) < _BATCH and (query := _try_recv(self._channel)) is not None:
+                self._queries.append((self._reader, query))
+        return super().arrived()
+
+    def put(self, command: AnyCommand) -> None:
+        """Add a command and wake the simulation thread.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        super().put(command)
+        self._wake()
+
+    def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
+        """Add a query from another channel; by default it is decoded as those on the inbox's own key expression."""
+        reader = reader or self._reader
+        with self._changed:
+            taken = len(self._queries) < self._max_waiting and not self._closed
+            if taken:
+                self._queries.append((reader, query))
+                self._changed.notify()
+        if taken:
+            self._wake()
+        else:
+            reader.refuse(query)
+
+    def wait(self, timeout: float | None) -> None:
+        """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
+        self._prepare(None)
+        if timeout is None and self._forwarder is None:
+            self._sleep()
+            return
+        if self._forwarder is None:
+            self._forwarder = self._start_forwarder(self._channel, self._reader)
+        with self._changed:
+            self._changed.wait_for(lambda: self.waiting or self._closed, timeout)
+
+    def close(self) -> None:
+        """Accept no more commands and wake the simulation thread; `poll` still returns the queries in the channel."""
+        with self._changed:
+            if self._closed:
+                return
+            super().close()
+        try:
+            self._queryable.undeclare()
+        except zenoh.ZError as error:
+            _log.debug("undeclaring the queryable: %s", error)
+        if self._forwarder is not None:
+            self._forwarder.join(_CLOSE_SECONDS)
+
+    def leave(self) -> None:
+        """Undeclare the queryables and end all threads; after `close`."""
+        for queryable, forwarder in self._further:
+            try:
+                queryable.undeclare()
+            except zenoh.ZError as error:
+                _log.debug("undeclaring a queryable: %s", error)
+            forwarder.join(_CLOSE_SECONDS)
+
+    def _sleep(self) -> None:
+        """Block on the channel, without a timeout."""
+        self._asleep = True
+        try:
+            if not (self.waiting or self._closed):
+                query = _recv(self._channel)
+                if query is not None:
+                    self._queries.append((self._reader, query))
+        finally:
+            self._asleep = False
+
+    def _wake(self) -> None:
+        """Wake the simulation thread if it blocks on the channel, by a query on the wakeup key."""
+        if self._asleep and not self._closed:
+            handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(lambda _reply: None, indirect=False)
+            try:
+                self._session.get(self._wakeup_key, handler, timeout=1.0)
+            except zenoh.ZError as error:
+                _log.debug("the session was closed: %s", error)
+
+    def _start_forwarder(self, channel: Channel, reader: Reader) -> threading.Thread:
+        forwarder = threading.Thread(target=partial(self._forward, channel, reader), name="hmrsim-queries", daemon=True)
+        forwarder.start()
+        return forwarder
+
+    def _forward(self, channel: Channel, reader: Reader) -> None:
+        """Forward queries from a channel to the condition variable until the channel is closed."""
+        while (query := _recv(channel)) is not None:
+            self.put_query(query, reader)
+
+    def _receive(self) -> None:
+        """Return the next query in the channel, if there is one and this thread is the channel's reader.
+
+        With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
+        which is near.
+        """
+        if self._forwarder is None:
+            query = _recv(self._channel) if self._closed else _try_recv(self._channel)
+            if query is not None:
+                self._queries.append((self._reader, query))
+
+
+def _recv(channel: Channel) -> zenoh.Query | None:
+    try:
+        return channel.recv()
+    except zenoh.ZError:
+        return None
+
+
+def _try_recv(channel: Channel) -> zenoh.Query | None:
+    try:
+        return channel.try_recv()
+    except zenoh.ZError:
+        return None
