@@ -16,6 +16,7 @@ from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.worker import Rounds, Worker
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError, SimulatorGone, SimulatorNotFound
+from hmrsim_zenoh.loopback.session import LoopbackSession
 
 if TYPE_CHECKING:
     from hmrsim.errors import HmrsimError
@@ -143,7 +144,7 @@ class Link:
         self.session = session
         self._enclave = enclave
         self.keys = keys
-        self.worker = Worker("hmrsim client")
+        self.worker = Worker("hmrsim client", at_once=not isinstance(session, LoopbackSession))
         self.rounds = Rounds(self.worker, _ROUND)
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout

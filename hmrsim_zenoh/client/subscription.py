@@ -11,6 +11,8 @@ from typing import Any, Final, Self
 import zenoh
 import zenoh.ext
 
+from hmrsim_zenoh.loopback.session import LoopbackSession
+
 _log = logging.getLogger(__name__)
 
 _MAX_WAITING: Final = 10_000
@@ -20,7 +22,7 @@ class Subscription:
     """Calls back for each sample until closed.
 
     The callback may block: the latest 10,000 samples wait meanwhile. A callback that blocked Zenoh's own thread
-    would hold up the simulator.
+    would hold up the simulator. Within one process the callback is called by whoever had time move, while it stands.
     """
 
     def __init__(
@@ -31,6 +33,12 @@ class Subscription:
         self._changed = threading.Condition()
         self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MAX_WAITING)
         self._closed = False
+        self._thread: threading.Thread | None = None
+        if isinstance(session, LoopbackSession):
+            for reply in session.get(key) if history else ():
+                self._on_local_sample(reply.ok)
+            self._subscriber: Any = session.declare_subscriber(key, self._on_local_sample)
+            return
         self._subscriber = self._declared(session, history=history)
         # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there crashes the process.
         self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
@@ -44,7 +52,7 @@ class Subscription:
             self._closed = True
             self._changed.notify()
         self._subscriber.undeclare()
-        if self._thread is not threading.current_thread():
+        if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
 
     def __enter__(self) -> Self:
@@ -69,12 +77,19 @@ class Subscription:
             self._waiting.append(item)
             self._changed.notify()
 
+    def _on_local_sample(self, sample: Any) -> None:
+        if sample is not None and not self._closed:
+            self._call(str(sample.key_expr), sample.payload.to_bytes())
+
     def _run(self) -> None:
         while (item := self._next()) is not None:
-            try:
-                self._callback(*item)
-            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
-                _log.exception("the callback of the subscription to %r failed", self._key)
+            self._call(*item)
+
+    def _call(self, key: str, payload: bytes) -> None:
+        try:
+            self._callback(key, payload)
+        except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+            _log.exception("the callback of the subscription to %r failed", self._key)
 
     def _next(self) -> tuple[str, bytes] | None:
         with self._changed:

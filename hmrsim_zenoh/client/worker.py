@@ -13,16 +13,22 @@ _log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Calls functions after a delay, in a daemon thread of its own."""
+    """Calls functions after a delay, in a daemon thread of its own.
 
-    def __init__(self, name: str) -> None:
+    Args:
+        at_once: Whether to start the thread now and not upon first use: that may be in Zenoh's thread, which must not
+            wait for another thread to start.
+    """
+
+    def __init__(self, name: str, *, at_once: bool = True) -> None:
         self._changed = threading.Condition()
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self._closed = False
-        # Not upon first use: that is in Zenoh's thread, which must not wait for another thread to start.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._started = at_once
+        if at_once:
+            self._thread.start()
 
     def after(self, delay: float, call: Callable[[], None]) -> None:
         """Call a function after *delay* wall seconds, unless the worker is closed by then."""
@@ -31,6 +37,9 @@ class Worker:
                 return
             heapq.heappush(self._due, (time.monotonic() + delay, next(self._order), call))
             self._changed.notify()
+            if not self._started:
+                self._started = True
+                self._thread.start()
 
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
@@ -38,7 +47,7 @@ class Worker:
             self._closed = True
             self._due.clear()
             self._changed.notify()
-        if self._thread is not threading.current_thread():
+        if self._started and self._thread is not threading.current_thread():
             self._thread.join()
 
     def _run(self) -> None:

@@ -82,12 +82,12 @@ def _demo(folder):
     return _of_trace(running.traced_by_process, folder, folder, "demo", "--clock", "lockstep", "--json")
 
 
-def _tree(world, tree, robots, folder):
+def _tree(world, tree, robots, folder, run=running.traced_tree):
     """A tree among the examples, in lockstep."""
     root = running.ROOT
     world = str(root / world) if "/" in world else world
     tree = str(root / tree) if tree.endswith(".xml") else tree
-    return _of_trace(running.traced_tree, folder, world, tree, robots)
+    return _of_trace(run, folder, world, tree, robots)
 
 
 def _program(world, name, folder):
@@ -143,12 +143,14 @@ def _cases():
 
 
 CASES = dict(_cases())
+WITHIN = {f"tree/{name}": partial(_tree, *asked, run=running.traced_tree_within) for name, asked in _TREES.items()}
+"""The cases that are the same in one process, without a network."""
 
 
-def made(name):
+def made(name, cases=CASES):
     """Return all that is pinned of a case, as texts by file name."""
     with tempfile.TemporaryDirectory() as folder:
-        return CASES[name](Path(folder))
+        return cases[name](Path(folder))
 
 
 def digests(texts):

@@ -13,6 +13,8 @@ from typing import Any
 from py_trees.blackboard import Blackboard
 
 from bt_controller.cli import main as bt_controller
+from bt_controller.loading.trees import load
+from bt_controller.running.run_tree import run_tree
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
 from hmrsim.goals.script_orders import read_order
@@ -29,7 +31,9 @@ from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
-from hmrsim_zenoh.host import Host
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 from hmrsim_zenoh.wire.encoding import event_payload
 from hmrsim_zenoh.wire.session import SessionOptions
 
@@ -182,6 +186,21 @@ def traced_tree(world, tree, robots):
         code = bt_controller(["run", tree, "--robot", *robots, "--connect", endpoint])
     Blackboard.clear()
     assert code == 0, f"{tree} ended with {code}"
+    return "".join(pieces)
+
+
+def traced_tree_within(world, tree, robots):
+    """Return the trace of a tree that runs in the simulator's own process, without a network."""
+    pieces = []
+    loaded, settings = load_world(world), RunSettings(clock="lockstep", feedback_rate=2.0)
+    trace = Trace(Header.of(loaded.world, settings), pieces.append)
+    with LoopbackHost(loaded, settings, sinks=[trace]) as host:
+        with Client(session=host.open_session(), name="bt_controller") as client:
+            outcome = run_tree(client, load(tree), robots)
+        host.stop()
+    trace.close(host.simulator.now)
+    Blackboard.clear()
+    assert outcome.succeeded, outcome
     return "".join(pieces)
 
 

@@ -25,6 +25,12 @@ def test_it_is_as_pinned(name):
     )
 
 
+@pytest.mark.parametrize("name", _cases.WITHIN)
+def test_it_is_the_same_within_one_process(name):
+    """Without Zenoh, and without a thread for the simulation."""
+    assert _cases.known()[name] == _cases.digests(_cases.made(name, _cases.WITHIN))
+
+
 def test_nothing_is_pinned_that_is_not_run():
     """A case that was renamed leaves nothing behind."""
     assert [] == sorted(_cases.known().keys() - _cases.CASES.keys())

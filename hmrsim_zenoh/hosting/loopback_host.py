@@ -1,0 +1,99 @@
+"""A world served within this process: no network, no thread, and time that moves while a client waits for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Self
+
+from hmrsim.protocol.time import LOCKSTEP
+from hmrsim.settings.run import RunSettings
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
+from hmrsim_zenoh.loopback.exchange import Exchange
+from hmrsim_zenoh.loopback.session import open_session
+from hmrsim_zenoh.server.local_intake import within
+from hmrsim_zenoh.wire.keys import Keys
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+    from hmrsim.world_checks import LoadedWorld
+
+
+class LoopbackHost:
+    """Serves a world to sessions of this process until it is stopped; a context manager that stops it.
+
+    The simulation runs in the thread of whoever sends a request, before the call returns: in lockstep until all
+    participants have been granted time, or one of them has yet to ask. What clients see, and the trace, is what it is
+    over Zenoh.
+
+    Args:
+        settings: The clock is lockstep, whatever they say.
+        prefix: The prefix of all keys.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+
+    Attributes:
+        simulator: The simulator; to be read only.
+        pacing: What advances its time; likewise.
+
+    Raises:
+        ValueError: The prefix is none.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedWorld,
+        settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
+        *,
+        prefix: str = "hmrsim",
+        sinks: Sequence[Sink] = (),
+        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+    ) -> None:
+        self._reason = "the simulation has ended"
+        self._begun = self._ended = False
+        self._exchange = Exchange(self._run)
+        self._session = open_session(self._exchange)
+        self._served = ServedSimulation(
+            Wiring(self._session, Keys(prefix, loaded.world.remap), within(self._exchange)),
+            loaded.world,
+            settings.model_copy(update={"clock": LOCKSTEP}),
+            Observers(sinks, watchers),
+            lockstep_only=True,
+        )
+        self.simulator = self._served.simulator
+        self.pacing = self._served.pacing
+        self._begun = True
+        self._served.declare()
+
+    def __enter__(self) -> Self:
+        """Return the host."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Stop."""
+        self.stop()
+
+    def open_session(self) -> zenoh.Session:
+        """Return a session with the simulation, which the caller closes; it passes for one of Zenoh's."""
+        return open_session(self._exchange)
+
+    def stop(self, reason: str = "the simulator was stopped") -> None:
+        """End every goal.
+
+        Args:
+            reason: The message in the results of the active goals.
+        """
+        self._reason = reason
+        self._served.close()
+        self._exchange.settle()
+        self._served.leave()
+        self._session.close()
+
+    def _run(self) -> None:
+        if self._begun and not self._ended and not self.pacing.run_until_idle():
+            self._ended = True
+            self.pacing.end()
+            self._served.finish(self._reason)

@@ -1,0 +1,227 @@
+"""A session within the process, with what is used here of `zenoh.Session`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+import zenoh
+
+from hmrsim_zenoh.loopback.exchange import Kind
+from hmrsim_zenoh.loopback.messages import Payload, Query, Reply, Sample
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
+
+
+def open_session(exchange: Exchange) -> zenoh.Session:
+    """Return a session on an exchange: it passes for one of Zenoh's."""
+    return cast("zenoh.Session", LoopbackSession(exchange))
+
+
+class LoopbackSession:
+    """A session on an exchange. What it sends is taken, and answered as far as possible, before a call returns.
+
+    Attributes:
+        exchange: The exchange.
+    """
+
+    def __init__(self, exchange: Exchange) -> None:
+        self.exchange = exchange
+        self._number = exchange.number()
+        self._tokens: list[Token] = []
+        self._declared: list[Declaration] = []
+        self._closed = False
+
+    def close(self) -> None:
+        """Take back what was declared."""
+        if not self._closed:
+            self._closed = True
+            for token in self._tokens:
+                token.undeclare()
+            for declared in self._declared:
+                declared.undeclare()
+            self.exchange.settle()
+
+    def is_closed(self) -> bool:
+        """Return whether it was closed."""
+        return self._closed
+
+    def new_timestamp(self) -> str:
+        """Return a text that no session of the exchange has returned before."""
+        return f"{self.exchange.number()}/{self._number}"
+
+    def declare_keyexpr(self, key: str) -> str:
+        """Return a key: they need not be declared here."""
+        return key
+
+    def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
+        """Publish."""
+        self._check()
+        name = str(key)
+        found = self.exchange.matching(Kind.SUBSCRIBER, name)
+        if found:
+            sample = Sample(name, Payload.of(payload), str(encoding))
+            for each in found:
+                self.exchange.deliver(each.call, sample)
+            self.exchange.settle()
+
+    def get(
+        self,
+        key: object,
+        handler: zenoh.handlers.Callback[Any] | None = None,
+        *,
+        among: Callable[[Declaration], bool] = lambda _declaration: True,
+        **sent: Any,
+    ) -> Iterator[Reply]:
+        """Query; without a handler the replies are returned.
+
+        Args:
+            key: A key expression.
+            handler: Takes the replies, and their end.
+            among: Which queryables are asked.
+            **sent: The *payload*, *encoding* and *attachment* of the query; other options of Zenoh mean nothing here.
+        """
+        self._check()
+        exchange, name = self.exchange, str(key)
+        replies: list[Reply] = []
+        take: Callable[[Reply], object] = replies.append if handler is None else handler.callback
+        found = [each for each in exchange.matching(Kind.QUERYABLE, name) if among(each)]
+        left = len(found)
+
+        def end() -> None:
+            nonlocal left
+            left -= 1
+            if left <= 0 and handler is not None and handler.drop is not None:
+                exchange.deliver(lambda drop: drop(), handler.drop)
+
+        for each in found:
+            each.call(Query(name, sent, partial(exchange.deliver, take), end))
+        if not found:
+            end()
+        exchange.settle()
+        return iter(replies)
+
+    def declare_subscriber(self, key: str, handler: Any) -> Declaration:
+        """Have a handler take what is published."""
+        return self._declare(Kind.SUBSCRIBER, key, _taker(handler))
+
+    def declare_queryable(self, key: str, handler: Any, **_: object) -> Declaration:
+        """Have a handler take queries."""
+        return self._declare(Kind.QUERYABLE, key, _taker(handler))
+
+    def declare_querier(self, key: str, **_: object) -> Querier:
+        """Return what queries the other sessions on a key."""
+        return Querier(self, key)
+
+    def liveliness(self) -> Liveliness:
+        """Return the liveliness tokens of the exchange."""
+        return Liveliness(self)
+
+    def _declare(self, kind: Kind, key: str, call: Callable[[Any], object]) -> Declaration:
+        self._check()
+        declaration = self.exchange.declare(kind, key, call, self)
+        self._declared.append(declaration)
+        return declaration
+
+    def _declare_token(self, key: str) -> Token:
+        self._check()
+        token = Token(self.exchange, self.exchange.declare(Kind.TOKEN, key, _ignore, self))
+        self._tokens.append(token)
+        return token
+
+    def _check(self) -> None:
+        if self._closed:
+            raise zenoh.ZError("the session is closed")
+
+
+class Liveliness:
+    """The liveliness tokens of an exchange, as a session has them."""
+
+    def __init__(self, session: LoopbackSession) -> None:
+        self._session = session
+        self._exchange = session.exchange
+
+    def declare_token(self, key: str) -> Token:
+        """Declare a token."""
+        return self._session._declare_token(key)  # noqa: SLF001 - a part of the session
+
+    def declare_subscriber(self, key: str, handler: Any, *, history: bool = False) -> Declaration:
+        """Have a handler told of tokens that come and go; with *history* also of those that are there."""
+        take = _taker(handler)
+        declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - likewise
+        if history:
+            for each in self._exchange.matching(Kind.TOKEN, key):
+                self._exchange.deliver(take, Sample(str(each.key_expr)))
+            self._exchange.settle()
+        return declaration
+
+    def get(self, key: str, handler: zenoh.handlers.Callback[Any], **_: object) -> None:
+        """Query which tokens are there."""
+        for each in self._exchange.matching(Kind.TOKEN, key):
+            self._exchange.deliver(handler.callback, Reply(ok=Sample(str(each.key_expr))))
+        if handler.drop is not None:
+            self._exchange.deliver(lambda drop: drop(), handler.drop)
+        self._exchange.settle()
+
+
+class Token:
+    """A liveliness token."""
+
+    def __init__(self, exchange: Exchange, declaration: Declaration) -> None:
+        self._exchange = exchange
+        self._declaration: Declaration | None = declaration
+        self._key = str(declaration.key_expr)
+        self._tell(zenoh.SampleKind.PUT)
+
+    def undeclare(self) -> None:
+        """Take it back; once more has no effect."""
+        declaration, self._declaration = self._declaration, None
+        if declaration is not None:
+            declaration.undeclare()
+            self._tell(zenoh.SampleKind.DELETE)
+
+    def _tell(self, kind: zenoh.SampleKind) -> None:
+        for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):
+            self._exchange.deliver(each.call, Sample(self._key, kind=kind))
+        self._exchange.settle()
+
+
+class Querier:
+    """Queries the other sessions on one key."""
+
+    def __init__(self, session: LoopbackSession, key: str) -> None:
+        self._session = session
+        self._key = key
+
+    @property
+    def matching_status(self) -> MatchingStatus:
+        """Whether another session has a queryable there."""
+        return MatchingStatus(any(map(self._is_others, self._session.exchange.matching(Kind.QUERYABLE, self._key))))
+
+    def declare_matching_listener(self, handler: object) -> None:
+        """Do nothing: the status is looked up before each request."""
+
+    def get(self, handler: zenoh.handlers.Callback[Any], **sent: Any) -> None:
+        """Query."""
+        self._session.get(self._key, handler, among=self._is_others, **sent)
+
+    def _is_others(self, declaration: Declaration) -> bool:
+        return declaration.owner is not self._session
+
+
+class MatchingStatus:
+    """Whether a key has somebody at its other end."""
+
+    def __init__(self, matching: bool) -> None:  # noqa: FBT001 - as Zenoh's
+        self.matching = matching
+
+
+def _taker(handler: Any) -> Callable[[Any], object]:
+    call: Callable[[Any], object] = handler.callback if isinstance(handler, zenoh.handlers.Callback) else handler
+    return call
+
+
+def _ignore(_item: object) -> None:
+    """Take nothing."""

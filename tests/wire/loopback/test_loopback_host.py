@@ -1,0 +1,192 @@
+"""A simulator within the process of its clients: what they see is what they would see over Zenoh."""
+
+from __future__ import annotations
+
+import json
+import threading
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.settings.run import RunSettings
+from hmrsim_zenoh import Client, ClientClosed, Commander, RequestError, SimulatorGone, Unreachable
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from tests.wire.loopback.conftest import goal_to
+
+NAVIGATE, WAIT = registry()["navigate_to_pose"], registry()["wait"]
+
+
+def waiting(seconds):
+    """Return a goal."""
+    return Wait.Goal.model_validate({"time": {"sec": seconds}})
+
+
+class TestGoals:
+    """Of one client, in the thread of the test."""
+
+    def test_a_goal_succeeds_while_its_result_is_waited_for(self, host, client):
+        """In simulated time, with its feedback."""
+        heard = []
+        goal = client.action_client("ann", NAVIGATE).send_goal(goal_to(10, 0), on_feedback=heard.append)
+
+        assert NavigateToPose.Result() == goal.result()
+        assert (10.0, (10.0, 0.0)) == (client.now, host.simulator.robots["ann"].pose().point)
+        assert heard
+
+    def test_a_goal_is_canceled(self, client):
+        """Where it is."""
+        goal = client.action_client("ann", WAIT).send_goal(waiting(60))
+        goal.wait_accepted()
+        client.sleep(2.0)
+        goal.cancel()
+        goal.result()
+
+        assert ("CANCELED", 2.0) == (goal.status.name, client.now)
+
+    def test_a_commander_blocks(self, client):
+        """As over Zenoh."""
+        ann = Commander(client, "ann")
+        ann.go_to_pose(10, 0)
+        ann.go_to_pose(0, 0)
+
+        assert 20.0 == client.now
+
+    def test_no_thread_is_started(self, client):
+        """None is needed."""
+        before = threading.active_count()
+        client.subscribe("hmrsim/**", lambda _key, _payload: None)
+        client.action_client("ann", WAIT).send_goal(waiting(3)).result()
+
+        assert before == threading.active_count()
+
+    def test_the_host_stops(self, host, client):
+        """A goal that is under way fails, as when a simulator goes."""
+        goal = client.action_client("ann", WAIT).send_goal(waiting(60))
+        goal.wait_accepted()
+        host.stop()
+
+        with pytest.raises(SimulatorGone):
+            goal.result(1.0)
+
+    def test_the_duration_ends_the_run(self, loaded):
+        """Then nothing can be asked any more."""
+        with (
+            LoopbackHost(loaded, RunSettings(duration=5.0)) as host,
+            Client(session=host.open_session()) as client,
+        ):
+            goal = client.action_client("ann", WAIT).send_goal(waiting(60))
+            with pytest.raises(RequestError, match="the simulation has ended"):
+                goal.result()
+
+            assert 5.0 == host.simulator.now
+
+
+class TestReading:
+    """Values, topics and liveliness."""
+
+    def test_latest_values(self, client):
+        """By their keys, or all of a kind."""
+        odometry = json.loads(client.get("hmrsim/ann/odom"))
+
+        assert 0.0 == odometry["pose"]["pose"]["position"]["x"]
+        assert {"hmrsim/ann/odom", "hmrsim/bob/odom"} == client.get_all("hmrsim/*/odom").keys()
+        assert ["ann", "bob"] == [robot["name"] for robot in client.info()["robots"]]
+
+    def test_a_key_without_a_value(self, client):
+        """The same errors as over Zenoh."""
+        with pytest.raises(RequestError, match="no topic 'smell'"):
+            client.get("hmrsim/ann/smell")
+        with pytest.raises(Unreachable):
+            client.get("elsewhere/odom")
+
+    def test_what_is_published(self, client):
+        """Told in order, while time stands, by whom it was moved."""
+        heard = []
+        client.subscribe("hmrsim/_world/events", lambda _key, payload: heard.append(json.loads(payload)))
+        client.action_client("ann", WAIT).send_goal(waiting(3)).result()
+
+        assert [1, 2, 4] == [event["status"] for event in heard if event["kind"] == "status"]
+
+    def test_the_latest_value_first(self, client):
+        """Where it is asked for."""
+        heard = []
+        client.subscribe("hmrsim/_world/info", lambda key, _payload: heard.append(key), history=True)
+
+        assert ["hmrsim/_world/info"] == heard
+
+    def test_a_subscription_is_closed(self, client):
+        """Then nothing more comes."""
+        heard = []
+        client.subscribe("hmrsim/_world/events", lambda _key, payload: heard.append(payload)).close()
+        client.action_client("ann", WAIT).send_goal(waiting(3)).result()
+
+        assert [] == heard
+
+    def test_presence(self, host, client):
+        """While the host serves."""
+        assert client.alive
+        host.stop()
+        assert not client.alive
+
+
+class TestTime:
+    """Time moves while all who take part wait."""
+
+    def test_two_clients_in_threads(self, host):
+        """Both are granted the same time."""
+        ends = {}
+
+        def wait(name, seconds):
+            with Client(session=host.open_session(), name=name) as client:
+                client.now  # noqa: B018 - it takes part from now on
+                both.wait()
+                client.sleep(seconds)
+                ends[name] = client.now
+
+        both = threading.Barrier(2)
+        threads = [threading.Thread(target=wait, args=each) for each in (("one", 2.0), ("two", 5.0))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(10.0)
+
+        assert {"one": 2.0, "two": 5.0} == ends
+
+    def test_there_is_no_other_clock(self, client):
+        """Time would have to move by itself."""
+        with pytest.raises(RequestError, match="lockstep only"):
+            client.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime"}')
+
+    def test_a_name_is_taken_once(self, host, client):
+        """As over Zenoh."""
+        assert client.now == 0.0
+        other = Client(session=host.open_session())
+        with pytest.raises(RequestError, match="has joined already"):
+            other.sleep(1.0)
+        other.close()
+
+    def test_a_closed_client(self, client):
+        """Does nothing more."""
+        client.close()
+        with pytest.raises(ClientClosed):
+            client.get("hmrsim/ann/odom")
+
+
+class TestPlanner:
+    """A planner in the same process."""
+
+    def test_it_plans(self, host, client):
+        """Time stands while it thinks."""
+        asked = []
+
+        def plan(query):
+            goal = json.loads(query.payload.to_bytes())
+            asked.append(client.now)
+            poses = [{"pose": {"position": {"x": x, "y": 0.0}}} for x in (0.0, 10.0)]
+            query.reply("hmrsim/_planner/compute_path_to_pose", json.dumps({"path": {"poses": [*poses, goal["goal"]]}}))
+
+        host.open_session().declare_queryable("hmrsim/_planner/compute_path_to_pose", plan)
+        client.action_client("bob", NAVIGATE).send_goal(goal_to(10, 0)).result()
+
+        assert ([0.0], (10.0, 0.0)) == (asked, host.simulator.robots["bob"].pose().point)
