@@ -146,6 +146,23 @@ def load(
         raise TreeError(f"{name}: module {module_name!r} has no {function_name!r}{hint}")
     if not callable(function):
         raise TreeError(f"{name} is {function!r}; a function that returns the root of a tree is expected")
+    return plan_of(function, name, values=values, files=(module.__file__,) if module.__file__ else ())
+
+
+def plan_of(
+    function: Callable[..., object], name: str, *, values: Mapping[str, str] = _NOTHING, files: tuple[str, ...] = ()
+) -> Plan:
+    """Return the tree that a function builds.
+
+    Args:
+        function: Returns the root; takes the robot's name as *robot*, the names of all as *robots*, or nothing.
+        name: What it is called.
+        values: Texts that are on each robot's blackboard from the start.
+        files: Where it comes from.
+
+    Raises:
+        TreeError: It takes something else.
+    """
     first = _first_parameter(name, function)
     return Plan(
         name,
@@ -155,7 +172,7 @@ def load(
         takes_robots=first == _ROBOTS,
         values=values,
         resumable=bool(getattr(function, _RESUMABLE, False)),
-        files=(module.__file__,) if module.__file__ else (),
+        files=files,
     )
 
 

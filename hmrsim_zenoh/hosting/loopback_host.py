@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
-    from hmrsim.world_checks import LoadedWorld
+    from hmrsim.world.model import World
 
 
 class LoopbackHost:
@@ -45,7 +45,7 @@ class LoopbackHost:
 
     def __init__(
         self,
-        loaded: LoadedWorld,
+        world: World,
         settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
         *,
         prefix: str = "hmrsim",
@@ -57,8 +57,8 @@ class LoopbackHost:
         self._exchange = Exchange(self._run)
         self._session = open_session(self._exchange)
         self._served = ServedSimulation(
-            Wiring(self._session, Keys(prefix, loaded.world.remap), within(self._exchange)),
-            loaded.world,
+            Wiring(self._session, Keys(prefix, world.remap), within(self._exchange)),
+            world,
             settings.model_copy(update={"clock": LOCKSTEP}),
             Observers(sinks, watchers),
             lockstep_only=True,

@@ -194,7 +194,7 @@ def traced_tree_within(world, tree, robots):
     pieces = []
     loaded, settings = load_world(world), RunSettings(clock="lockstep", feedback_rate=2.0)
     trace = Trace(Header.of(loaded.world, settings), pieces.append)
-    with LoopbackHost(loaded, settings, sinks=[trace]) as host:
+    with LoopbackHost(loaded.world, settings, sinks=[trace]) as host:
         with Client(session=host.open_session(), name="bt_controller") as client:
             outcome = run_tree(client, load(tree), robots)
         host.stop()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-import yaml
 
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.world_checks import load_world
+from hmrsim.world.model import World
 from hmrsim_zenoh import Client
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
@@ -23,17 +22,15 @@ def goal_to(x, y):
 
 
 @pytest.fixture
-def loaded(tmp_path):
+def world():
     """Return the world."""
-    path = tmp_path / "world.yaml"
-    path.write_text(yaml.safe_dump(WORLD))
-    return load_world(path)
+    return World.model_validate(WORLD)
 
 
 @pytest.fixture
-def host(loaded):
+def host(world):
     """Serve the world."""
-    with LoopbackHost(loaded) as host:
+    with LoopbackHost(world) as host:
         yield host
 
 

@@ -69,10 +69,10 @@ class TestGoals:
         with pytest.raises(SimulatorGone):
             goal.result(1.0)
 
-    def test_the_duration_ends_the_run(self, loaded):
+    def test_the_duration_ends_the_run(self, world):
         """Then nothing can be asked any more."""
         with (
-            LoopbackHost(loaded, RunSettings(duration=5.0)) as host,
+            LoopbackHost(world, RunSettings(duration=5.0)) as host,
             Client(session=host.open_session()) as client,
         ):
             goal = client.action_client("ann", WAIT).send_goal(waiting(60))

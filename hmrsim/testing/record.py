@@ -1,0 +1,105 @@
+"""What happened in a run: its goals, and the events of its world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+
+if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.goal import GoalStatus
+    from hmrsim.protocol.outputs import Output
+
+
+@dataclass
+class Goal:
+    """A goal that was accepted.
+
+    Attributes:
+        robot: Who pursues it.
+        action: The action's name.
+        goal_id: Its id, 32 hex digits.
+        goal: What it asks for.
+        status: Its status.
+        accepted: When it was accepted, in simulated seconds.
+        ended: When it ended; None while it is under way.
+        result: Its result; None while it is under way.
+        where: The place at which the robot was when it ended, as `hmrsim.testing.Run.where` says; empty while it is
+            under way.
+    """
+
+    robot: str
+    action: str
+    goal_id: str
+    goal: Message | None
+    status: GoalStatus
+    accepted: float
+    ended: float | None = None
+    result: Message | None = None
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that happened in the world.
+
+    Attributes:
+        at: When, in simulated seconds.
+        kind: Its kind, such as ``door_opened`` or ``deadlock``; docs/report.md and `_world/events` have all.
+        fields: The rest of it, as in JSON.
+        text: The same in words.
+    """
+
+    at: float
+    kind: str
+    fields: dict[str, Any]
+    text: str
+
+
+class Record:
+    """A sink that keeps what happens.
+
+    Args:
+        where: Returns at which place a robot is now.
+    """
+
+    def __init__(self, where: Callable[[str], str]) -> None:
+        self._where = where
+        self.goals: dict[tuple[str, str, str], Goal] = {}
+        self._events: list[tuple[int, Event]] = []
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic's messages are wanted: events, and no samples."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Keep a goal, or an event."""
+        if isinstance(output, GoalChanged):
+            self._note_goal(output)
+            self._events.append((output.stamp, output.event()))
+        elif isinstance(output, EventStamped):
+            self._events.append((output.stamp, output.event))
+
+    def _note_goal(self, output: GoalChanged) -> None:
+        key, now = (output.robot, output.action, output.goal_id), output.stamp / NANOSECONDS
+        goal = self.goals.get(key)
+        if goal is None:
+            goal = Goal(*key, output.goal, output.status, now)
+            self.goals[key] = goal
+        goal.status = output.status
+        if output.status.terminal:
+            goal.ended, goal.result, goal.where = now, output.result, self._where(output.robot)
+
+    def happenings(self, wanted: Callable[[Event], bool]) -> list[Happening]:
+        """Return the events that are wanted, in order."""
+        return [
+            Happening(stamp / NANOSECONDS, event.kind, event.as_dict(), event.describe())
+            for stamp, event in self._events
+            if wanted(event)
+        ]

@@ -1,0 +1,250 @@
+"""A run of a world within the process of a test, and the questions that a test asks about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from bt_controller.loading.trees import Plan, load, plan_of
+from bt_controller.running.run_tree import run_tree
+from hmrsim.diagnostics import listed
+from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.time import LOCKSTEP
+from hmrsim.settings.run import RunSettings
+from hmrsim.testing.record import Goal, Happening, Record
+from hmrsim.trace.writer import Header, Trace
+from hmrsim.world.model import World
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.loading import world_of
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.commander import Commander
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from bt_controller.running.runner import Outcome
+    from hmrsim.geometry import Point
+    from hmrsim.simulation.simulator import Simulator
+
+AnyTree = str | Path | Callable[..., object]
+"""A tree: ``MODULE:FUNCTION``, the path of an XML file, or the function itself."""
+
+_SHOWN = 40
+"""Lines of a story in an error."""
+
+_FLEET = "bt_controller"
+"""The participant's name, as ``bt-controller run`` has it; the ids of goals depend on it, and so does the trace."""
+
+
+def simulation(
+    world: str | Path | Mapping[str, Any] | World,
+    *,
+    tree: AnyTree | None = None,
+    robots: Sequence[str] | None = None,
+    values: Mapping[str, str] | None = None,
+    settings: RunSettings | None = None,
+) -> Run:
+    """Return a run of a world, to be used in a ``with`` statement; time stands until somebody waits.
+
+    Args:
+        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        tree: The tree that `Run.to_the_end` runs.
+        robots: Who runs it; all robots if left out.
+        values: Texts that are on each tree's blackboard from the start.
+        settings: The seed and others, as ``hmrsim run`` has them.
+
+    Raises:
+        WorldError: Something is wrong with the world; it has all errors.
+        TreeError: There is no such tree.
+    """
+    if isinstance(world, Mapping):
+        world = world_of(dict(world), "world")
+    elif not isinstance(world, World):
+        world = load_world(world).world
+    plan = None if tree is None else _plan(tree, values or {})
+    return Run(world, plan, robots, (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP}))
+
+
+def _plan(tree: AnyTree, values: Mapping[str, str]) -> Plan:
+    if callable(tree):
+        return plan_of(tree, getattr(tree, "__qualname__", repr(tree)), values=values)
+    return load(str(tree), values=values)
+
+
+class Run:
+    """A run of a world. Made by `simulation`.
+
+    Attributes:
+        client: A client of the simulator, as controllers have one; time moves while it waits.
+        simulator: The simulator, to look into; it must not be changed.
+        outcome: How the trees have ended; None before `to_the_end`.
+    """
+
+    def __init__(self, world: World, plan: Plan | None, robots: Sequence[str] | None, settings: RunSettings) -> None:
+        self._plan = plan
+        self._robots = robots
+        self._pieces: list[str] = []
+        self._record = Record(self.where)
+        self._stack = ExitStack()
+        trace = Trace(Header.of(world, settings), self._pieces.append)
+        self._host = self._stack.enter_context(LoopbackHost(world, settings, sinks=[trace, self._record]))
+        self._trace = trace
+        self.simulator: Simulator = self._host.simulator
+        self.client = self.open_client(_FLEET)
+        self.outcome: Outcome | None = None
+
+    def __enter__(self) -> Self:
+        """Return the run."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """End it."""
+        self.close()
+
+    def close(self) -> None:
+        """End the run: goals that are under way are aborted."""
+        self._stack.close()
+
+    def open_client(self, name: str) -> Client:
+        """Return a further client, which takes part under a name of its own as soon as it waits; the run closes it.
+
+        Time moves only while all that take part wait, so that each needs a thread of its own.
+        """
+        return self._stack.enter_context(Client(session=self._host.open_session(), name=name))
+
+    def commander(self, robot: str) -> Commander:
+        """Return a commander of a robot: each order moves time until it is carried out."""
+        return Commander(self.client, robot)
+
+    def to_the_end(self) -> Outcome:
+        """Run the tree until it has ended for each robot; return how.
+
+        Raises:
+            ValueError: No tree was given.
+            TreeError: It can't be built.
+            NotServed: The world lacks a robot or an action.
+            TreeCrashed: A behaviour raised an error.
+            Idle: A tree waits for what can't happen.
+        """
+        if self._plan is None:
+            raise ValueError("there is no tree to run; give one: simulation(WORLD, tree=...)")
+        robots = self._robots if self._robots is not None else [*self.simulator.robots]
+        self.outcome = run_tree(self.client, self._plan, robots)
+        return self.outcome
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds."""
+        return self.simulator.now
+
+    @property
+    def trace(self) -> str:
+        """The trace so far: the same bytes as ``--trace`` writes for such a run over Zenoh."""
+        return "".join(self._pieces)
+
+    def goals(
+        self, robot: str | None = None, action: str | None = None, status: GoalStatus | str | None = None
+    ) -> list[Goal]:
+        """Return the goals that were accepted, in order; those of a robot, of an action, or in a status."""
+        wanted = GoalStatus[status] if isinstance(status, str) else status
+        return [
+            goal
+            for goal in self._record.goals.values()
+            if robot in {None, goal.robot} and action in {None, goal.action} and wanted in {None, goal.status}
+        ]
+
+    def happened(self, kind: str | None = None, **fields: Any) -> list[Happening]:
+        """Return what happened in the world, in order; of a kind, with these fields.
+
+        ::
+
+            run.happened("docked", robot="wall_e")
+        """
+        return [
+            each
+            for each in self._record.happenings(lambda event: kind in {None, event.kind})
+            if all(each.fields.get(name) == value for name, value in fields.items())
+        ]
+
+    def position(self, name: str) -> Point:
+        """Return where a robot or an item is now, in the world's unit.
+
+        Raises:
+            ValueError: There is none of this name.
+        """
+        robots, items = self.simulator.robots, self.simulator.roster.items
+        if name in robots:
+            return robots[name].pose().point
+        if name in items:
+            return items[name].position
+        raise ValueError(f"no robot or item {name!r}; there are: {listed([*robots, *items])}")
+
+    def where(self, name: str) -> str:
+        """Return the place, dock or waypoint nearest to a robot or an item, in this order where they are equally near.
+
+        Raises:
+            ValueError: There is no robot or item of this name, or nothing has a name.
+        """
+        if name == WORLD:
+            return ""
+        at, world = self.position(name), self.simulator.world
+        named = {**world.points, **{dock: world.dock_point(dock) for dock in world.docks}}
+        named = {**{place: each.at for place, each in world.places.items()}, **named}
+        if not named:
+            raise ValueError("the world has no places, docks or waypoints")
+        return min(named, key=lambda each: math.dist(named[each], at))
+
+    def carrier(self, item: str) -> str | None:
+        """Return the robot that carries an item; None if it lies somewhere."""
+        carrier = self.simulator.roster.items[item].carrier
+        return carrier.name if carrier else None
+
+    def visited(self, robot: str) -> list[str]:
+        """Return where a robot's goals ended, in order, without repetitions in a row."""
+        places: list[str] = []
+        for goal in sorted(self.goals(robot), key=lambda each: math.inf if each.ended is None else each.ended):
+            if goal.where and places[-1:] != [goal.where]:
+                places.append(goal.where)
+        return places
+
+    def check_succeeded(self) -> None:
+        """Check that the trees of all robots have succeeded.
+
+        Raises:
+            AssertionError: Not all have; the text has the story of the run.
+        """
+        if self.outcome is None:
+            raise AssertionError("the run has not come to its end; call `to_the_end`")
+        failed = [robot for robot, status in self.outcome.statuses.items() if status.name != "SUCCESS"]
+        if failed:
+            raise AssertionError(f"{', '.join(failed)} failed{self._told()}")
+
+    def check_visited(self, robot: str, *places: str) -> None:
+        """Check that a robot's goals ended at places in this order; others may be between.
+
+        Raises:
+            AssertionError: They did not; the text has the story of the run.
+        """
+        visited = iter(self.visited(robot))
+        missed = [place for place in places if place not in visited]
+        if missed:
+            raise AssertionError(
+                f"{robot} did not visit {missed[0]!r} after that; it visited {', '.join(self.visited(robot))}"
+                f"{self._told()}"
+            )
+
+    def story(self) -> list[str]:
+        """Return what happened, a line each."""
+        return [f"{each.at:9.3f} s  {each.text}" for each in self.happened()]
+
+    def _told(self) -> str:
+        return "".join(f"\n  {line}" for line in _shortened(self.story()))
+
+
+def _shortened(lines: Iterable[str]) -> list[str]:
+    """Return the last lines, and how many were before."""
+    lines = [*lines]
+    left = len(lines) - _SHOWN
+    return lines if left <= 0 else [f"... {left} before", *lines[-_SHOWN:]]

@@ -1,0 +1,117 @@
+"""Runs of a world for users' own tests: what they ask of it, and what they are told when it is not so."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from py_trees.composites import Sequence
+
+from bt_controller.behaviours.items import Pickup, Place
+from bt_controller.behaviours.nav_to_pose import GoTo
+from hmrsim.errors import WorldError
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim_zenoh import GoalFailed
+
+WORLD = {
+    "waypoints": {"home": [0, 0], "shelf": [10, 0], "ward": [20, 0]},
+    "lanes": [["home", "shelf"], ["shelf", "ward"]],
+    "items": {"medicine": {"at": [10, 0.5]}},
+    "robots": {"wall_e": {"at": "home", "components": {"claw": {}}}, "eve": {"at": "ward"}},
+}
+
+
+def deliver():
+    """Return the tree that brings the medicine to the ward."""
+    return Sequence(
+        "Deliver", memory=True, children=[GoTo("shelf"), Pickup("medicine"), GoTo("ward"), Place("medicine")]
+    )
+
+
+def pick_up():
+    """Return a tree that fails: the medicine is out of reach."""
+    return Pickup("medicine")
+
+
+def test_a_tree_is_run_to_its_end(simulation):
+    """And what happened can be asked for."""
+    run = simulation(WORLD, tree=deliver, robots=["wall_e"])
+
+    assert run.to_the_end().succeeded
+    run.check_succeeded()
+    run.check_visited("wall_e", "shelf", "ward")
+    assert ["shelf", "ward"] == run.visited("wall_e")
+    assert ("ward", None) == (run.where("medicine"), run.carrier("medicine"))
+    assert ["navigate_to_pose", "pickup", "navigate_to_pose", "place"] == [goal.action for goal in run.goals("wall_e")]
+    assert ["medicine"] == [each.fields["item"] for each in run.happened("picked", robot="wall_e")]
+    assert run.now == run.goals()[-1].ended
+
+
+def test_a_client_and_a_commander(simulation):
+    """Drive by hand, with what happened between."""
+    run = simulation(WORLD)
+    wall_e = run.commander("wall_e")
+    wall_e.go_to_pose(10, 0)
+    wall_e.pickup("medicine")
+
+    assert ("wall_e", "shelf") == (run.carrier("medicine"), run.where("wall_e"))
+    with pytest.raises(GoalFailed):
+        wall_e.pickup("medicine")
+    (failed,) = run.goals(status="ABORTED")
+    assert "pickup" == failed.action
+
+
+def test_the_goals_of_a_robot(simulation):
+    """By robot, action and status."""
+    run = simulation(WORLD)
+    run.commander("wall_e").go_to_pose(10, 0)
+    run.commander("eve").go_to_pose(10, 0)
+
+    (goal,) = run.goals("eve", "navigate_to_pose", "SUCCEEDED")
+    assert isinstance(goal.goal, NavigateToPose.Goal)
+    assert (20.0, "shelf", 10.0) == (goal.ended, goal.where, goal.accepted)
+
+
+def test_a_failure_tells_the_story(simulation):
+    """In the assertion's text."""
+    run = simulation(WORLD, tree=pick_up, robots=["wall_e"])
+    run.to_the_end()
+    with pytest.raises(AssertionError, match=r"(?s)^wall_e failed\n.*ABORTED"):
+        run.check_succeeded()
+    with pytest.raises(AssertionError, match="wall_e did not visit 'shelf'"):
+        run.check_visited("wall_e", "shelf")
+
+
+def test_wrong_questions(simulation):
+    """Get an answer that helps."""
+    run = simulation(WORLD)
+
+    with pytest.raises(ValueError, match="no robot or item 'bob'; there are: wall_e, eve, medicine"):
+        run.where("bob")
+    with pytest.raises(ValueError, match="there is no tree to run"):
+        run.to_the_end()
+    with pytest.raises(AssertionError, match="has not come to its end"):
+        run.check_succeeded()
+    with pytest.raises(WorldError, match="robots"):
+        simulation({**WORLD, "robots": {"eve": {"at": "nowhere"}}})
+
+
+def test_runs_are_the_same(simulation):
+    """Byte for byte."""
+    traces = []
+    for _ in range(2):
+        run = simulation("hospital", tree="bt_controller.examples.hospital:mission")
+        run.to_the_end()
+        run.check_succeeded()
+        traces.append(run.trace)
+
+    assert traces[0] == traces[1]
+
+
+def test_pytest_starts_as_fast_as_before():
+    """The plug-in loads nothing of the simulator before a test asks for it."""
+    code = "import sys, hmrsim.testing.plugin; print([m for m in ('zenoh', 'py_trees', 'simpy') if m in sys.modules])"
+
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "[]\n" == done.stdout
