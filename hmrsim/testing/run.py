@@ -142,6 +142,7 @@ class Run:
     @property
     def trace(self) -> str:
         """The trace so far: the same bytes as ``--trace`` writes for such a run over Zenoh."""
+        self._trace.flush()
         return "".join(self._pieces)
 
     def goals(

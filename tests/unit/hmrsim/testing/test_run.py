@@ -107,6 +107,7 @@ def test_runs_are_the_same(simulation):
         traces.append(run.trace)
 
     assert traces[0] == traces[1]
+    assert traces[0].count('"kind":"status"') > 50
 
 
 def test_pytest_starts_as_fast_as_before():
