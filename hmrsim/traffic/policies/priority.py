@@ -189,8 +189,7 @@ class Priority(Reserve):
 
     def _clear_lanes(self, robot: Vehicle) -> bool:
         """Have a vehicle leave the lane in whose middle it stands and blocks others; return whether one can."""
-        lanes = self.admission.graph.lanes
-        for slot in range(len(lanes.names), len(lanes.names) + len(lanes.tracks)):
+        for slot in self.slots.occupied_lanes():
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None}, goes=False)
