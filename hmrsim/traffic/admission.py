@@ -285,7 +285,7 @@ class Admission:
         robot, leg = wait.robot, wait.leg
         if self._for_good(robot, leg) and robot.reroute(()):
             return
-        wait.why = self._in_the_way(robot, leg)
+        wait.why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
             self.release(robot)
             return
@@ -304,7 +304,7 @@ class Admission:
 
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
-        return lane not in self.closures.lanes and self._barriers.may_pass(robot, lane)
+        return not self._obstructed or (lane not in self.closures.lanes and self._barriers.may_pass(robot, lane))
 
     def lets(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether only traffic can be in a vehicle's way on a leg now; if not, what is there begins to open."""

@@ -145,8 +145,7 @@ class Slots:
                 self._release(robot, slot)
         if wanted and self._spots:
             self._leave_spot(robot)
-        if self._on_lanes:
-            self._on_lanes.pop(robot, None)
+        self._on_lanes.pop(robot, None)
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:

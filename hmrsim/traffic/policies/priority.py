@@ -28,7 +28,7 @@ from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exit
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
-    from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._vehicle import Vehicle, Wait
 
     _Chain = list[tuple[Vehicle, Exit]]
     """The vehicles that yield, and by which lanes."""
@@ -61,7 +61,7 @@ class Priority(Reserve):
         self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, float] = {}
-        self._again: dict[Vehicle, float] = {}
+        self._again: dict[Vehicle, tuple[Wait, float]] = {}
         self.take, self.stand = self._take, self._stand
 
     def _take(self, robot: Vehicle, leg: Leg) -> bool:
@@ -79,11 +79,11 @@ class Priority(Reserve):
         return self.slots.take(robot, leg)
 
     def _stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """As `Reserve.stand`; vehicles that could not be helped before ask again."""
+        """As `Reserve.stand`; vehicles that could not be helped before ask again, as soon as a search is due."""
         self.slots.stand(robot, slots)
         if self._stuck:
             stuck, self._stuck = self._stuck, {}
-            self.admission.look_again([*stuck])
+            self.admission.look_again([other for other in stuck if not self._asks_later(other)])
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need, or the one for which it is moved or held back."""
@@ -135,15 +135,35 @@ class Priority(Reserve):
             robot = min(cycle, key=rank)
             if self._is_seen_to(robot):
                 return
+        wait = self.admission.waits[robot]
+        seen = dict.fromkeys(self.slots.missing(robot, wait.leg.slots))
         blockers = self.admission.blockers(robot)
-        self._stuck[robot] = None
-        if not all(other.stands or other.waits for other in blockers):
-            # A vehicle on its way will leave by itself.
-            return
-        if any(other in self._resolutions or (other.waits and rank(other) < rank(robot)) for other in blockers):
-            return
-        if not (self._push(robot) or self._clear_lanes(robot)):
-            self._resolve(robot)
+        if all(other.stands or other.waits for other in blockers):
+            helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
+            if helping is not None:
+                helping.held_back[robot] = None
+            elif not any(other.waits and rank(other) < rank(robot) for other in blockers):
+                if self._push(robot, seen):
+                    return
+                self._stuck[robot] = None
+                if self._clear_lanes(robot):
+                    return
+                self._resolve(robot)
+        # Else one of them is on its way, or is to go on first.
+        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+            self.slots.watch(robot, seen)
+
+    def _asks_later(self, robot: Vehicle) -> bool:
+        """Return whether it is too early for another search for a vehicle; then it asks again when it is not."""
+        wait = self.admission.waits.get(robot)
+        again = self._searched.get(robot, -math.inf) + _BETWEEN_SEARCHES
+        if wait is None or self.admission.now >= again:
+            return False
+        before, at = self._again.get(robot, (None, again))
+        if before is not wait or at != again:
+            self._again[robot] = wait, again
+            self.admission.look_again_at(robot, again)
+        return True
 
     def stays_aside(self, robot: Vehicle) -> bool:
         """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
@@ -154,15 +174,18 @@ class Priority(Reserve):
             self._begin_next_step(resolution)
         return True
 
-    def _push(self, robot: Vehicle) -> bool:
-        """Have the vehicles that block one yield, and let it go on; return whether they can."""
+    def _push(self, robot: Vehicle, seen: dict[int, None]) -> bool:
+        """Have the vehicles that block one yield, and let it go on; return whether they can.
+
+        The slots are added to those *seen* on which that depends.
+        """
         wait = self.admission.waits.get(robot)
         if wait is None or not wait.leg.slots:
             return False
         slot = next(self.slots.missing(robot, wait.leg.slots), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
         goes = slot == wait.leg.slots[-1] and self.slots.full(slot)
-        chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, goes=goes)
+        chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, seen, goes=goes)
         if chain is None:
             return False
         moves = self._yield(chain, robot, [(robot, wait.leg)] if goes else [])
@@ -192,13 +215,20 @@ class Priority(Reserve):
         for slot in self.slots.occupied_lanes():
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
-            chain = self._chain(slot, robot, robot, {robot: None}, goes=False)
+            chain = self._chain(slot, robot, robot, {robot: None}, {}, goes=False)
             if chain is not None and self._yield(chain, robot) is not False:
                 return True
         return False
 
     def _chain(
-        self, slot: int, first: Vehicle, pusher: Vehicle, pushed: dict[Vehicle, None], *, goes: bool
+        self,
+        slot: int,
+        first: Vehicle,
+        pusher: Vehicle,
+        pushed: dict[Vehicle, None],
+        seen: dict[int, None],
+        *,
+        goes: bool,
     ) -> _Chain | None:
         """Return which vehicles drive where so that there is room in a slot; None if they can't make any.
 
@@ -207,17 +237,19 @@ class Priority(Reserve):
             first: The vehicle to which all yield.
             pusher: The vehicle that needs the slot; no other can go where it is.
             pushed: The vehicles that have been asked already.
+            seen: The slots on which the answer depends.
             goes: Whether the first vehicle leaves its own place at the same time.
         """
+        seen[slot] = None
         for other in sorted({*self.slots.inside(slot), *self.slots.beside(pusher, slot)}, key=rank, reverse=True):
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
-            for way in self._refuges(other, first, pusher, slot):
+            for way in self._refuges(other, first, pusher, slot, seen):
                 there = [*self.slots.in_the_way(other, way.end)]
                 if not there or (goes and first in there):
                     return [(other, way)]
-                further = self._chain(way.end, first, other, pushed, goes=goes)
+                further = self._chain(way.end, first, other, pushed, seen, goes=goes)
                 if further is not None:
                     return [(other, way), *further]
         return None
@@ -225,7 +257,7 @@ class Priority(Reserve):
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int) -> list[Exit]:
+    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]) -> list[Exit]:
         """Return the lanes by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
         wait = self.admission.waits.get(robot)
         wanted, taken = wait.leg.slots[-1:] if wait else (), self.slots.held(pusher)
@@ -233,14 +265,20 @@ class Priority(Reserve):
         def cost(way: Exit) -> tuple[bool, bool, float, int]:
             return any(self.slots.in_the_way(robot, way.end)), way.end not in wanted, way.leg.length, way.end
 
-        return [
-            way
-            for way in sorted(exits(self.admission, self.slots, robot), key=cost)
-            if next(self.slots.missing(robot, way.leg.slots[:1]), None) is None
-            and way.end not in taken
-            and not self._reservations.against(robot, way.leg.slots, first)
-            and not self.slots.touch(robot, (way.end,), pusher, slot)
-        ]
+        found = []
+        for way in exits(self.admission, self.slots, robot):
+            if way.end in taken or self.slots.touch(robot, (way.end,), pusher, slot):
+                continue
+            missing = next(self.slots.missing(robot, way.leg.slots[:1]), None)
+            if missing is not None:
+                seen[missing] = None
+                continue
+            resolution = self._reservations.against(robot, way.leg.slots, first)
+            if resolution is None:
+                found.append(way)
+            else:
+                resolution.held_back[first] = None
+        return sorted(found, key=cost)
 
     def _resolve(self, robot: Vehicle) -> None:
         """Move the vehicles around one that can't go on so that it can, if that is possible."""
@@ -248,11 +286,7 @@ class Priority(Reserve):
         if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
             return
         now = self.admission.now
-        again = self._searched.get(robot, -math.inf) + _BETWEEN_SEARCHES
-        if now < again:
-            if self._again.get(robot) != again:
-                self._again[robot] = again
-                self.admission.look_again_at(robot, again)
+        if self._asks_later(robot):
             return
         self._searched[robot] = now
         steps = self._resolver.find_steps(robot, wait.leg.slots[-1], self._max_states)
