@@ -41,6 +41,6 @@ def check_room(simulator: Simulator, point: Point, base: Base, name: str = "") -
         if other.is_within(room, point) and other.name != name and not other.flies:
             x, y = point
             raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")
-    full = None if base.flies else simulator.roster.admission.full_at(point, name)
+    full = None if base.flies else simulator.roster.admission.full_at(point, own, name)
     if full is not None:
-        raise BadPose(f"({point[0]:g}, {point[1]:g}) is on {full}, where there is no room for one more robot")
+        raise BadPose(f"({point[0]:g}, {point[1]:g}) {full}, where there is no room for one more robot")

@@ -142,18 +142,27 @@ class Admission:
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
 
-    def full_at(self, point: Point, name: str = "") -> str | None:
-        """Return the waypoint or lane at a point if it is full, not counting the vehicle of this name; else None."""
+    def full_at(self, point: Point, radius: float, name: str = "") -> str | None:
+        """Return what a vehicle of this radius can't have at a point since another one has it; None if it can.
+
+        That is the waypoint or lane there, or one so near that the two would touch. The vehicle of this *name* does
+        not count.
+        """
         if self._rules is None:
             return None
-        lanes = self.graph.lanes
         for slot in self._slots_at(point):
             others = [robot for robot in self._rules.inside(slot) if robot.name != name]
             if self._rules.full(slot) and others:
-                track = slot - len(lanes.names)
-                what = f"waypoint {lanes.names[slot]!r}" if track < 0 else "lane {}-{}".format(*lanes.tracks[track])
-                return f"{what}, which {others[0].name} has"
+                return f"is on {self._called(slot)}, which {others[0].name} has"
+            for at, other in self._rules.near(slot, radius):
+                if other.name != name:
+                    return f"is near {self._called(at)}, which {other.name} has"
         return None
+
+    def _called(self, slot: int) -> str:
+        lanes = self.graph.lanes
+        track = slot - len(lanes.names)
+        return f"waypoint {lanes.names[slot]!r}" if track < 0 else "lane {}-{}".format(*lanes.tracks[track])
 
     def remove(self, robot: Vehicle) -> None:
         """Take note that a vehicle is there no longer."""

@@ -9,7 +9,7 @@ stands on. A policy decides when it may have them.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
@@ -66,6 +66,9 @@ class Rules(Protocol):
 
     def inside(self, slot: int) -> Sequence[Vehicle]:
         """Return the vehicles that hold a slot."""
+
+    def near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
+        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""

@@ -64,6 +64,13 @@ class Slots:
         """Return the vehicles that hold a slot, in the order in which they came."""
         return self._inside[slot]
 
+    def holders_near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
+        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
+        for at, away in self.near.get(slot, {}).items():
+            for other in self._inside[at]:
+                if touch(away, radius + other.radius):
+                    yield at, other
+
     def occupied_lanes(self) -> list[int]:
         """Return the lanes in whose middle vehicles stand, in order."""
         return sorted({*self._on_lanes.values()})

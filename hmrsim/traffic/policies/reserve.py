@@ -61,7 +61,7 @@ class Reserve:
         near = _near(admission.world, admission.graph.lanes, capacities)
         self.slots = Slots(capacities, len(admission.graph.lanes.names), near, self.freed)
         self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
-        self.full = self.slots.full
+        self.full, self.near = self.slots.full, self.slots.holders_near
         self.stand, self.inside = self.slots.stand, self.slots.inside
 
     def freed(self, robots: Sequence[Vehicle]) -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.geometry import gap
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.traffic.policies._nearness import near_slots
 from tests.profiles import examples
@@ -187,6 +187,18 @@ def test_no_place_to_yield_is_one_that_is_too_near_as_well():
     assert (29.4, "SUCCEEDED", "") == end(log, A)
 
 
+def test_no_robot_is_put_where_it_would_touch_one_that_comes():
+    """Though that is far away yet."""
+    run = under("reserve", {**BESIDE, "robots": ROBOTS_BESIDE})
+    run.ask("set_entity_state", {"entity": "bob", "state": {"pose": {"position": {"x": 10.0, "y": 10.0}}}})
+    run.ask("set_entity_state", {"entity": "ann", "state": {"pose": {"position": {"x": 2.0}}}})
+    back = {"pose": {"position": {"x": 10.0, "y": 0.6}}}
+    answer = run.ask("set_entity_state", {"entity": "bob", "state": back})
+
+    text = "(10, 0.6) is near lane a-b, which ann has, where there is no room for one more robot"
+    assert text == answer.result.error_message
+
+
 @st.composite
 def tangles(draw):
     """Return a world of waypoints in a grid with lanes across each other, its robots, and where each is to go."""
@@ -211,20 +223,22 @@ def check_apart(simulator):
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 @examples(60, share_fixtures=True)
-@given(tangles())
-def test_never_two_that_touch(policy, tangle):
-    """At every instant; under reserve every goal ends."""
+@given(tangles(), st.lists(st.integers(0, 40), max_size=4))
+def test_never_two_that_touch(policy, tangle, cancels):
+    """At every instant, also where goals are canceled after so many events; under reserve every goal ends."""
     world, goals = tangle
     run = simulate({**world, "traffic": {"policy": policy}}, topics=frozenset({Topic.EVENTS}))
     simulator = run.simulator
     sent = [go(name, *world["waypoints"][goal], f"{i:032x}") for i, (name, goal) in enumerate(goals.items(), 1)]
     for command in sent:
         simulator.submit(command)
-    for _ in range(5_000):
+    for number in range(5_000):
         if not simulator.process_events(math.inf, 1, idle=False):
             break
         check_apart(simulator)
+        for command in sent if number in cancels else ():
+            simulator.submit(CancelGoal(command.robot, command.action, command.goal_id))
 
     if policy == "reserve":
         ends = {run.log.changes(command.goal_id)[-1][1] for command in sent}
-        assert {"SUCCEEDED", "ABORTED"}.issuperset(ends)
+        assert {"SUCCEEDED", "ABORTED", "CANCELED"}.issuperset(ends)
