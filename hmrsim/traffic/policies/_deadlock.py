@@ -60,6 +60,8 @@ class DeadlockResolver:
         if self._slots.held(robot)[-1] >= len(self._admission.graph.lanes.out):
             # It stands in the middle of a lane, which only the vehicles before and behind it can leave.
             return None
+        if not all(self._may_join(other, robot) for other in self._slots.in_the_way(robot, target)):
+            return None
         group = [robot]
         while len(group) < _MAX_ROBOTS and max_states > 0:
             joining = next(self._around(group, target), None)
@@ -79,7 +81,7 @@ class DeadlockResolver:
         while todo:
             node = todo.popleft()
             for other in sorted(self._slots.inside(node), key=rank):
-                if other not in group and self._slots.held(other) == (node,) and self._movable(other, group[0]):
+                if other not in group and self._may_join(other, group[0]):
                     yield other
             for edge in out[node]:
                 beside = (at for slot in edge.leg.slots for at in near.get(slot, ()) if at < len(out))
@@ -87,6 +89,11 @@ class DeadlockResolver:
                     if end not in seen:
                         seen.add(end)
                         todo.append(end)
+
+    def _may_join(self, other: Vehicle, robot: Vehicle) -> bool:
+        """Return whether a vehicle stands at a waypoint, and may be moved for another one."""
+        held = self._slots.held(other)
+        return len(held) == 1 and held[0] < len(self._admission.graph.lanes.out) and self._movable(other, robot)
 
     def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Step] | None, int]:
         """Search the places of a group breadth first; return the steps, and how many combinations were searched."""
