@@ -1,4 +1,4 @@
-"""A crowd that never rests: robots on a grid of lanes, each of which gets a new random goal when it has arrived."""
+"""A crowd that never rests: robots on lanes, each of which gets a new random goal when it has arrived."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hmrsim.events.robots import MotionBegan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import Answered
+from hmrsim.protocol.outputs import Answered, EventStamped
+from hmrsim.protocol.topics import Topic
 from hmrsim.world.model import World
 from hmrsim.world_checks import LoadedWorld
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
 SIDE = 32
@@ -53,6 +54,13 @@ def grid_world(robots: int, *, side: int = SIDE, seed: int = 1) -> World:
     )
 
 
+def under(world: World, policy: str) -> World:
+    """Return the same world under another policy, with what it says of capacities."""
+    plain = world.model_dump(mode="json", by_alias=True)
+    said = {key: value for key, value in plain["traffic"].items() if policy != "free" and key != "policy"}
+    return World.model_validate(plain | {"traffic": {"patience": None, **said, "policy": policy}})
+
+
 def loaded(world: World) -> LoadedWorld:
     """Return a world that no file has, as `Host` takes it."""
     return LoadedWorld(world=world, path=Path("benchmark.yaml"), warnings=())
@@ -71,14 +79,20 @@ class Wanderers:
     It takes the way of every client: a command for the goal, one for its result, and the answer to the latter.
     Robots first wait for a random part of a second, so that they don't keep step, and when a goal has failed, which
     may be at once.
+
+    Args:
+        world: The world.
+        seed: Of chance.
+        points: Where they go to; all points of the world that have a name if not given.
     """
 
-    def __init__(self, world: World, seed: int = 1) -> None:
+    def __init__(self, world: World, seed: int = 1, points: Iterable[tuple[float, float]] | None = None) -> None:
         self._simulator: Simulator | None = None
         self._chance = random.Random(seed)
         self._numbers = itertools.count(1)
         self._goals = [
-            NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y)))) for x, y in world.points.values()
+            NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
+            for x, y in (world.points.values() if points is None else points)
         ]
 
     def start(self, simulator: Simulator, robots: Iterable[str]) -> None:
@@ -109,6 +123,23 @@ class Wanderers:
         goal_id = f"{next(self._numbers):032x}"
         self._simulator.submit(SendGoal(robot, action, goal, goal_id))
         self._simulator.submit(GetResult(robot, action, goal_id, _Wanderer(robot)))
+
+
+class Lanes:
+    """A sink that counts lanes as they are driven."""
+
+    def __init__(self) -> None:
+        self.driven = 0
+
+    def emit(self, output: Output) -> None:
+        """Count the lanes that a robot begins, or is going to."""
+        if isinstance(output, EventStamped) and isinstance(output.event, MotionBegan):
+            lanes = [output.event.lane, *(each["lane"] for each in output.event.then)]
+            self.driven += sum(lane is not None for lane in lanes)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic."""
+        return topic is Topic.MOTION
 
 
 class _Wanderer(str):

@@ -15,13 +15,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from benchmarks._bare_loop import bare_loop
-from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
+from benchmarks._fleet import SIDE, Lanes, Wanderers, grid_world, plan_everything, under
 from benchmarks._report import Row
 from benchmarks._spread import Spread
 from benchmarks._timing import Rounds, microseconds
-from hmrsim.events.robots import MotionBegan
-from hmrsim.protocol.outputs import EventStamped
-from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.traffic.policies import registry
 from hmrsim.world.model import World
@@ -30,7 +27,6 @@ from hmrsim.world_checks import load_world
 if TYPE_CHECKING:
     import simpy
 
-    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
 
 QUICK: dict[str, Any] = {"rounds": 1, "seconds": 100.0}
@@ -42,23 +38,6 @@ _MAX_BARE_RATIOS = {"reserve": 3.0, "priority": 6.0}
 _BARE = "simpy's bare loop"
 _MIN_FACTOR = 2000.0
 _MAX_SECONDS = 36_000.0
-
-
-class _Lanes:
-    """A sink that counts lanes as they are driven."""
-
-    def __init__(self) -> None:
-        self.driven = 0
-
-    def emit(self, output: Output) -> None:
-        """Count the lanes that a robot begins, or is going to."""
-        if isinstance(output, EventStamped) and isinstance(output.event, MotionBegan):
-            lanes = [output.event.lane, *(each["lane"] for each in output.event.then)]
-            self.driven += sum(lane is not None for lane in lanes)
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether it takes a topic."""
-        return topic is Topic.MOTION
 
 
 def run(
@@ -148,7 +127,7 @@ def _compared(
 ) -> Rounds:
     """Return what a lane costs under each policy, in processor seconds, and what *others* return in turns with them."""
     policies = ["free", *(name for name in registry() if name != "free")]
-    worlds = {policy: _under(world, policy) for policy in policies}
+    worlds = {policy: under(world, policy) for policy in policies}
     lanes = {policy: max(1, _driven(each, go)) for policy, each in worlds.items()}
     taken: dict[str, list[float]] = {name: [] for name in (*others, *policies)}
     for _ in range(rounds):
@@ -159,14 +138,7 @@ def _compared(
     return Rounds(taken)
 
 
-def _under(world: World, policy: str) -> World:
-    """Return the same world under another policy, with what it says of capacities."""
-    plain = world.model_dump(mode="json", by_alias=True)
-    said = {key: value for key, value in plain["traffic"].items() if policy != "free" and key != "policy"}
-    return World.model_validate(plain | {"traffic": {"patience": None, **said, "policy": policy}})
-
-
 def _driven(world: World, go: Callable[[World, Sequence[Sink]], float]) -> int:
-    lanes = _Lanes()
+    lanes = Lanes()
     go(world, [lanes])
     return lanes.driven
