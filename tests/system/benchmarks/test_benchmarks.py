@@ -22,7 +22,13 @@ from tests.paths import ROOT
 
 TINY = {
     "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
-    "density": {"crowds": ((4, 20.0),), "side": 3},
+    "density": {
+        "crowds": ((4, 20.0),),
+        "side": 3,
+        "racks": 1,
+        "pickers": ((2, 60.0),),
+        "shipped": (("zoo/crossing", 60.0),),
+    },
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
     "loading": {"side": 10, "lanes": 20, "walls": 3, "rounds": 1},
