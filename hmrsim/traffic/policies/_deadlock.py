@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from hmrsim.traffic.policies._nearness import touch
 from hmrsim.traffic.policies._resolution import Move, Step
 from hmrsim.traffic.policies.reserve import rank
 
@@ -50,29 +51,29 @@ class DeadlockResolver:
         self._reservations = reservations
         self._movable = movable
 
-    def find_steps(self, robot: Vehicle, target: int, max_states: int) -> list[Step] | None:
-        """Return the fewest steps after which a vehicle is at a waypoint; None if none are found.
+    def find_steps(self, robot: Vehicle, target: int, max_states: int) -> tuple[list[Step] | None, bool]:
+        """Return the fewest steps after which a vehicle is at a waypoint, None if none are found, and if that is sure.
 
         The vehicles in its way enter the search one after the other, the nearest first.
 
-        *max_states* is how many combinations of places are searched in all.
+        *max_states* is how many combinations of places are searched in all; it is not sure if there are more.
         """
         if self._slots.held(robot)[-1] >= len(self._admission.graph.lanes.out):
             # It stands in the middle of a lane, which only the vehicles before and behind it can leave.
-            return None
+            return None, True
         if not all(self._may_join(other, robot) for other in self._slots.in_the_way(robot, target)):
-            return None
+            return None, True
         group = [robot]
         while len(group) < _MAX_ROBOTS and max_states > 0:
             joining = next(self._around(group, target), None)
             if joining is None:
-                return None
+                return None, True
             group.append(joining)
             steps, searched = self._search(group, target, max_states)
             if steps is not None:
-                return steps
+                return steps, True
             max_states -= searched
-        return None
+        return None, max_states > 0
 
     def _around(self, group: Sequence[Vehicle], target: int) -> Iterator[Vehicle]:
         """Yield the vehicles that may be moved, in breadth-first order from the target."""
@@ -126,7 +127,7 @@ class _GroupMoves:
         self._slots = slots
         self._reservations = reservations
         self._group = group
-        self._ways: dict[tuple[int, int], list[Edge]] = {}
+        self._ways: dict[tuple[int, int], list[tuple[Edge, dict[int, float]]]] = {}
         self._rooms: dict[int, float] = {}
 
     def steps(self, places: _Places) -> Iterator[_Ways]:
@@ -134,8 +135,8 @@ class _GroupMoves:
         into: list[list[_Way]] = []
         for i, place in enumerate(places):
             blocked: list[_Way] = []
-            for edge in self._ways_from(i, place):
-                if self._slots.near and self._touches(i, edge, places):
+            for edge, beside in self._ways_from(i, place):
+                if beside and self._touches(i, beside, places):
                     continue
                 if places.count(edge.end) < self._room(edge.end):
                     yield ((i, edge),)
@@ -161,12 +162,24 @@ class _GroupMoves:
                 for way in into[j]:
                     yield from self._circles(places, into, (*ways, way))
 
-    def _ways_from(self, i: int, place: int) -> list[Edge]:
-        """Return the lanes from a waypoint on which only the group can be in the way of one of it."""
+    def _ways_from(self, i: int, place: int) -> list[tuple[Edge, dict[int, float]]]:
+        """Return the lanes from a waypoint on which only the group can be in the way of one of it.
+
+        With each go the waypoints near it, and how far away they are.
+        """
         known = self._ways.get((i, place))
         if known is None:
-            known = self._ways[i, place] = [*self._find_ways(self._group[i], place)]
+            found = self._find_ways(self._group[i], place)
+            known = self._ways[i, place] = [(edge, self._beside(edge)) for edge in found]
         return known
+
+    def _beside(self, edge: Edge) -> dict[int, float]:
+        waypoints, beside = len(self._admission.graph.lanes.out), dict[int, float]()
+        for slot in edge.leg.slots:
+            for at, away in self._slots.near.get(slot, {}).items():
+                if at < waypoints:
+                    beside[at] = min(away, beside.get(at, away))
+        return beside
 
     def _find_ways(self, robot: Vehicle, place: int) -> Iterator[Edge]:
         for edge in self._admission.graph.lanes.out[place]:
@@ -186,10 +199,13 @@ class _GroupMoves:
             room = self._rooms[slot] = self._slots.room(slot, self._group)
         return room
 
-    def _touches(self, i: int, edge: Edge, places: _Places) -> bool:
-        """Return whether one of a group would touch another one of it on a lane."""
-        touch, slots, group = self._slots.touch, edge.leg.slots, self._group
-        return any(touch(group[i], slots, group[j], at) for j, at in enumerate(places) if j != i)
+    def _touches(self, i: int, beside: Mapping[int, float], places: _Places) -> bool:
+        """Return whether one of a group would touch another one of it on a lane with these waypoints beside it."""
+        group = self._group
+        return any(
+            at in beside and j != i and touch(beside[at], group[i].radius + group[j].radius)
+            for j, at in enumerate(places)
+        )
 
 
 def _steps(before: _Before, places: _Places, group: Sequence[Vehicle]) -> list[Step]:

@@ -13,8 +13,8 @@ ever.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,6 +37,13 @@ if TYPE_CHECKING:
 _BETWEEN_SEARCHES = 5.0
 """Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after."""
 
+_FIRST_STATES = 1_000
+_MORE_STATES = 5
+"""Combinations of places at which the first search for a vehicle looks, and how many times as many the next one does.
+
+Most vehicles can be helped by few moves, or go on by themselves before that is worth more.
+"""
+
 
 class PrioritySettings(ReserveSettings):
     """The settings of reservations, and the limit of a search.
@@ -46,6 +53,23 @@ class PrioritySettings(ReserveSettings):
     """
 
     most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 20_000
+
+
+@dataclass
+class _Searched:
+    """A search for a way out for a vehicle.
+
+    Attributes:
+        wait: What it waited for.
+        at: When, in simulated seconds.
+        states: How many combinations of places were looked at, at most.
+        again: What it asks again for when the next search is due; None if it does not.
+    """
+
+    wait: Wait
+    at: float
+    states: int
+    again: Wait | None = None
 
 
 class Priority(Reserve):
@@ -60,8 +84,7 @@ class Priority(Reserve):
         self._stuck: dict[Vehicle, None] = {}
         self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
-        self._searched: dict[Vehicle, float] = {}
-        self._again: dict[Vehicle, tuple[Wait, float]] = {}
+        self._searched: dict[Vehicle, _Searched] = {}
         self.take, self.stand = self._take, self._stand
 
     def _take(self, robot: Vehicle, leg: Leg) -> bool:
@@ -118,7 +141,6 @@ class Priority(Reserve):
         self._awaiting.clear()
         self._opening.clear()
         self._searched.clear()
-        self._again.clear()
 
     def halted(self, robot: Vehicle) -> None:
         """Give up the resolution of which a vehicle is a part: the next move would wait for it."""
@@ -155,14 +177,12 @@ class Priority(Reserve):
 
     def _asks_later(self, robot: Vehicle) -> bool:
         """Return whether it is too early for another search for a vehicle; then it asks again when it is not."""
-        wait = self.admission.waits.get(robot)
-        again = self._searched.get(robot, -math.inf) + _BETWEEN_SEARCHES
-        if wait is None or self.admission.now >= again:
+        wait, before = self.admission.waits.get(robot), self._searched.get(robot)
+        if wait is None or before is None or self.admission.now >= before.at + _BETWEEN_SEARCHES:
             return False
-        before, at = self._again.get(robot, (None, again))
-        if before is not wait or at != again:
-            self._again[robot] = wait, again
-            self.admission.look_again_at(robot, again)
+        if before.again is not wait:
+            before.again = wait
+            self.admission.look_again_at(robot, before.at + _BETWEEN_SEARCHES)
         return True
 
     def stays_aside(self, robot: Vehicle) -> bool:
@@ -285,13 +305,18 @@ class Priority(Reserve):
         wait = self.admission.waits.get(robot)
         if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
             return
-        now = self.admission.now
         if self._asks_later(robot):
             return
-        self._searched[robot] = now
-        steps = self._resolver.find_steps(robot, wait.leg.slots[-1], self._max_states)
+        before = self._searched.get(robot)
+        states = before.states * _MORE_STATES if before and before.wait is wait else _FIRST_STATES
+        states = min(states, self._max_states)
+        self._searched[robot] = _Searched(wait, self.admission.now, states)
+        steps, sure = self._resolver.find_steps(robot, wait.leg.slots[-1], states)
         if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
+            if not around and not sure and states < self._max_states:
+                self._asks_later(robot)
+                return
             cycle = [] if around else waits_for_cycle(self.admission, robot)
             if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask.
