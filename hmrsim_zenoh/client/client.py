@@ -52,6 +52,8 @@ _log = logging.getLogger(__name__)
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
+_RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
+"""Services of the world by which simulated time may go back."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
 _OPEN: Final[weakref.WeakSet[Client]] = weakref.WeakSet()
@@ -108,6 +110,7 @@ class Client:
         self._joining = threading.RLock()
         self._run_id = ""
         self._lockstep: Lockstep | None = None
+        self._resets = {self.keys.world(service) for service in _RESETS}
         self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
         _OPEN.add(self)
 
@@ -193,7 +196,7 @@ class Client:
 
     @property
     def now(self) -> float:
-        """Simulated seconds.
+        """Simulated seconds; in lockstep those of this client's last grant, or of its last reset.
 
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError: As `get`.
@@ -247,6 +250,8 @@ class Client:
             if isinstance(answer, RequestError):
                 raise answer
             if answer is not None:
+                if payload is not None and key in self._resets and self._lockstep is not None:
+                    self._lockstep.look_at_time()
                 return answer
             self._await_simulator(key, until, timeout)
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")

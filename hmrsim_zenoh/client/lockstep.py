@@ -107,6 +107,18 @@ class Lockstep:
         """Whether time goes on without this client, or the simulator has gone; the client may then join again."""
         return self._error is not None
 
+    def look_at_time(self) -> None:
+        """Ask for the time, which may have gone back; nothing happens while an advance is pending, which will tell."""
+        if self._turns.held:
+            self._look_at_time()
+        else:
+            self._turns.run(self._look_at_time, lambda: self._over or self.lost, _LAST_WORDS)
+
+    def _look_at_time(self) -> bool:
+        if not self._participant.asking:
+            self._participant.look_at_time()
+        return True
+
     def next_goal_id(self) -> str:
         """Return the id of the next goal: the simulator would generate the same."""
         with self._lock:

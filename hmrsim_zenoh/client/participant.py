@@ -174,6 +174,12 @@ class Participant:
         self.epoch, self.now = grant.epoch, grant.now
         self._wish = None
 
+    def look_at_time(self) -> None:
+        """Ask for the time, and take it over if it has gone back."""
+        state = self._state()
+        if state is not None and state.clock == _LOCKSTEP and state.now < self.now:
+            self.epoch, self.now = state.epoch, state.now
+
     def leave(self) -> None:
         """Leave, and tell the simulator if it is there."""
         if self._token is not None:
@@ -241,7 +247,10 @@ class Participant:
             RequestError: The error has another cause.
         """
         field = _field(error)
-        state = self._state(error)
+        state = self._state()
+        if state is None:
+            self._wish = None
+            raise error
         if state.clock != _LOCKSTEP:
             return Grant(epoch=state.epoch, now=state.now, reason="end")
         if field == "epoch" and not self._resynchronised:
@@ -254,13 +263,10 @@ class Participant:
         self._wish = None
         raise Dropped(str(error)) if field == "participant" else error
 
-    def _state(self, error: RequestError) -> _State:
+    def _state(self) -> _State | None:
         call = self._link.call(Port(self._link.time_key("state"), at_once=True), None, timeout=_ONE_TRY)
         call.wait(_ONE_TRY)
-        if not isinstance(call.answer, bytes):
-            self._wish = None
-            raise error
-        return _read(_State, call.answer)
+        return _read(_State, call.answer) if isinstance(call.answer, bytes) else None
 
 
 def check_name(name: str) -> None:

@@ -16,6 +16,11 @@ class SingleFlight:
         self._waiting = 0
         self._who: int | None = None
 
+    @property
+    def held(self) -> bool:
+        """Whether it is the calling thread's turn."""
+        return self._who == threading.get_ident()
+
     def run(self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float) -> bool:
         """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
 

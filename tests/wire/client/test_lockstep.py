@@ -397,6 +397,33 @@ def test_a_reset_ends_what_is_under_way(client, options, wait):
     assert (goal.status, client.now) == (GoalStatus.ABORTED, 1.0)
 
 
+@pytest.mark.parametrize(("service", "payload"), [("reset_simulation", b"{}"), ("load_world", b'{"uri":"scenario1"}')])
+def test_time_is_the_new_one_right_after_a_reset_of_ours(client, service, payload):
+    """It was that of the last grant until the next one."""
+    client.sleep(50.0)
+    client.get(f"hmrsim/_world/{service}", payload=payload)
+
+    assert client.now == 0.0
+
+
+def test_time_goes_on_after_a_reset_by_a_callback(client, wait):
+    """In which no thread of this client can let time go on."""
+    client.sleep(3.0)
+    seen = []
+
+    def reset(goal):
+        if goal.accepted and not seen:
+            client.get("hmrsim/_world/reset_simulation", payload=b"{}")
+            seen.append(client.now)
+
+    wait.send_goal(seconds(30), on_change=reset)
+    client.sleep(1.0)
+    wait.send_goal(seconds(2)).result(SOON)
+
+    assert seen == [0.0]
+    assert client.now == 2.0
+
+
 def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
     """The time for its acceptance begins when the simulator could have answered."""
     with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=1.0) as client:
