@@ -39,6 +39,14 @@ class SimulatorGone(HmrsimError):
     """The simulator died, or was restarted and does not know the goal."""
 
 
+class SimulationEnded(SimulatorGone):
+    """The run is over, as its duration is, or the simulator was stopped; the text says which."""
+
+
+class ParticipantLost(HmrsimError):
+    """The run has ended with the loss of a participant; the text names it, and says why it was dropped."""
+
+
 class Unreachable(HmrsimError):
     """The simulator is there, but nothing answers on that key; the request's effect is unknown."""
 

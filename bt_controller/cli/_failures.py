@@ -12,6 +12,7 @@ from hmrsim_zenoh.errors import (
     NameTaken,
     PortTaken,
     RequestTimeout,
+    SimulationEnded,
     SimulatorGone,
     SimulatorNotFound,
     Unreachable,
@@ -22,7 +23,7 @@ def exit_code(error: Exception) -> int | None:
     """Return the exit code of an error with a user-readable text; None for a bug."""
     if isinstance(error, (TreeError, PortError, BadOptions, OutputError, PortTaken, NameTaken)):
         return WRONG_USE
-    if isinstance(error, ConnectionDenied):
+    if isinstance(error, (ConnectionDenied, SimulationEnded)):
         return FAILED
     if isinstance(error, (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)):
         return NO_SIMULATOR

@@ -184,7 +184,10 @@ class LockstepClock:
     @property
     def elapsed(self) -> float | None:
         """Simulated seconds that never go back."""
-        return self._lockstep.now + self._set_back if self._successor is None else self._successor.elapsed
+        if self._successor is not None:
+            return self._successor.elapsed
+        # A tree's own request may have reset the simulation since the last grant.
+        return max(self._lockstep.now, self._before) + self._set_back
 
     def wait(self, until: float | None) -> frozenset[str]:
         """Send the trees' requests, advance, and return the reasons to tick."""
@@ -192,15 +195,20 @@ class LockstepClock:
             self._successor = RealtimeClock(self._client, self._mailbox, self._grace, set_back=self._set_back)
         if self._successor is not None:
             return self._successor.wait(until)
+        self._look_back()
         if woken := self._mailbox.wait(0.0):
             return woken
         limit = None if until is None else until - self._set_back
         self._lockstep.advance(until=limit, report=self._report, timeout=_LOOK_AROUND)
+        self._look_back()
+        return self._mailbox.wait(0.0)
+
+    def _look_back(self) -> None:
+        """Take note if time has gone back."""
         before, self._before = self._before, self._lockstep.now
         if self._before < before:
             self._set_back += before - self._before
             self._mailbox.put(RESET)
-        return self._mailbox.wait(0.0)
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
         """Send the cancel requests without advancing time."""

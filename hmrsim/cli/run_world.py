@@ -32,6 +32,7 @@ from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.file import read_file
 from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
+from hmrsim_zenoh.errors import ParticipantLost
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSettings
 from hmrsim_zenoh.wire.exposure import exposed
@@ -102,8 +103,11 @@ def run(args: argparse.Namespace) -> int:
                     [refresh, heap.give_back],
                     lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json),
                 )
-            if isinstance(host.error, HmrsimError):
+            if isinstance(host.error, HmrsimError) and not isinstance(host.error, ParticipantLost):
                 raise host.error
+    if isinstance(host.error, ParticipantLost):
+        # The run is complete.
+        raise host.error
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED

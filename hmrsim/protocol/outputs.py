@@ -123,6 +123,7 @@ class Granted(NamedTuple):
         accepted: The answer to each command, in order; None for a result that there is not yet.
         events: The events of the requested kinds, in order, each with its kind and its stamp.
         met: The names of the conditions that were met, and are watched no longer.
+        over: What ended the run, in words, if that is why time is granted no more.
     """
 
     epoch: int
@@ -131,6 +132,7 @@ class Granted(NamedTuple):
     accepted: tuple[Any, ...] = ()
     events: tuple[tuple[str, int, GoalChanged | FeedbackSent], ...] = ()
     met: tuple[str, ...] = ()
+    over: str = ""
 
 
 TimeAnswer = Joined | Granted | HasLeft | TimeState

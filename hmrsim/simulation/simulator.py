@@ -170,6 +170,7 @@ class Simulator:
         }
         self.graph = WaypointGraph(world)
         self.plans = Plans(self.env, self.emit, publisher)
+        self._stopped = False
         self.roster = Roster(
             self.env,
             self.dispatcher,
@@ -348,8 +349,10 @@ class Simulator:
             self.emit(Answered(reply_to, answer))
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
-        """Abort every goal that runs; the simulation must not be run afterwards."""
-        self.submit(Stop(reason))
+        """Abort every goal that runs, once; the simulation must not be run afterwards."""
+        if not self._stopped:
+            self._stopped = True
+            self.submit(Stop(reason))
 
     def _stop(self, reason: str) -> None:
         # After the stop, changes of subscriptions are no longer received.

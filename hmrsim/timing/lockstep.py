@@ -46,7 +46,7 @@ _log = logging.getLogger(__name__)
 _Given = SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable
 
 _NO_KINDS: frozenset[str] = frozenset()
-_OVER = "the run is over"
+_ENDED = "the simulation has ended"
 
 
 class LockstepCoordinator:
@@ -58,14 +58,15 @@ class LockstepCoordinator:
 
     Attributes:
         epoch: The next grant.
-        lost: Whether a participant was dropped.
+        lost: Which participant was dropped last, and why; empty if none was.
     """
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
         self._simulator = simulator
         self._end = until
         self.epoch = 0
-        self.lost = False
+        self.lost = ""
+        self._over = ""
         self._participants = Participants(awaited)
         self._granting = False
         self._horizon = math.inf
@@ -130,8 +131,8 @@ class LockstepCoordinator:
     def drop(self, name: str, why: str) -> None:
         """Drop a participant; its goals continue to execute."""
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
-        self.lost = True
-        error = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}; join again"
+        self.lost = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}"
+        error = f"{self.lost}; join again"
         participant = self._participants.get(name)
         if participant and participant.open is not None:
             for reply_to in participant.askers:
@@ -140,8 +141,36 @@ class LockstepCoordinator:
             participant.open = None
         self._remove(name, "dropped", why, error=error)
 
+    def end(self, why: str, reason: str) -> None:
+        """End the run: abort every goal, and remove all participants, which are told how their goals have ended.
+
+        Those that wait for a grant are told now, the others when they ask; nothing happens if it has ended already.
+
+        Args:
+            why: What ended the run.
+            reason: The message in the results of the goals.
+        """
+        if self._over:
+            return
+        self._over, self._granting = why, False
+        asked = [participant for participant, _ in self._participants.asking]
+        for name in self.participants:
+            self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
+        self._apply_changes()
+        self._submit_plans(self._simulator.plans.take_kept())
+        self._simulator.stop(reason)
+        self._events = _in_order(self._events)
+        for participant in asked:
+            self._grant(participant, "end")
+
+    def tell_end(self, command: Advance) -> None:
+        """Answer a participant that asks to advance after the end of the run."""
+        events = self._wanted(command)
+        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self._over or _ENDED)
+        self._simulator.answer(command.reply_to, granted)
+
     def dismiss(self, why: str) -> None:
-        """Remove all participants: the run is over, or the clock is no longer lockstep."""
+        """Remove all participants, as the clock is no longer lockstep."""
         self._granting = False
         for name in self.participants:
             self._remove(name, "left", why, error=f"participant {name!r} was removed: {why}; join again")
@@ -309,19 +338,17 @@ class LockstepCoordinator:
 
     def _finish(self, reason: str, wall: float) -> None:
         asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
-        if self.over:
-            # Answered now, as a participant's next request may come after the end.
-            reason = "end"
         self._granting = False
         self.epoch += 1
+        if self.over:
+            self.end(f"it was to last {self._end:g} s", _ENDED)
+            return
         self._events = _in_order(self._events)
         sampled = self._sampled(advance for _, advance in asked)
         for participant, _ in asked:
             participant.since = wall
             self._grant(participant, reason, sampled)
         self._events.clear()
-        if reason == "end":
-            self.dismiss(_OVER)
 
     def _sampled(self, advances: Iterable[Advance]) -> list[tuple[str, int, FeedbackSent]]:
         """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
@@ -341,18 +368,22 @@ class LockstepCoordinator:
         if reason == "until" and stamp(advance.until) == stamp(now):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = max(now, advance.until)
-        wanted = advance.wake | (advance.report - {"feedback"})
-        events = [event for event in self._events if event[0] in wanted]
+        events = self._wanted(advance)
         if "feedback" in advance.report - advance.wake:
-            events.extend(sampled)
+            events = (*events, *sampled)
         accepted = tuple(slot.answer for slot in participant.slots)
         met = self._conditions.take_met(participant.name)
-        granted = Granted(self.epoch, now, reason, accepted, tuple(events), met)
+        granted = Granted(self.epoch, now, reason, accepted, events, met, self._over)
         participant.last = (advance.epoch, granted)
         self._stop_waiting(participant)
         askers, participant.open, participant.slots, participant.askers = participant.askers, None, [], []
         for reply_to in askers:
             self._simulator.answer(reply_to, granted)
+
+    def _wanted(self, advance: Advance) -> tuple[tuple[str, int, GoalChanged | FeedbackSent], ...]:
+        """Return the events since the last grant of which a participant wants to be told."""
+        wanted = advance.wake | (advance.report - {"feedback"})
+        return tuple(event for event in self._events if event[0] in wanted)
 
     def _stop_waiting(self, participant: Participant) -> None:
         """Wait no longer for results that a participant wanted and that are not there yet."""

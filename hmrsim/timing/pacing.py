@@ -17,7 +17,6 @@ from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, PlanAnswered, TimeCommand
-from hmrsim.protocol.outputs import Granted
 from hmrsim.protocol.time import LOCKSTEP, CheckWatchdog, Join, Leave, ReadTime, SetClock, TimeState, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
@@ -109,14 +108,11 @@ class Pacing:
         self._last_state: TimeState | None = None
 
     def run(self) -> None:
-        """Run until the inbox is closed or the duration is over; `Simulator.stop` ends goals that still execute."""
-        try:
-            with self._watching():
-                while not (self._inbox.closed or self._over):
-                    self._round()
-            self._reach_the_end()
-        finally:
-            self.end()
+        """Run until the inbox is closed or the duration is over; `end` ends goals that still execute."""
+        with self._watching():
+            while not (self._inbox.closed or self._over):
+                self._round()
+        self._reach_the_end()
 
     def run_until_idle(self) -> bool:
         """Run until all that is left is to wait for a command, in whose place this returns; return False at the end.
@@ -128,10 +124,16 @@ class Pacing:
             self._round()
         return not (self._inbox.closed or self._over)
 
-    def end(self) -> None:
-        """End the run; participants that wait for a grant are answered."""
+    def end(self, reason: str) -> None:
+        """End the run, and abort every goal with a reason; participants are told."""
         self._over = True
-        self.lockstep.dismiss("the simulator was stopped")
+        self.lockstep.end(self.loss or reason, reason)
+        self._simulator.stop(reason)
+
+    @property
+    def loss(self) -> str:
+        """Which participant was lost, so that the run ends, and why; empty if that is not why."""
+        return self.lockstep.lost if self._end_on_loss else ""
 
     def submit(self, command: AnyCommand) -> None:
         """Apply a command now, in the simulation's thread."""
@@ -316,13 +318,13 @@ class Pacing:
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
         # Time stands while another thinks; it is told of the end when it asks to advance.
-        if self._end_on_loss and lockstep.lost and not lockstep.thinks:
+        if self.loss and not lockstep.thinks:
             self._over = True
 
     def _let_move(self, command: Join | Advance) -> None:
         if self._over and isinstance(command, Advance):
             # A participant that was thinking at the end gets the same answer as the others.
-            self._simulator.answer(command.reply_to, Granted(self.lockstep.epoch, self._simulator.now, "end"))
+            self.lockstep.tell_end(command)
         elif self._over or self.clock != LOCKSTEP:
             why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
             self._simulator.answer(command.reply_to, Refused("", None, why))

@@ -32,6 +32,7 @@ from hmrsim_zenoh.errors import (
     ClientClosed,
     RequestError,
     RequestTimeout,
+    SimulationEnded,
     SimulatorGone,
     SimulatorNotFound,
     Unreachable,
@@ -110,6 +111,7 @@ class Client:
         self._joining = threading.RLock()
         self._run_id = ""
         self._lockstep: Lockstep | None = None
+        self._ended: SimulationEnded | None = None
         self._resets = {self.keys.world(service) for service in _RESETS}
         self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
         _OPEN.add(self)
@@ -180,12 +182,17 @@ class Client:
         Raises:
             NameTaken: Another participant has this client's name.
             RequestError: The simulator refuses this participant.
+            SimulationEnded: The run in which it took part is over, and there is no other one.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
                 self._lockstep.close()
+                self._ended = self._lockstep.ended
                 self._lockstep, self._clock = None, self._choice
+            if self._ended is not None and not self._meets_another_run():
+                raise self._ended
+            self._ended = None
             if self._clock == "auto":
                 self._clock = self._simulators_clock()
             if self._clock == "lockstep" and self._lockstep is None:
@@ -193,6 +200,15 @@ class Client:
                 self._lockstep = Lockstep(self._link, self._name)
             lockstep = self._lockstep
         return None if lockstep is None or lockstep.over else lockstep
+
+    def _meets_another_run(self) -> bool:
+        """Return whether a simulator answers, and it is another run than before."""
+        before = self._run_id
+        try:
+            self.info(self._timeout)
+        except (SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
+            return False
+        return self._run_id != before
 
     @property
     def now(self) -> float:

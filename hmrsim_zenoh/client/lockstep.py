@@ -23,7 +23,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.participant import Participant, Wish
 from hmrsim_zenoh.client.single_flight import SingleFlight
-from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulatorGone, SimulatorNotFound
+from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
 from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
@@ -101,6 +101,11 @@ class Lockstep:
     def over(self) -> bool:
         """Whether lockstep is over: time moves by itself now, or has ended."""
         return self._over
+
+    @property
+    def ended(self) -> SimulationEnded | None:
+        """What ended the run; None if it is not over."""
+        return self._error if isinstance(self._error, SimulationEnded) else None
 
     @property
     def lost(self) -> bool:
@@ -366,7 +371,11 @@ class Lockstep:
             ]
         )
         self._hand_out()
-        if grant.reason == "end" and not self._over:
+        if grant.over and self._error is None:
+            self._error = SimulationEnded(f"the run is over: {grant.over}")
+            self._link.fail(self._error)
+            self._end_watches(str(self._error))
+        elif grant.reason == "end" and not self._over:
             self._end()
         if self._idle >= _SURE:
             raise Idle("nothing is scheduled in the simulation and no participant acts: time can't go on")
@@ -421,8 +430,11 @@ class Lockstep:
             self._link.listen(key, listener.on_payload, listener.wanted)
         for then in unanswered:
             then(None)
+        self._end_watches("lockstep is over; subscribe to the topic")
+
+    def _end_watches(self, why: str) -> None:
         for name in list(self._watched):
-            self._end_watch(name, RequestError("lockstep is over; subscribe to the topic"))
+            self._end_watch(name, RequestError(why))
 
 
 def _note_end(

@@ -58,6 +58,7 @@ class Grant(BaseModel):
         accepted: The reply to each applied command, as on its own key; None for a result that there is not yet.
         events: In order.
         met: The names of the conditions that were met.
+        over: What ended the run, in words, if that is why; empty if time moves by itself from now on.
     """
 
     epoch: int
@@ -66,6 +67,7 @@ class Grant(BaseModel):
     accepted: list[dict[str, Any] | None] = []
     events: list[Happening] = []
     met: list[str] = []
+    over: str = ""
 
 
 class _Joined(BaseModel):

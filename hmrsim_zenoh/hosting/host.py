@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Self
 
 from hmrsim.settings.run import RunSettings
-from hmrsim_zenoh.errors import BadOptions, PrefixTaken
+from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
 from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.claim import Claim
@@ -139,6 +139,9 @@ class Host:
         except BaseException as error:  # noqa: BLE001 - kept for the main thread, which ends the process with it
             self.error = error
             self._reason = f"the simulation died of {type(error).__name__}: {error}".partition("\n")[0]
+        if self.pacing.loss and self.error is None:
+            self.error = ParticipantLost(f"the run has ended, as {self.pacing.loss}")
+            self._reason = str(self.error)
         try:
             self._served.finish(self._reason)
         except BaseException as error:  # noqa: BLE001 - likewise

@@ -95,5 +95,4 @@ class LoopbackHost:
     def _run(self) -> None:
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
-            self.pacing.end()
             self._served.finish(self._reason)

@@ -156,7 +156,7 @@ class ServedSimulation:
             for ros2 in self._ros2:
                 afterwards.callback(ros2.close)
             afterwards.callback(self.server.finish, self.pacing.submit, self.simulator.answer)
-            self.simulator.stop(reason)
+            self.pacing.end(reason)
 
     def leave(self) -> None:
         """End the threads that take queries, after `close`."""

@@ -270,7 +270,8 @@ def _granted(answer: Granted) -> bytes:
     events = b",".join(_event(kind, at, event) for kind, at, event in answer.events)
     head = f'{{"epoch":{answer.epoch},"now":{json.dumps(answer.now)},"reason":"{answer.reason}"'
     met = b',"met":%b' % to_json(answer.met) if answer.met else b""
-    return b'%b,"accepted":[%b],"events":[%b]%b}' % (head.encode(), accepted, events, met)
+    over = b',"over":%b' % to_json(answer.over) if answer.over else b""
+    return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
 
 
 def _accepted(answer: Any) -> bytes:

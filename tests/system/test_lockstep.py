@@ -135,7 +135,9 @@ def test_a_loss_ends_the_run_if_so_asked(lockstep, control):
     code, out, _ = bob.end()
 
     assert (0, "end") == (code, out.splitlines()[-1])
-    simulator.end()
+    code, _, err = simulator.end()
+    assert "the run has ended, as participant 'ann' was dropped" in err.splitlines()[-1]
+    assert code == 1
     assert ["end"] == [line["kind"] for line in lines(trace)[-1:]]
 
 

@@ -119,7 +119,10 @@ class Client(threading.Thread):
         if not ended.wait(chance.choice((0.01, 0.2, 0.5))):
             self._ask(session, f"{key}/cancel_goal", {"goal_info": {"goal_id": goal_id}})
             if not ended.wait(_PATIENCE):
-                self.flaws.append(f"{key} {goal_id} has not ended")
+                statuses = self._ask(session, f"{key}/status").get("status_list", ())
+                known = [each["status"] for each in statuses if goal_id in str(each)]
+                again = self._ask(session, f"{key}/get_result", {"goal_id": goal_id})
+                self.flaws.append(f"{key} {goal_id} has not ended; its status is {known}; asked again: {again}")
 
     def _reading(self, session: zenoh.Session) -> None:
         self._ask(session, self._chance.choice(("robot_3/odom", "*/odom", "_world/info", "*/wait/_action/status")))

@@ -9,8 +9,9 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
-from hmrsim_zenoh import Client, ClientClosed, Commander, RequestError, SimulatorGone, Unreachable
+from hmrsim_zenoh import Client, ClientClosed, Commander, RequestError, SimulationEnded, SimulatorGone, Unreachable
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 from tests.wire.loopback.conftest import goal_to
 
@@ -76,10 +77,13 @@ class TestGoals:
             Client(session=host.open_session()) as client,
         ):
             goal = client.action_client("ann", WAIT).send_goal(waiting(60))
-            with pytest.raises(RequestError, match="the simulation has ended"):
-                goal.result()
 
+            assert ("the simulation has ended", GoalStatus.ABORTED) == (goal.result().error_msg, goal.status)
             assert 5.0 == host.simulator.now
+            with pytest.raises(SimulationEnded, match="the run is over: it was to last 5 s"):
+                client.sleep(1.0)
+            with pytest.raises(SimulationEnded, match="the run is over: it was to last 5 s"):
+                client.action_client("ann", WAIT).send_goal(waiting(60))
 
 
 class TestReading:

@@ -443,7 +443,7 @@ class TestHeld:
         steps = Steps(until=4.0)
         steps.join("a")
 
-        assert Granted(1, 4.0, "end") == steps.advance("a", 0, 9.0)
+        assert Granted(1, 4.0, "end", over="it was to last 4 s") == steps.advance("a", 0, 9.0)
         assert () == steps.lockstep.participants
 
     def test_dismissing_answers_waiting_participants(self):
