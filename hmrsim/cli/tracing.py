@@ -87,6 +87,7 @@ class TraceFile:
     def __init__(self, path: Path | None, world: World, settings: RunSettings) -> None:
         self._path = path
         self._file: TextOutput | None = None
+        self._complete = False
         # The header has all of the world, which takes seconds where that is large.
         self.sinks: tuple[Trace, ...] = () if path is None else (Trace(Header.of(world, settings), self._write),)
 
@@ -112,6 +113,7 @@ class TraceFile:
                     self.flush()
                 raise
             trace.close(simulator.now)
+            self._complete = True
 
     def flush(self) -> None:
         """Write the buffered lines."""
@@ -119,6 +121,9 @@ class TraceFile:
             trace.flush()
 
     def _write(self, text: str) -> None:
+        if self._complete:
+            # What robots do when Python frees their processes is no part of the run.
+            return
         if self._file is None:
             raise AssertionError
         # Whole lines, flushed at once, so that a reader finds them during the run and after a crash.
