@@ -60,6 +60,8 @@ class BatterySettings(Settings):
         low: Share at which ``battery_low`` is published.
         critical: Share at which ``battery_critical`` is published, and to which an empty battery has to be charged
             before the robot can use it.
+        stops_below: Share at which the battery counts as empty, as with a battery management system that switches it
+            off; the rest stays in it.
         taper_from: Share up to which it is charged at full power.
         nominal_voltage: Volts of all its cells in series, half full.
         cells: How many.
@@ -72,6 +74,7 @@ class BatterySettings(Settings):
     drain: Drain = Drain()
     low: _Share = 0.2
     critical: _Share = 0.05
+    stops_below: Annotated[float, Field(strict=True, ge=0, le=0.95)] = 0.0
     taper_from: _Share = 0.8
     nominal_voltage: Annotated[float, Field(strict=True, gt=0, le=1e6)] = 25.2
     cells: Annotated[int, Field(strict=True, ge=1, le=1000)] = 7
@@ -84,6 +87,8 @@ class BatterySettings(Settings):
             raise ValueError(f"initial_charge {self.initial_charge:g} is more than the capacity {self.capacity:g}")
         if self.critical > self.low:
             raise ValueError(f"critical {self.critical:g} is more than low {self.low:g}")
+        if self.stops_below > self.critical:
+            raise ValueError(f"stops_below {self.stops_below:g} is more than critical {self.critical:g}")
         return self
 
 

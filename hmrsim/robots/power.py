@@ -29,7 +29,7 @@ EMPTY = "battery_empty"
 """The cause for which an empty battery disables its robot."""
 
 _REVIVED = 0.01
-"""Minimum share that an empty battery has to be charged to before it is of use, however low *critical* is."""
+"""Minimum share by which an empty battery has to be charged before it is of use, however low *critical* is."""
 
 _INSTANT = 1e-9
 """Seconds by which an event may come too early."""
@@ -199,12 +199,13 @@ class Energy:
     def _upper_end(self, level: Level) -> float:
         """Return the units of energy at which a level begins."""
         settings = self.battery.settings
-        shares = {Level.LOW: settings.low, Level.CRITICAL: settings.critical, Level.EMPTY: 0.0}
+        shares = {Level.LOW: settings.low, Level.CRITICAL: settings.critical, Level.EMPTY: settings.stops_below}
         return self.battery.usable * shares.get(level, math.inf)
 
     @property
     def _revived_at(self) -> float:
-        return self.battery.usable * max(_REVIVED, self.battery.settings.critical)
+        settings = self.battery.settings
+        return self.battery.usable * max(settings.stops_below + _REVIVED, settings.critical)
 
     def _expect(self) -> None:
         """Set the alarm for when the next level is reached, or before."""

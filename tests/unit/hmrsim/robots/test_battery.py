@@ -227,6 +227,19 @@ class TestEmpty:
 
         assert [10.5] == [at for at, _ in run.log.happened("battery_revived")]
 
+    def test_it_may_stop_before_nothing_is_left(self, make_run):
+        """The rest stays in it; it is of use again a hundredth above that, if it is never critical."""
+        run = make_run(world(initial_charge=40, stops_below=0.3, critical=0.3, low=0.3))
+        log = run((0.0, wait(60)), until=20.0)
+        put_at(run, -10.0)
+        run(until=30.0)
+
+        assert [(10.0, 30.0, 0.3)] == [
+            (at, told["charge"], told["percentage"]) for at, told in log.happened("battery_empty")
+        ]
+        assert (10.0, "ABORTED") == log.changes(A)[-1]
+        assert [(20.5, 31.0)] == [(at, told["charge"]) for at, told in log.happened("battery_revived")]
+
     def test_an_empty_robot_blocks_its_lane(self, make_run):
         """Until it is away."""
         run = make_run(world(initial_charge=12.5))
@@ -447,6 +460,7 @@ class TestSettings:
             ({"capacity": 0}, "greater than 0"),
             ({"initial_charge": 9, "capacity": 5}, "initial_charge 9 is more than the capacity 5"),
             ({"low": 0.1, "critical": 0.2}, "critical 0.2 is more than low 0.1"),
+            ({"stops_below": 0.1}, "stops_below 0.1 is more than critical 0.05"),
             ({"drain": {"mooving": 1}}, "mooving"),
             ({"drain": {"still": -1}}, "greater than or equal to 0"),
             ({"technology": "steam"}, "technology"),
