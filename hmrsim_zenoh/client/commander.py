@@ -43,17 +43,21 @@ class Commander:
     - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
     """
 
-    def __init__(self, client: Client, robot: str, *, timeout: float | None = None) -> None:
+    def __init__(
+        self, client: Client, robot: str, *, timeout: float | None = None, sim_timeout: float | None = None
+    ) -> None:
         """Command a robot.
 
         Args:
             client: The connection to its simulator.
             robot: Its name.
             timeout: Wall seconds for each goal, which is then canceled; None for no limit.
+            sim_timeout: Likewise, simulated seconds.
         """
         self.robot = robot
         self._client = client
         self._timeout = timeout
+        self._sim_timeout = sim_timeout
         self._actions: dict[str, ActionClient[Any, Any, Any]] = {}
 
     def go_to_pose(self, x: float, y: float, yaw: float = 0.0) -> NavigateToPose.Result:
@@ -80,7 +84,7 @@ class Commander:
             self._actions[name] = self._client.action_client(self.robot, registry()[name])
         handle = self._actions[name].execute(goal)
         try:
-            result = handle.result(self._timeout)
+            result = handle.result(self._timeout, sim_timeout=self._sim_timeout)
         except BaseException:
             handle.cancel()
             # No robot keeps driving after the script ends.

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 import math
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -323,6 +324,25 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return True
         return super()._wait(condition, None if limit is None else limit - time.monotonic())
 
+    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:
+        limit = None if timeout is None else time.monotonic() + timeout
+        left = self._wire.drive_within(condition, timeout, sim_timeout)
+        if condition() or left <= 0.0:
+            return condition()
+        over = threading.Event()
+
+        def ring() -> None:
+            over.set()
+            self._wake()
+
+        alarm = self._link.alarm(left, ring)
+        try:
+            either = partial(_either, condition, over.is_set)
+            super()._wait(either, None if limit is None else limit - time.monotonic())
+        finally:
+            alarm.close()
+        return condition()
+
     def _ask(self, port: Port, payload: bytes, then: Callable[[Answer], None], *, timeout: float = _ONE_TRY) -> None:
         self._wire.ask(port, payload, timeout=timeout, then=then)
 
@@ -333,6 +353,10 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         self._link.worker.after(self._pause, step)
         self._pause = min(self._pause * _PAUSE_FACTOR, _MAX_PAUSE)
+
+
+def _either(one: Callable[[], bool], other: Callable[[], bool]) -> bool:
+    return one() or other()
 
 
 def _payload(answer: bytes | RequestError) -> bytes:

@@ -119,17 +119,27 @@ class GoalHandle(ABC, Generic[R, F]):
             if not self._accepted and self._error is not None:
                 raise self._error
 
-    def result(self, timeout: float | None = None) -> R:
+    def result(self, timeout: float | None = None, *, sim_timeout: float | None = None) -> R:
         """Wait for the end of the goal and return the result, whatever its *status*.
+
+        Args:
+            timeout: Wall seconds; None for no limit.
+            sim_timeout: Simulated seconds from now on; None for no limit.
 
         Raises:
             GoalRejectedError: It was rejected.
             SimulatorNotFound, SimulatorGone, RequestError, ClientClosed: It failed.
-            GoalTimeout: There is none after *timeout* seconds (the goal goes on unless the caller cancels it),
-                or the simulator's acceptance timed out.
+            GoalTimeout: There is none after so many seconds (the goal goes on unless the caller cancels it), or the
+                simulator's acceptance timed out.
         """
-        if not self._wait(lambda: self._done, timeout):
-            raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {timeout:g} s; it goes on")
+        if sim_timeout is None:
+            ended = self._wait(lambda: self._done, timeout)
+        else:
+            ended = self._wait_within(lambda: self._done, timeout, sim_timeout)
+        if not ended:
+            given = ((timeout, "s"), (sim_timeout, "simulated s"))
+            after = " or ".join(f"{seconds:g} {unit}" for seconds, unit in given if seconds is not None)
+            raise GoalTimeout(f"{self._name}: no result of goal {self._goal_id} after {after}; it goes on")
         with self._lock:
             if self._error is not None:
                 raise self._error
@@ -150,6 +160,16 @@ class GoalHandle(ABC, Generic[R, F]):
             # Made for the first thread that waits: mostly none does.
             self._changed = self._changed or threading.Condition(self._lock)
             return self._changed.wait_for(condition, timeout)
+
+    @abstractmethod
+    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:
+        """Wait for a condition, for so many wall and so many simulated seconds at most; return whether it holds."""
+
+    def _wake(self) -> None:
+        """Have the threads that wait look at their conditions."""
+        with self._lock:
+            if self._changed is not None:
+                self._changed.notify_all()
 
     def _accept(self, status: GoalStatus) -> bool:
         with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +15,8 @@ import zenoh
 
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
+from hmrsim_zenoh.client.sim_clock import read_clock
+from hmrsim_zenoh.client.subscription import Subscription
 from hmrsim_zenoh.client.worker import Rounds, Worker
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError, SimulatorGone, SimulatorNotFound
 from hmrsim_zenoh.loopback.session import LoopbackSession
@@ -61,6 +64,9 @@ class Wire(Protocol):
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         """Make the progress that a condition needs; return whether it holds."""
+
+    def drive_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> float:
+        """Likewise, for so many simulated seconds at most; return how many of them are left."""
 
 
 @dataclass(frozen=True)
@@ -208,6 +214,29 @@ class Link:
     def drive(self, condition: Callable[[], bool], _timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - as a wire
         """Return whether a condition holds; time moves by itself, so there is nothing to advance."""
         return condition()
+
+    def drive_within(self, _condition: Callable[[], bool], _timeout: float | None, sim_timeout: float) -> float:
+        """Return *sim_timeout*; time moves by itself, so there is nothing to advance."""
+        return sim_timeout
+
+    def alarm(self, seconds: float, ring: Callable[[], None]) -> Subscription:
+        """Call a function once so many simulated seconds have passed, until the subscription is closed.
+
+        Raises:
+            ClientClosed: The link is closed.
+        """
+        self.check_open()
+        end = math.inf
+
+        def on_clock(_key: str, payload: bytes) -> None:
+            nonlocal end
+            now = read_clock(payload)
+            if end == math.inf:
+                end = now + seconds
+            if now >= end:
+                ring()
+
+        return Subscription(self.session, self.keys.world("clock"), on_clock, history=True)
 
     def next_goal_id(self) -> str:
         """Return a goal id that is unique across all clients."""

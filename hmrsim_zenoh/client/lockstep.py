@@ -177,6 +177,17 @@ class Lockstep:
         """
         return self._drive(condition, timeout, self.now if at_once else None)
 
+    def drive_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> float:
+        """Advance time until a condition holds, by so many simulated seconds at most; return how many are left.
+
+        Raises:
+            Idle: The condition can't become true.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
+        """
+        end = self.now + sim_timeout
+        self._drive(lambda: condition() or self.now >= end, timeout, min(end, _LATEST))
+        return end - self.now
+
     def sleep(self, seconds: float) -> bool:
         """Advance by simulated seconds; return whether they have passed, since lockstep may end before.
 
