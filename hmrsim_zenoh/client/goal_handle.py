@@ -161,9 +161,9 @@ class GoalHandle(ABC, Generic[R, F]):
             self._changed = self._changed or threading.Condition(self._lock)
             return self._changed.wait_for(condition, timeout)
 
-    @abstractmethod
-    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:
+    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:  # noqa: ARG002 - likewise
         """Wait for a condition, for so many wall and so many simulated seconds at most; return whether it holds."""
+        return self._wait(condition, timeout)
 
     def _wake(self) -> None:
         """Have the threads that wait look at their conditions."""
