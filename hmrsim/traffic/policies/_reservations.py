@@ -265,8 +265,7 @@ class Slots:
     def _release(self, robot: Vehicle, slot: int) -> None:
         self._free[slot] += 1
         self._inside[slot].remove(robot)
-        waiting = self._wanted.pop(slot, None)
-        if waiting:
+        if self._wanted and (waiting := self._wanted.pop(slot, None)):
             self._freed([*waiting])
 
     def _leave_spot(self, robot: Vehicle) -> None:

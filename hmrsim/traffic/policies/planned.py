@@ -119,7 +119,8 @@ class Planned(Priority):
             return False
         if not super()._take(robot, leg):
             return False
-        self._turned_off.pop(robot, None)
+        if self._turned_off:
+            self._turned_off.pop(robot, None)
         return True
 
     def _leave(self, robot: Vehicle) -> None:

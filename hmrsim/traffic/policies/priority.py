@@ -93,12 +93,13 @@ class Priority(Reserve):
         One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
         and the next resolution could have it go back there, for ever.
         """
-        if robot in self._resolutions:
-            return False
-        resolution = self._holds_back(robot, leg)
-        if resolution is not None:
-            resolution.held_back[robot] = None
-            return False
+        if self._resolutions:
+            if robot in self._resolutions:
+                return False
+            resolution = self._holds_back(robot, leg)
+            if resolution is not None:
+                resolution.held_back[robot] = None
+                return False
         return self.slots.take(robot, leg)
 
     def _stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
