@@ -112,13 +112,21 @@ class Client(threading.Thread):
         goal_id, key = f"{chance.getrandbits(128):032x}", f"{robot}/{action}/_action"
         if not self._ask(session, f"{key}/send_goal", {"goal_id": goal_id, "goal": goal}).get("accepted"):
             return
-        ended = threading.Event()
-        handler: Any = zenoh.handlers.Callback(lambda _: ended.set(), indirect=False)
+        answered, over = threading.Event(), threading.Event()
+        handler: Any = zenoh.handlers.Callback(lambda _: answered.set(), over.set, indirect=False)
         wanted = json.dumps({"goal_id": goal_id})
         session.get(f"{PREFIX}/{key}/get_result", handler, payload=wanted, timeout=10 * _PATIENCE)
-        if not ended.wait(chance.choice((0.01, 0.2, 0.5))):
+        if not over.wait(chance.choice((0.01, 0.2, 0.5))):
             self._ask(session, f"{key}/cancel_goal", {"goal_info": {"goal_id": goal_id}})
-            if not ended.wait(_PATIENCE):
+            over.wait(_PATIENCE)
+        if not answered.is_set():
+            if over.is_set():
+                # Zenoh has lost the request with a link; a client asks again.
+                self.done["lost"] += 1
+                result = self._ask(session, f"{key}/get_result", {"goal_id": goal_id})
+                if not result.get("result"):
+                    self.flaws.append(f"{key} {goal_id} was lost, and asked again it has {result}")
+            else:
                 statuses = self._ask(session, f"{key}/status").get("status_list", ())
                 known = [each["status"] for each in statuses if goal_id in str(each)]
                 again = self._ask(session, f"{key}/get_result", {"goal_id": goal_id})
