@@ -125,12 +125,14 @@ class GoalAborted(HmrsimError):
 
     Attributes:
         code: The error code of the action's result, Nav2's or MoveIt's.
+        cause: Why, as an identifier, such as those of `hmrsim.protocol.goal.Cause`.
     """
 
-    def __init__(self, code: int, message: str) -> None:
+    def __init__(self, code: int, message: str, cause: str = "failed") -> None:
         self.code = code
+        self.cause = cause
         # simpy makes a new error from these arguments when an event fails with it.
-        super().__init__(code, message)
+        super().__init__(code, message, cause)
 
     def __str__(self) -> str:
         """Return what can't be done, and why."""
@@ -139,6 +141,9 @@ class GoalAborted(HmrsimError):
 
 class NoRoute(GoalAborted):
     """No way leads from here to there; *code* is one of ComputePathToPose's."""
+
+    def __init__(self, code: int, message: str, cause: str = "no_route") -> None:
+        super().__init__(code, message, cause)
 
 
 class SimulationStopped(HmrsimError):

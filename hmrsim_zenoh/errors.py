@@ -125,9 +125,11 @@ class GoalFailed(HmrsimError):
     Attributes:
         status: How it ended.
         result: The action's result, with its error code and message.
+        cause: Why, as an identifier such as ``preempted``; empty if the simulator does not say.
     """
 
-    def __init__(self, message: str, status: GoalStatus, result: Message) -> None:
+    def __init__(self, message: str, status: GoalStatus, result: Message, cause: str = "") -> None:
         self.status = status
         self.result = result
+        self.cause = cause
         super().__init__(message)

@@ -79,6 +79,10 @@ class Log:
         (answer,) = self.answers(reply_to)
         return answer
 
+    def goal_changes(self, goal_id: str) -> list[GoalChanged]:
+        """Return the changes of a goal's status."""
+        return [event for _, event in self.events if isinstance(event, GoalChanged) and event.goal_id == goal_id]
+
     def changes(self, goal_id: str) -> list[tuple[float, str]]:
         """Return the times and statuses that a goal went through."""
         return [

@@ -67,7 +67,7 @@ def drive_straight(
         piece = straight(start, end, speed=speed, acceleration=robot.base.acceleration)
         yield from perform(robot, piece, goal.time_allowance, codes.TIMEOUT)
     if blocked:
-        raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}")
+        raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}", "blocked")
 
 
 def travelled_from(robot: Robot) -> Callable[[], dict[str, float]]:

@@ -73,7 +73,7 @@ def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any
     route, blocked = (way, "") if isinstance(way, Route) else robot.straight_through(way)
     yield from robot.drive(route, None if blocked else final_yaw)
     if blocked:
-        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}")
+        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}", "blocked")
 
 
 def extent(robot: Robot, way: Way) -> tuple[float, float]:

@@ -112,7 +112,7 @@ def find_route(robot: Robot, ends: Ends) -> GraphRoute:
     except NoRoute as error:
         none = error.code == ComputePathToPose.Result.NO_VALID_PATH
         code = _CODES.NO_VALID_ROUTE if none else _CODES.INDETERMINANT_NODES_ON_GRAPH
-        raise GoalAborted(code, str(error)) from None
+        raise GoalAborted(code, str(error), error.cause) from None
     waypoints = robot.graph.waypoints
     nodes = tuple(dict.fromkeys(name for leg in legs for name in _passed(leg, waypoints)))
     if not nodes:

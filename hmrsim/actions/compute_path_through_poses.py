@@ -34,7 +34,7 @@ def _process(
         try:
             route = robot.plan_to(point_of(at), here)
         except NoRoute as error:
-            raise GoalAborted(error.code + _OFFSET, f"pose {number}: {error}") from None
+            raise GoalAborted(error.code + _OFFSET, f"pose {number}: {error}", error.cause) from None
         more = [*poses_along(route, here, facing(at))]
         # Where two parts meet there is one pose, as Nav2's planner server joins paths: that of the goal there.
         if poses and route.legs:

@@ -65,7 +65,8 @@ def _process(
                             raise late
                         yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
             except GoalAborted as why:
-                raise GoalAborted(_RESULT.FAILED_TO_STAGE, f"can't line up for {dock.name!r}: {why}") from None
+                text = f"can't line up for {dock.name!r}: {why}"
+                raise GoalAborted(_RESULT.FAILED_TO_STAGE, text, why.cause) from None
             docking.enter(_STAGE.INITIAL_PERCEPTION)
             docking.enter(_STAGE.CONTROLLING)
             yield from _drive_in(robot, dock)
@@ -84,11 +85,11 @@ def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
     point, text = dock.pose.point, f"can't drive into {dock.name!r}"
     way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])
     if blocked:
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}")
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}", "blocked")
     try:
         yield from robot.drive(_shared(way), dock.spec.yaw)
     except GoalAborted as why:
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}") from None
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}", why.cause) from None
 
 
 def _shared(route: Route) -> Route:

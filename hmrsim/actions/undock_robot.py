@@ -33,7 +33,7 @@ def _process(
     except GoalAborted as why:
         if why.code == late.code:
             raise
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"can't leave {dock.name!r}: {why}") from None
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"can't leave {dock.name!r}: {why}", why.cause) from None
     if robot.dock is dock:
         dock.release(robot)
     return UndockRobot.Result()

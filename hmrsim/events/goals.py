@@ -41,6 +41,9 @@ class GoalStatusChanged(
     result: Annotated[
         Mapping[str, Any] | None, Field(description="The action's result message, of a goal that has ended.")
     ] = None
+    cause: Annotated[
+        str | None, Field(description="Why it did not succeed, as an identifier, such as `preempted`.")
+    ] = None
 
 
 class SendGoalRejected(Event, kind="rejected", severity="warning", text="{action} rejected[: {error_msg}|: {reason}]"):

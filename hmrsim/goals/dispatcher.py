@@ -24,7 +24,7 @@ from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import GoalEvent, GoalStatus, Verdict, next_status
+from hmrsim.protocol.goal import Cause, GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.goal_ids import ZERO_ID
 from hmrsim.protocol.outputs import Answered, GoalChanged, RosterChanged, StatusChanged
 
@@ -153,7 +153,7 @@ class Dispatcher:
             self._answer(command.reply_to, GoalResponse(True, goal_id, goal.stamp))
         if flaw is not None:
             self._begin(goal, message)
-            self._end(goal, GoalEvent.ABORT, self._failed(goal, *flaw))
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, *flaw), Cause.FAILED)
             return
         self._start(goal, message)
 
@@ -189,11 +189,12 @@ class Dispatcher:
         if holder is not None and action.codes.busy is None:
             # Before the new goal is published, so that no client sees two goals that execute on one base.
             code = holder.server.action.codes.preempted
-            self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}")
+            self._halt(holder, GoalEvent.ABORT, code, f"preempted by goal {goal.goal_id}", Cause.PREEMPTED)
         self._begin(goal, message)
         if holder is not None and action.codes.busy is not None:
             running = f"{holder.server.action.name} goal {holder.goal_id}"
-            self._end(goal, GoalEvent.ABORT, self._failed(goal, action.codes.busy, f"{name} is busy with {running}"))
+            result = self._failed(goal, action.codes.busy, f"{name} is busy with {running}")
+            self._end(goal, GoalEvent.ABORT, result, Cause.BUSY)
             return
         if needed:
             self._holders[needed] = goal
@@ -220,7 +221,7 @@ class Dispatcher:
         except Interrupt:
             return
         except GoalAborted as aborted:
-            self._end(goal, GoalEvent.ABORT, self._failed(goal, aborted.code, str(aborted)))
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, aborted.code, str(aborted)), aborted.cause)
         except BUGS as bug:
             if self._env.active_process is not process:
                 # It is closed from outside.
@@ -232,9 +233,9 @@ class Dispatcher:
         finally:
             goal.process = None
 
-    def _halt(self, goal: ServedGoal, event: GoalEvent, code: int, message: str) -> None:
+    def _halt(self, goal: ServedGoal, event: GoalEvent, code: int, message: str, cause: str) -> None:
         """End an executing goal; its process is interrupted at this instant, before any other event."""
-        self._end(goal, event, self._failed(goal, code, message))
+        self._end(goal, event, self._failed(goal, code, message), cause)
         process, goal.process = goal.process, None
         if process is None or not process.is_alive:
             return
@@ -284,7 +285,7 @@ class Dispatcher:
         action = goal.server.action
         # Its feedback may fail for the same reason.
         self.feedback.stop(goal)
-        self._halt(goal, GoalEvent.ABORT, action.codes.unknown, f"bug in {action.name}: {described(bug)}")
+        self._halt(goal, GoalEvent.ABORT, action.codes.unknown, f"bug in {action.name}: {described(bug)}", Cause.BUG)
         self._bug_in(goal, bug)
 
     def _bug_in(self, goal: ServedGoal, bug: BaseException) -> None:
@@ -300,7 +301,7 @@ class Dispatcher:
             empty: Message = action.result()
             return empty
 
-    def _end(self, goal: ServedGoal, event: GoalEvent, result: Message) -> None:
+    def _end(self, goal: ServedGoal, event: GoalEvent, result: Message, cause: str = "") -> None:
         """Give a goal its terminal status: last feedback, status, results, in this order."""
         if goal.status.terminal:
             return
@@ -310,7 +311,7 @@ class Dispatcher:
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, begins=False)
-        goal.end(self._stamp(), result)
+        goal.end(self._stamp(), result, cause)
         self._change(goal, event)
         self._tell(goal, inside=name in self.cut_off)
         ended = self._ended.setdefault(name, {})
@@ -330,7 +331,7 @@ class Dispatcher:
             if inside and not isinstance(reply_to, SimpyEvent):
                 goal.waiting[key] = reply_to
             elif (result := goal.result) is not None:
-                self._answer(reply_to, ResultResponse(goal.status, result))
+                self._answer(reply_to, ResultResponse(goal.status, result, goal.cause))
 
     def _change(self, goal: ServedGoal, event: GoalEvent) -> None:
         goal.status = next_status(goal.status, event)
@@ -340,7 +341,7 @@ class Dispatcher:
         server = goal.server
         result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name
-        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result))
+        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result, goal.cause))
         if self._interest.status:
             self._emit(self._status(server))
 
@@ -361,7 +362,7 @@ class Dispatcher:
             self._change(goal, GoalEvent.CANCEL)
         self._answer(command.reply_to, CancelResponse(code, tuple(goal.entry() for goal in chosen)))
         for goal in chosen:
-            self._halt(goal, GoalEvent.CANCELED, server.action.codes.canceled, "canceled")
+            self._halt(goal, GoalEvent.CANCELED, server.action.codes.canceled, "canceled", Cause.CANCELED)
 
     def get_result(self, command: GetResult) -> None:
         """Answer with the goal's result: now if it has ended or isn't known, else when it ends."""
@@ -372,7 +373,7 @@ class Dispatcher:
         if goal is None:
             self._answer(command.reply_to, ResultResponse(GoalStatus.UNKNOWN, server.action.result()))
         elif goal.status.terminal and self.cut_off.reach(command) and (result := goal.result) is not None:
-            self._answer(command.reply_to, ResultResponse(goal.status, result))
+            self._answer(command.reply_to, ResultResponse(goal.status, result, goal.cause))
         else:
             goal.waiting[id(command.reply_to)] = command.reply_to
 
@@ -402,12 +403,12 @@ class Dispatcher:
         self.servers.forget(goal)
         self._ended[goal.server.robot.name].pop(goal, None)
 
-    def stop(self, reason: str, robot: str | None = None) -> None:
-        """Abort every active goal of one robot or of all, with the reason."""
+    def stop(self, reason: str, robot: str | None = None, *, cause: str = Cause.ENDED) -> None:
+        """Abort every active goal of one robot or of all, with the reason and the cause."""
         for goal in list(self.servers.active(robot)):
             # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
-            self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason)
+            self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason, cause)
         # A client of a disconnected robot would wait for its result for ever.
         for name in sorted(self.cut_off) if robot is None else [robot]:
             self.connect(name, connected=True)
@@ -425,11 +426,11 @@ class Dispatcher:
                 if goal.status.terminal:
                     self._tell(goal)
 
-    def free(self, robot: str, reason: str) -> None:
-        """Abort the goal that holds a robot's base, if any, saying why."""
+    def free(self, robot: str, reason: str, cause: str) -> None:
+        """Abort the goal that holds a robot's base, if any, saying why: as a text, and as an identifier."""
         holder = self._holders.get(robot)
         if holder is not None:
-            self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason)
+            self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason, cause)
 
     def change_state(self, command: ChangeState) -> None:
         """Change the state of a node, and answer; goals end when it is active no longer."""
@@ -439,7 +440,7 @@ class Dispatcher:
             for goal in list(self.servers.active(command.robot)):
                 if goal.server.action.name in command.actions:
                     code = goal.server.action.codes.unknown
-                    self._halt(goal, GoalEvent.ABORT, code, f"{command.node} was deactivated")
+                    self._halt(goal, GoalEvent.ABORT, code, f"{command.node} was deactivated", Cause.DEACTIVATED)
         self._answer(command.reply_to, changed)
 
     def serve(self, robots: Mapping[str, Owner]) -> None:

@@ -67,6 +67,7 @@ class ServedGoal:
         sample: Returns feedback; None for none, and after the end.
         sampled_from: The time since which it is sampled.
         failure: Makes the result if it does not succeed; None for the action's own.
+        cause: Why it did not succeed; empty if it has, or is active.
         listed: Its entry in the last status list; the same object as long as it is unchanged.
     """
 
@@ -82,6 +83,7 @@ class ServedGoal:
     sample: Callable[[], Message | Mapping[str, Any]] | None = None
     sampled_from: float = 0.0
     failure: Callable[[int, str], Message] | None = None
+    cause: str = ""
     listed: GoalEntry | None = None
     _result: Message | bytes | None = field(default=None, init=False)
 
@@ -94,9 +96,10 @@ class ServedGoal:
             return packed
         return kept
 
-    def end(self, stamp: int, result: Message) -> None:
-        """Note when it has ended and its result, and drop what only an active goal needs."""
+    def end(self, stamp: int, result: Message, cause: str) -> None:
+        """Note when it has ended, its result and why it did not succeed; drop what only an active goal needs."""
         self.ended, self._result, self.failure, self.message = stamp, result, None, None
+        self.cause = cause
 
     def pack_result(self, latest: Message) -> None:
         """Hold the result as text, in a tenth of the memory, if it can be read again and is not the *latest*, too."""

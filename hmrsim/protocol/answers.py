@@ -46,10 +46,14 @@ class CancelResponse(NamedTuple):
 
 
 class ResultResponse(NamedTuple):
-    """How a goal ended; *result* is the action's defaults where *status* is unknown."""
+    """How a goal ended; *result* is the action's defaults where *status* is unknown.
+
+    *cause* says why it did not succeed, as an identifier.
+    """
 
     status: GoalStatus
     result: Message
+    cause: str = ""
 
 
 class Refused(NamedTuple):

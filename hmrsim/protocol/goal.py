@@ -61,6 +61,35 @@ class GoalStatus(IntEnum):
         return self in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
 
 
+class Cause(StrEnum):
+    """Why a goal did not succeed, as an identifier; a fault that stops a robot has its own, the name of its kind."""
+
+    CANCELED = "canceled"
+    """A client canceled it."""
+    FAILED = "failed"
+    """What was asked for can't be done; the action's error code says why."""
+    BLOCKED = "blocked"
+    """Traffic, or a closed lane, was in the way for too long, or for good."""
+    NO_ROUTE = "no_route"
+    """No way leads there."""
+    PREEMPTED = "preempted"
+    """Another goal took what it needed."""
+    BUSY = "busy"
+    """Another goal had what it needed, and kept it."""
+    MOVED = "moved"
+    """The robot was put somewhere else."""
+    DELETED = "deleted"
+    """The robot was deleted."""
+    DEACTIVATED = "deactivated"
+    """The node that served it was deactivated."""
+    RESET = "reset"
+    """The simulation was reset, or another world was loaded."""
+    ENDED = "ended"
+    """The simulation has ended."""
+    BUG = "bug"
+    """The action has a bug."""
+
+
 class GoalEvent(Enum):
     """The transitions of a goal."""
 

@@ -26,7 +26,10 @@ class Answered(NamedTuple):
 
 
 class GoalChanged(NamedTuple):
-    """One goal has another status; *goal* is there when it is accepted, *result* once the status is terminal."""
+    """One goal has another status; *goal* is there when it is accepted, *result* once the status is terminal.
+
+    *cause* says why it did not succeed, as an identifier; it is empty until then.
+    """
 
     stamp: int
     robot: str
@@ -35,6 +38,7 @@ class GoalChanged(NamedTuple):
     status: GoalStatus
     goal: Message | None = None
     result: Message | None = None
+    cause: str = ""
 
     def accepted(self) -> GoalAccepted:
         """Return the event that says what an accepted goal asks for; of its message what was set."""
@@ -45,7 +49,7 @@ class GoalChanged(NamedTuple):
         """Return it as an event of the world; with the result in plain values, from some terminal status on."""
         wanted = self.result is not None and self.status >= results_from
         result = self.result.model_dump(mode="json") if wanted and self.result is not None else None
-        return GoalStatusChanged(self.robot, self.action, self.goal_id, int(self.status), result)
+        return GoalStatusChanged(self.robot, self.action, self.goal_id, int(self.status), result, self.cause or None)
 
 
 class StatusChanged(NamedTuple):

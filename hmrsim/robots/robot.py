@@ -46,7 +46,7 @@ class Robot(MobileBase):
     Args:
         name: Its name, which is a ROS name.
         errors: Handles what its components raise because of a bug.
-        abort: Aborts the goal that holds the base of the robot of a name, with a reason.
+        abort: Aborts the goal that holds the base of the robot of a name, with a reason and a cause.
 
     Attributes:
         localization_error: The error of its estimated pose; it changes only what the robot reports.
@@ -84,7 +84,7 @@ class Robot(MobileBase):
         plans: Plans,
         publisher: EventPublisher,
         errors: InternalErrors,
-        abort: Callable[[str, str], None],
+        abort: Callable[[str, str, str], None],
     ) -> None:
         kind = world.robot_type(spec)
         super().__init__(
@@ -209,7 +209,7 @@ class Robot(MobileBase):
         The goal that holds the base is aborted with the reason. The robot obstructs the lane where it stands.
         """
         self.disabled_reasons[cause] = why
-        self._abort(self.name, why)
+        self._abort(self.name, why, cause)
         super().disable(cause, why)
         self._obstruct()
 

@@ -99,7 +99,7 @@ class MobileBase(DrivingVehicle):
             GoalAborted: Something is in its way for too long, it can go no further, or it is disabled.
         """
         if self.disabled_reasons:
-            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled)
+            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled, next(iter(self.disabled_reasons)))
         yields = self._state.yields and route.goal is not None
         if not yields:
             self.halt()
@@ -127,7 +127,7 @@ class MobileBase(DrivingVehicle):
             GoalAborted: It is disabled.
         """
         if self.disabled_reasons:
-            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled)
+            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled, next(iter(self.disabled_reasons)))
         self.halt()
         self._route = None
         yield from self._carry_out(driven, VehicleEvent.MANEUVER)

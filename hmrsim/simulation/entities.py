@@ -9,6 +9,7 @@ from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
 from hmrsim.items import Item
+from hmrsim.protocol.goal import Cause
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.robot import Robot
 from hmrsim.traffic.admission import Admission
@@ -134,11 +135,11 @@ class Roster:
         made = {name: self._robot(name, self._world.robots[name]) for name in sorted(there) if name not in self.robots}
         return {name: self.robots.get(name) or made[name] for name in there}
 
-    def abort(self, reason: str, robot: str | None = None) -> None:
-        """Abort all goals, or those of one robot; robots stand still after it."""
+    def abort(self, reason: str, cause: str, robot: str | None = None) -> None:
+        """Abort all goals, or those of one robot, for a reason; robots stand still after it."""
         # A process that has not begun can't be interrupted; one that is interrupted leaves its robot in order.
         self._env.take_urgent()
-        self._dispatcher.stop(reason, robot)
+        self._dispatcher.stop(reason, robot, cause=cause)
         self._env.take_urgent()
 
     def spawn_robot(self, name: str, kind: str, pose: Pose) -> None:
@@ -159,7 +160,7 @@ class Roster:
         item = self.items.get(name)
         self.spawned.discard(name)
         if name in self.robots:
-            self.abort(why, name)
+            self.abort(why, Cause.DELETED, name)
             self._leaving(name)
             self.robots[name].halt()
             self.robots[name].release_all()
@@ -178,7 +179,7 @@ class Roster:
         """Put a robot or an item somewhere else at once; a goal that holds the robot's base is aborted first."""
         if isinstance(entity, Robot):
             self._env.take_urgent()
-            self._dispatcher.free(entity.name, why)
+            self._dispatcher.free(entity.name, why, Cause.MOVED)
             self._env.take_urgent()
             entity.move_to(pose)
         else:

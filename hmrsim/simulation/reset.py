@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, Cause
 from hmrsim.protocol.outputs import RosterChanged
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
     """Let time move, or stand; steps that are being made end here, because of *why*. To stop is to reset, too."""
     if state == SimulationState.STATE_STOPPED:
         reset(simulator)
-    simulator.roster.abort(why, WORLD)
+    simulator.roster.abort(why, Cause.RESET, WORLD)
     simulator.gate.set(state, why)
     simulator.publisher.publish(lambda: SimulationStateChanged(state))
 
@@ -87,7 +87,7 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     if scripts:
         simulator.end_scripts()
     simulator.gate.halt(why)
-    simulator.roster.abort(why)
+    simulator.roster.abort(why, Cause.RESET)
     simulator.fault_injector.end()
     for _, robot in sorted(simulator.robots.items()):
         # One that makes room for another has no goal.

@@ -152,8 +152,9 @@ class Trace:
     def _status(self, event: GoalChanged) -> str:
         sec, nanosec = divmod(event.stamp, NANOSECONDS)
         result = "" if event.result is None else f'"result":{self._result(event)},'
+        cause = f'"cause":"{event.cause}",' if event.cause else ""
         return (
-            f'{{"action":"{event.action}","goal_id":"{event.goal_id}","kind":"status",{result}"robot":"{event.robot}",'
+            f'{{"action":"{event.action}",{cause}"goal_id":"{event.goal_id}","kind":"status",{result}"robot":"{event.robot}",'
             f'"stamp":{{"nanosec":{nanosec},"sec":{sec}}},"status":{int(event.status)}}}'
         )
 

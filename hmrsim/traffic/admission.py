@@ -448,7 +448,7 @@ class Admission:
         why = wait.why or f"by {by or 'another robot'}"
         x, y = robot.pose().point
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
-        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, "blocked"))
 
     def forget(self, robot: Vehicle) -> None:
         """Let a vehicle wait no longer; nothing happens if it does not."""

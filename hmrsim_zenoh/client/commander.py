@@ -96,7 +96,7 @@ class Commander:
         if handle.status is not GoalStatus.SUCCEEDED:
             why = _why(result)
             text = f"{self.robot}: {name} ended {handle.status.name}: {why}"
-            raise GoalFailed(text, handle.status, result)
+            raise GoalFailed(text, handle.status, result, handle.cause)
         return result
 
 

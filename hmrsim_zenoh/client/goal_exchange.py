@@ -246,9 +246,9 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         error: Exception | None = None
         try:
             if answer is not None:
-                status, result = self._ending(_payload(answer))
+                status, result, cause = self._ending(_payload(answer))
                 if status.terminal:
-                    if self._end(status, result):
+                    if self._end(status, result, cause):
                         self._on_done(self)
                     return
                 if self._ended_before is not None:
@@ -267,13 +267,13 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         else:
             self.fail(error)
 
-    def _ending(self, payload: bytes) -> tuple[GoalStatus, R | None]:
+    def _ending(self, payload: bytes) -> tuple[GoalStatus, R | None, str]:
         if not self._read_result:
             status = _status(read(plain(ResultStatus), payload).status)
             if status is GoalStatus.SUCCEEDED:
-                return status, None
+                return status, None, ""
         response: GetResultResponse[R] = read(around(GetResultResponse, self._ports.result), payload)
-        return _status(response.status), response.result
+        return _status(response.status), response.result, response.cause
 
     def _expire(self, status: GoalStatus) -> None:
         error = ResultExpired(f"goal {self._goal_id} is {status.name}, but its result is not kept any longer")

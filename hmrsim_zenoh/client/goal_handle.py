@@ -48,6 +48,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._accepted: bool | None = None
         self._error: Exception | None = None
         self._result: R | None = None
+        self._cause = ""
         self._feedback: F | None = None
         self._done = False
         self._found: GoalStatus | None = None
@@ -94,6 +95,11 @@ class GoalHandle(ABC, Generic[R, F]):
     def result_message(self) -> R | None:
         """The result; None until the status is terminal, and if it was not to be read."""
         return self._result
+
+    @property
+    def cause(self) -> str:
+        """Why it was aborted or canceled, as an identifier such as ``preempted``; empty if it was not, or unknown."""
+        return self._cause
 
     @property
     def feedback(self) -> F | None:
@@ -203,11 +209,12 @@ class GoalHandle(ABC, Generic[R, F]):
                 self._note_change()
         self._deliver()
 
-    def _end(self, status: GoalStatus, result: R | None) -> bool:
+    def _end(self, status: GoalStatus, result: R | None, cause: str = "") -> bool:
         with self._lock:
             if self._done:
                 return False
             self._accepted = True
+            self._cause = cause
             self._status = status
             self._result = result
             self._done = True

@@ -414,7 +414,7 @@ class Lockstep:
         if event.kind == "result":
             goal = event.robot, event.action, event.goal_id
             for then in tuple(self._results.get(goal, ())):
-                then(to_json({"status": event.status, "result": event.result}))
+                then(to_json({"status": event.status, "result": event.result, "cause": event.cause}))
             self._results.pop(goal, None)
         elif event.kind == "feedback" and event is not self._told:
             self._told = event

@@ -45,6 +45,7 @@ class Happening(BaseModel):
     goal_id: str
     status: int = 0
     result: dict[str, Any] | None = None
+    cause: str = ""
     feedback: dict[str, Any] | None = None
 
 

@@ -301,5 +301,6 @@ def _event(kind: str, at: int, event: Any) -> bytes:
     if isinstance(event, FeedbackSent):
         return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
     if kind == "result" and event.result is not None:
-        return b'%b"status":%d,"result":%b}' % (head, event.status, encoding.message(event.result))
+        cause = encoding.cause(event.cause)
+        return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
     return b'%b"status":%d}' % (head, event.status)

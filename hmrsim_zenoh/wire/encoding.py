@@ -93,7 +93,12 @@ def cancel_response(answer: CancelResponse) -> bytes:
 
 def result_response(answer: ResultResponse) -> bytes:
     """Return the answer to get_result."""
-    return b'{"status":%d,"result":%b}' % (answer.status, message(answer.result))
+    return b'{"status":%d,%b"result":%b}' % (answer.status, cause(answer.cause), message(answer.result))
+
+
+def cause(name: str) -> bytes:
+    """Return the field that says why a goal did not succeed; nothing if it did."""
+    return b'"cause":"%b",' % name.encode() if name else b""
 
 
 def feedback_message(goal_id: str, feedback: Message | Mapping[str, Any]) -> bytes:
@@ -124,7 +129,7 @@ def event_payload(event: GoalChanged | EventStamped) -> bytes:
     )
     if event.result is None:
         return f"{head}}}".encode()
-    return head.encode() + b',"result":' + message(event.result) + b"}"
+    return head.encode() + b',%b"result":' % cause(event.cause) + message(event.result) + b"}"
 
 
 def error(text: str, field: str = "", value: object = None) -> bytes:

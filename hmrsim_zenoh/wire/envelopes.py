@@ -99,10 +99,11 @@ class GetResultRequest(Envelope):
 
 
 class GetResultResponse(Envelope, Generic[G]):
-    """A goal's final status and result."""
+    """A goal's final status and result, and why it did not succeed, as an identifier; empty if it did."""
 
     status: int
     result: G
+    cause: str = ""
 
 
 class ResultStatus(BaseModel):

@@ -125,7 +125,7 @@ class Reserve:
         """Abort the goal of the vehicle of a cycle that set out last."""
         text = f"deadlock: {' waits for '.join(robot.name for robot in (*cycle, cycle[0]))}; there is no other way"
         last = max((robot for robot in cycle if robot.waits), key=rank)
-        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text))
+        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, "blocked"))
 
     def _turn_off(self, robot: Vehicle, _cycle: Sequence[Vehicle]) -> bool:
         """Reroute a vehicle to a lane that it can have now, if there is one."""

@@ -389,7 +389,7 @@ class Walk:
 
     def halt(self, robot: Robot) -> None:
         """Stop a vehicle, and abort its goal if it has one."""
-        self.simulator.dispatcher.free(robot.name, "halted")
+        self.simulator.dispatcher.free(robot.name, "halted", "moved")
         self.simulator.env.take_urgent()
         robot.halt()
 

@@ -1,0 +1,95 @@
+"""Why goals did not succeed, as identifiers."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult, SendGoal
+from tests.simulation import simulate
+
+A, B = "a" * 32, "b" * 32
+WORLD = {
+    "waypoints": {"home": [0, 0], "shelf": [20, 0], "island": [0, 50]},
+    "lanes": [["home", "shelf"]],
+    "walls": [[[-5, 30], [25, 30]]],
+    "traffic": {"policy": "reserve", "patience": 5},
+    "robots": {
+        "eve": {"at": "home", "components": {"claw": {}, "battery": {"initial_charge": 60, "capacity": 100}}},
+        "bob": {"at": "shelf"},
+    },
+}
+
+
+def send(action, goal_id=A, **goal):
+    """Return the command that sends eve a goal."""
+    return SendGoal("eve", action, registry()[action].goal.model_validate(goal, strict=False), goal_id)
+
+
+def go(x, y=0.0, goal_id=A):
+    """Return the command to drive to a point."""
+    return send("navigate_to_pose", goal_id, pose={"pose": {"position": {"x": x, "y": y}}})
+
+
+WAIT = send("wait", time={"sec": 100})
+ASKED = GetResult("eve", "wait", A, "asked")
+
+
+def cause(log, goal_id=A):
+    """Return why a goal ended, as watchers are told."""
+    return next(change.cause for change in log.goal_changes(goal_id) if change.status.terminal)
+
+
+@pytest.mark.parametrize(
+    ("commands", "expected"),
+    [
+        ([(0.0, send("wait", time={"sec": 1}))], ""),
+        ([(0.0, WAIT), (1.0, CancelGoal("eve", "wait", A))], "canceled"),
+        ([(0.0, WAIT), (1.0, go(5.0, goal_id=B))], "preempted"),
+        ([(0.0, WAIT)], "battery_empty"),
+        ([(0.0, go(20.0))], "blocked"),
+        ([(0.0, send("follow_path", path={"poses": [{"pose": {"position": {"y": 40.0}}}]}))], "blocked"),
+        ([(0.0, send("pickup", target_name="nothing"))], "failed"),
+        ([(0.0, go(0.0, 40.0))], "no_route"),
+        ([(0.0, WAIT), (1.0, ChangeState("eve", "behavior_server", ("wait",), 4))], "deactivated"),
+    ],
+)
+def test_what_ends_a_goal(commands, expected):
+    """As all are told who watch."""
+    log = simulate(WORLD)(*commands, until=80.0)
+
+    assert cause(log) == expected
+
+
+@pytest.mark.parametrize(
+    ("service", "request_", "expected"),
+    [
+        ("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": 5.0}}}}, "moved"),
+        ("delete_entity", {"entity": "eve"}, "deleted"),
+        ("reset_simulation", {}, "reset"),
+        ("inject_fault", {"type": "breakdown", "robot": "eve"}, "breakdown"),
+    ],
+)
+def test_what_services_end(service, request_, expected):
+    """Whatever the action."""
+    run = simulate(WORLD)
+    run((0.0, WAIT), (0.0, ASKED), until=1.0)
+    run.ask(service, request_)
+
+    assert (cause(run.log), run.log.answer("asked").cause) == (expected, expected)
+
+
+def test_a_goal_that_takes_nothing_from_others():
+    """It finds the base busy."""
+    log = simulate(WORLD)((0.0, WAIT), (1.0, send("pickup", B, target_name="nothing")), until=2.0)
+
+    assert cause(log, B) == "busy"
+
+
+def test_the_end_of_the_simulation():
+    """Of every goal."""
+    run = simulate(WORLD)
+    run((0.0, WAIT), until=1.0)
+    run.simulator.stop("the end")
+
+    assert cause(run.log) == "ended"
