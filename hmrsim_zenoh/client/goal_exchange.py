@@ -25,7 +25,7 @@ from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, Re
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
     CancelGoalResponse,
-    GetResultResponse,
+    Ending,
     GoalInfo,
     ResultStatus,
     SendGoalResponse,
@@ -272,7 +272,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             status = _status(read(plain(ResultStatus), payload).status)
             if status is GoalStatus.SUCCEEDED:
                 return status, None, ""
-        response: GetResultResponse[R] = read(around(GetResultResponse, self._ports.result), payload)
+        response: Ending[R] = read(around(Ending, self._ports.result), payload)
         return _status(response.status), response.result, response.cause
 
     def _expire(self, status: GoalStatus) -> None:

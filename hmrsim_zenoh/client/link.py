@@ -12,6 +12,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
+from pydantic_core import to_json
 
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
@@ -397,6 +398,13 @@ class _Once:
 
 def _answer(reply: zenoh.Reply) -> Answer:
     if (sample := reply.ok) is not None:
-        return sample.payload.to_bytes()
+        payload = sample.payload.to_bytes()
+        cause = sample.attachment
+        # Why a goal did not succeed comes beside its result, which has the fields of its ROS type.
+        return (
+            payload
+            if cause is None
+            else b'%b,"cause":%b}' % (payload[:-1], to_json(cause.to_bytes().decode(errors="replace")))
+        )
     body = reply.err.payload.to_bytes() if reply.err is not None else b""
     return None if body == _TIMED_OUT else RequestError.from_json(body)

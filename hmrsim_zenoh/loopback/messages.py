@@ -38,6 +38,7 @@ class Sample:
     encoding: str = ""
     kind: zenoh.SampleKind = field(default_factory=lambda: zenoh.SampleKind.PUT)
     timestamp: str | None = None
+    attachment: Payload | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +83,19 @@ class Query:
         """End."""
         self.drop()
 
-    def reply(self, key: object, payload: Any, *, encoding: object = "", timestamp: str | None = None) -> None:
+    def reply(
+        self,
+        key: object,
+        payload: Any,
+        *,
+        encoding: object = "",
+        timestamp: str | None = None,
+        attachment: bytes | None = None,
+    ) -> None:
         """Send a reply."""
-        self._on_reply(Reply(ok=Sample(str(key), Payload.of(payload), str(encoding), timestamp=timestamp)))
+        attached = None if attachment is None else Payload.of(attachment)
+        sample = Sample(str(key), Payload.of(payload), str(encoding), timestamp=timestamp, attachment=attached)
+        self._on_reply(Reply(ok=sample))
 
     def reply_err(self, payload: Any, *, encoding: object = "") -> None:
         """Send an error."""

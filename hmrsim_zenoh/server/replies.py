@@ -36,8 +36,8 @@ class _Share:
     def __init__(self, shared: SharedQuery) -> None:
         self._shared = shared
 
-    def reply(self, key: str, payload: bytes, *, encoding: str) -> None:
-        self._shared.query.reply(key, payload, encoding=encoding)
+    def reply(self, key: str, payload: bytes, *, encoding: str, attachment: bytes | None = None) -> None:
+        self._shared.query.reply(key, payload, encoding=encoding, attachment=attachment)
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
         """Drop the error: a query with wildcards gets the values that exist."""
@@ -62,17 +62,17 @@ class PendingReply:
     key: str
     action: AnyAction | None = None
 
-    def send(self, payload: bytes, mime: str) -> None:
+    def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
         """Send a reply after which there may be others."""
         try:
-            self.query.reply(self.key, payload, encoding=mime)
+            self.query.reply(self.key, payload, encoding=mime, attachment=attachment)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
 
-    def reply(self, payload: bytes, mime: str) -> None:
+    def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
         """Send the one answer, or the last one."""
         try:
-            self.send(payload, mime)
+            self.send(payload, mime, attachment)
         finally:
             self.query.drop()
 
@@ -104,9 +104,9 @@ class PendingExecution(PendingReply):
     feedback: bool = field(kw_only=True)
     timestamp: Callable[[], zenoh.Timestamp] = field(kw_only=True)
 
-    def send(self, payload: bytes, mime: str) -> None:
+    def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
         """Send one of the replies, with the time."""
         try:
-            self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp())
+            self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp(), attachment=attachment)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)

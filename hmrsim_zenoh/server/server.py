@@ -289,7 +289,7 @@ class Server:
                 asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
             case ResultResponse():
                 mime = encoding.of_action(action, "GetResult_Response") if action else encoding.JSON
-                asked.reply(encoding.result_response(answer), mime)
+                asked.reply(encoding.result_response(answer), mime, answer.cause.encode() or None)
             case StatusChanged():
                 asked.reply(encoding.status_array(answer), encoding.STATUS)
             case Sampled(message=message):

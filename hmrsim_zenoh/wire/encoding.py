@@ -93,7 +93,7 @@ def cancel_response(answer: CancelResponse) -> bytes:
 
 def result_response(answer: ResultResponse) -> bytes:
     """Return the answer to get_result."""
-    return b'{"status":%d,%b"result":%b}' % (answer.status, cause(answer.cause), message(answer.result))
+    return b'{"status":%d,"result":%b}' % (answer.status, message(answer.result))
 
 
 def cause(name: str) -> bytes:

@@ -99,10 +99,15 @@ class GetResultRequest(Envelope):
 
 
 class GetResultResponse(Envelope, Generic[G]):
-    """A goal's final status and result, and why it did not succeed, as an identifier; empty if it did."""
+    """A goal's final status and result."""
 
     status: int
     result: G
+
+
+class Ending(GetResultResponse[G], Generic[G]):
+    """Likewise, and why the goal did not succeed, which comes beside that; empty if it did."""
+
     cause: str = ""
 
 
