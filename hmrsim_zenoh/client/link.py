@@ -398,13 +398,11 @@ class _Once:
 
 def _answer(reply: zenoh.Reply) -> Answer:
     if (sample := reply.ok) is not None:
-        payload = sample.payload.to_bytes()
-        cause = sample.attachment
+        payload, attachment = sample.payload.to_bytes(), sample.attachment
+        if attachment is None:
+            return payload
         # Why a goal did not succeed comes beside its result, which has the fields of its ROS type.
-        return (
-            payload
-            if cause is None
-            else b'%b,"cause":%b}' % (payload[:-1], to_json(cause.to_bytes().decode(errors="replace")))
-        )
+        cause = to_json(attachment.to_bytes().decode(errors="replace"))
+        return b'%b,"cause":%b}' % (payload[:-1], cause)
     body = reply.err.payload.to_bytes() if reply.err is not None else b""
     return None if body == _TIMED_OUT else RequestError.from_json(body)
