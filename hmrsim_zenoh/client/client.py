@@ -26,7 +26,6 @@ from hmrsim_zenoh.client.link import Answer, Link, Port
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
 from hmrsim_zenoh.client.sim_clock import SimClock, read_clock
-from hmrsim_zenoh.client.subscription import Subscription
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
@@ -44,6 +43,7 @@ from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, enclave_of, open_client
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
+    from hmrsim_zenoh.client.subscription import Subscription
     from hmrsim_zenoh.wire.options import SessionOptions
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
@@ -312,12 +312,7 @@ class Client:
         """
         self._link.check_open()
         _check_key(key)
-        try:
-            subscription = Subscription(self.session, key, callback, history=history)
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
-        self._link.on_close(subscription.close)
-        return subscription
+        return self._link.subscribe(key, callback, history=history)
 
     def close(self) -> None:
         """Fail the active goals, close the subscriptions, and close the session unless it was borrowed.

@@ -337,8 +337,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
         alarm = self._link.alarm(left, ring)
         try:
-            either = partial(_either, condition, over.is_set)
-            super()._wait(either, None if limit is None else limit - time.monotonic())
+            left_of_wall = None if limit is None else limit - time.monotonic()
+            super()._wait(lambda: condition() or over.is_set(), left_of_wall)
         finally:
             alarm.close()
         return condition()
@@ -353,10 +353,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         self._link.worker.after(self._pause, step)
         self._pause = min(self._pause * _PAUSE_FACTOR, _MAX_PAUSE)
-
-
-def _either(one: Callable[[], bool], other: Callable[[], bool]) -> bool:
-    return one() or other()
 
 
 def _payload(answer: bytes | RequestError) -> bytes:

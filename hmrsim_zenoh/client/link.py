@@ -16,7 +16,7 @@ from pydantic_core import to_json
 
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
-from hmrsim_zenoh.client.sim_clock import read_clock
+from hmrsim_zenoh.client.sim_clock import SimClock
 from hmrsim_zenoh.client.subscription import Subscription
 from hmrsim_zenoh.client.worker import Rounds, Worker
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError, SimulatorGone, SimulatorNotFound
@@ -162,6 +162,7 @@ class Link:
         self._owner = str(session.new_timestamp())
         self._sent = 0
         self._closers: list[Callable[[], None]] = []
+        self._subscriptions: list[Subscription] = []
         self._closed = False
         # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
         self._broken = False
@@ -220,24 +221,37 @@ class Link:
         """Return *sim_timeout*; time moves by itself, so there is nothing to advance."""
         return sim_timeout
 
-    def alarm(self, seconds: float, ring: Callable[[], None]) -> Subscription:
-        """Call a function once so many simulated seconds have passed, until the subscription is closed.
+    def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
+        """Call a function once so many simulated seconds have passed, until the clock is closed.
 
         Raises:
             ClientClosed: The link is closed.
         """
-        self.check_open()
         end = math.inf
 
-        def on_clock(_key: str, payload: bytes) -> None:
+        def on_time(now: float) -> None:
             nonlocal end
-            now = read_clock(payload)
             if end == math.inf:
                 end = now + seconds
             if now >= end:
                 ring()
 
-        return Subscription(self.session, self.keys.world("clock"), on_clock, history=True)
+        return SimClock(self, on_time)
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
+        """Call back with the key and payload of each sample, in a thread of its own, until that or the link is closed.
+
+        Raises:
+            ClientClosed: The link is closed.
+        """
+        self.check_open()
+        try:
+            subscription = Subscription(self.session, key, callback, history=history)
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        with self._lock:
+            self._subscriptions = [*(each for each in self._subscriptions if not each.closed), subscription]
+        return subscription
 
     def next_goal_id(self) -> str:
         """Return a goal id that is unique across all clients."""
@@ -340,7 +354,7 @@ class Link:
             if self._closed:
                 return
             self._closed = True
-            closers = self._closers
+            closers = [*self._closers, *(each.close for each in self._subscriptions)]
         self.fail(ClientClosed("the client was closed while the goal was under way"))
         for closer in closers:
             closer()

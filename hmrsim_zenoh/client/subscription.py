@@ -44,6 +44,11 @@ class Subscription:
         self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
         self._thread.start()
 
+    @property
+    def closed(self) -> bool:
+        """Whether it calls back no more."""
+        return self._closed
+
     def close(self) -> None:
         """Stop calling back; waits for a running callback, unless it is the one that closes."""
         with self._changed:
