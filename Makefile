@@ -17,7 +17,7 @@ $(READY): pyproject.toml requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	$(BIN)/python -m pip check --quiet --disable-pip-version-check
-	@mkdir -p .make && touch $@
+	@$(PYTHON) -c 'import pathlib, sys; at = pathlib.Path(sys.argv[1]); at.parent.mkdir(exist_ok=True); at.touch()' $@
 
 dev: $(READY)  ## Set up the development environment
 
