@@ -25,7 +25,6 @@ class Slots:
 
     Args:
         capacities: Of each slot, how many vehicles may hold it at once.
-        waypoints: How many of the slots are waypoints; they come first, then lanes.
         near: The slots that a vehicle may have only while no other one is so near that their footprints touch.
         freed: Called with the vehicles that wait for slots that have just become free.
 
@@ -33,11 +32,8 @@ class Slots:
         near: As given.
     """
 
-    def __init__(
-        self, capacities: Sequence[float], waypoints: int, near: Near, freed: Callable[[Sequence[Vehicle]], None]
-    ) -> None:
+    def __init__(self, capacities: Sequence[float], near: Near, freed: Callable[[Sequence[Vehicle]], None]) -> None:
         self.near = near
-        self._waypoints = waypoints
         self._free = [*capacities]
         self._inside: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
@@ -45,7 +41,6 @@ class Slots:
         self._watched: dict[Vehicle, Collection[int]] = {}
         self._spots: dict[Vehicle, Point] = {}
         self._want_spots: dict[Vehicle, None] = {}
-        self._on_lanes: dict[Vehicle, int] = {}
         self._freed = freed
 
     def held(self, robot: Vehicle) -> tuple[int, ...]:
@@ -71,9 +66,9 @@ class Slots:
                 if touch(away, radius + other.radius):
                     yield at, other
 
-    def occupied_lanes(self) -> list[int]:
-        """Return the lanes in whose middle vehicles stand, in order."""
-        return sorted({*self._on_lanes.values()})
+    def held_alone(self, first: int) -> list[int]:
+        """Return the slots from a number on that are all that some vehicle holds, in order."""
+        return sorted({held[0] for held in self._held.values() if len(held) == 1 and held[0] >= first})
 
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
@@ -152,7 +147,6 @@ class Slots:
                 self._release(robot, slot)
         if wanted and self._spots:
             self._leave_spot(robot)
-        self._on_lanes.pop(robot, None)
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
@@ -185,7 +179,6 @@ class Slots:
                 self._inside[slot].remove(robot)
                 left.append(slot)
             self._held[robot] = leg.slots
-            self._on_lanes.pop(robot, None)
         for robot, leg in moves:
             for slot in leg.slots:
                 free[slot] -= 1
@@ -234,10 +227,6 @@ class Slots:
         self._leave_spot(robot)
         if not slots:
             self._spots[robot] = robot.pose().point
-        if slots and slots[-1] >= self._waypoints:
-            self._on_lanes[robot] = slots[-1]
-        else:
-            self._on_lanes.pop(robot, None)
         for slot in held:
             if slot not in slots:
                 self._release(robot, slot)
@@ -249,7 +238,6 @@ class Slots:
         """Release all slots of a vehicle."""
         held = self._held.pop(robot, ())
         self._leave_spot(robot)
-        self._on_lanes.pop(robot, None)
         for slot in held:
             self._release(robot, slot)
 

@@ -233,7 +233,7 @@ class Priority(Reserve):
 
     def _clear_lanes(self, robot: Vehicle) -> bool:
         """Have a vehicle leave the lane in whose middle it stands and blocks others; return whether one can."""
-        for slot in self.slots.occupied_lanes():
+        for slot in self.slots.held_alone(len(self.admission.graph.lanes.names)):
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None}, {}, goes=False)

@@ -59,7 +59,7 @@ class Reserve:
         self._unsolved: dict[Vehicle, None] = {}
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
         near = _near(admission.world, admission.graph.lanes, capacities)
-        self.slots = Slots(capacities, len(admission.graph.lanes.names), near, self.freed)
+        self.slots = Slots(capacities, near, self.freed)
         self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
         self.full, self.near = self.slots.full, self.slots.holders_near
         self.stand, self.inside = self.slots.stand, self.slots.inside
