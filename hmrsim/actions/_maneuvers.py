@@ -12,6 +12,7 @@ from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, Spin, Wait
 from hmrsim.navigation.motion import drive_of, straight
+from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
     from hmrsim.actions import Report
@@ -67,7 +68,7 @@ def drive_straight(
         piece = straight(start, end, speed=speed, acceleration=robot.base.acceleration)
         yield from perform(robot, piece, goal.time_allowance, codes.TIMEOUT)
     if blocked:
-        raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}", "blocked")
+        raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}", Cause.BLOCKED)
 
 
 def travelled_from(robot: Robot) -> Callable[[], dict[str, float]]:

@@ -15,6 +15,7 @@ from hmrsim.geometry import distance, yaw_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.navigation.route import Route
+from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -73,7 +74,7 @@ def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any
     route, blocked = (way, "") if isinstance(way, Route) else robot.straight_through(way)
     yield from robot.drive(route, None if blocked else final_yaw)
     if blocked:
-        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}", "blocked")
+        raise GoalAborted(FollowPath.Result.NO_VALID_CONTROL, f"blocked: {blocked}", Cause.BLOCKED)
 
 
 def extent(robot: Robot, way: Way) -> tuple[float, float]:

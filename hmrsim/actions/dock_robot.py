@@ -16,6 +16,7 @@ from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav2_msgs import DockRobot
 from hmrsim.navigation.route import Route
+from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
     from hmrsim.robots.docking import DockBay
@@ -85,7 +86,7 @@ def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
     point, text = dock.pose.point, f"can't drive into {dock.name!r}"
     way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])
     if blocked:
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}", "blocked")
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}", Cause.BLOCKED)
     try:
         yield from robot.drive(_shared(way), dock.spec.yaw)
     except GoalAborted as why:

@@ -105,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
                 )
             if isinstance(host.error, HmrsimError) and not isinstance(host.error, ParticipantLost):
                 raise host.error
-    if isinstance(host.error, ParticipantLost):
+    if isinstance(host.error, HmrsimError):
         # The run is complete.
         raise host.error
     if host.error is not None:

@@ -98,8 +98,7 @@ class MobileBase(DrivingVehicle):
         Raises:
             GoalAborted: Something is in its way for too long, it can go no further, or it is disabled.
         """
-        if self.disabled_reasons:
-            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled, next(iter(self.disabled_reasons)))
+        self._check_enabled()
         yields = self._state.yields and route.goal is not None
         if not yields:
             self.halt()
@@ -120,14 +119,17 @@ class MobileBase(DrivingVehicle):
                 lambda: Piece(start, end, 0.0, 0.0, turned=turn(start.yaw, end.yaw)).event(self.name)
             )
 
+    def _check_enabled(self) -> None:
+        for cause, why in self.disabled_reasons.items():
+            raise GoalAborted(FollowPath.Result.UNKNOWN, why, cause)
+
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
 
         Raises:
             GoalAborted: It is disabled.
         """
-        if self.disabled_reasons:
-            raise GoalAborted(FollowPath.Result.UNKNOWN, self.disabled, next(iter(self.disabled_reasons)))
+        self._check_enabled()
         self.halt()
         self._route = None
         yield from self._carry_out(driven, VehicleEvent.MANEUVER)

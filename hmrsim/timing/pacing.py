@@ -127,8 +127,11 @@ class Pacing:
     def end(self, reason: str) -> None:
         """End the run, and abort every goal with a reason; participants are told."""
         self._over = True
-        self.lockstep.end(self.loss or reason, reason)
-        self._simulator.stop(reason)
+        try:
+            self.lockstep.end(self.loss or reason, reason)
+        finally:
+            # Every goal gets its end, also where a trace can't take in who has left, as the disk is full.
+            self._simulator.stop(reason)
 
     @property
     def loss(self) -> str:

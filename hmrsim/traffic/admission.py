@@ -16,6 +16,7 @@ from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
 from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.policies import Wait
@@ -448,7 +449,7 @@ class Admission:
         why = wait.why or f"by {by or 'another robot'}"
         x, y = robot.pose().point
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
-        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, "blocked"))
+        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def forget(self, robot: Vehicle) -> None:
         """Let a vehicle wait no longer; nothing happens if it does not."""

@@ -18,6 +18,7 @@ from pydantic import Field
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
+from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._nearness import near_slots, widest
@@ -125,7 +126,7 @@ class Reserve:
         """Abort the goal of the vehicle of a cycle that set out last."""
         text = f"deadlock: {' waits for '.join(robot.name for robot in (*cycle, cycle[0]))}; there is no other way"
         last = max((robot for robot in cycle if robot.waits), key=rank)
-        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, "blocked"))
+        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def _turn_off(self, robot: Vehicle, _cycle: Sequence[Vehicle]) -> bool:
         """Reroute a vehicle to a lane that it can have now, if there is one."""
