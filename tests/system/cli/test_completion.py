@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 
 import pytest
 
 from hmrsim.cli import main
+
+needs_bash = pytest.mark.skipif(shutil.which("bash") is None, reason="bash, which completes files, is not installed")
 
 NOBODY = "tcp/127.0.0.1:1"
 
@@ -84,6 +87,7 @@ def test_a_shell_gets_an_answer(tmp_path, line, words):
     assert (words, "") == (done.stdout.split(), (tmp_path / "err").read_text())
 
 
+@needs_bash
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -132,6 +136,7 @@ def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words
     assert words == complete(line, endpoint)
 
 
+@needs_bash
 def test_files_are_worlds(complete, tmp_path):
     """Beside the shipped worlds there are the files that can be read."""
     (tmp_path / "mine.yaml").write_text("name: mine\n")
@@ -151,6 +156,7 @@ def test_scripts_are_for_both_programs(shell, capsys):
     assert "bt-controller" in out
 
 
+@needs_bash
 def test_bash_reads_the_script(capsys):
     """It has no mistake that bash would complain of, and registers a function."""
     main(["completion", "bash"])
