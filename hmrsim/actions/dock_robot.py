@@ -71,6 +71,8 @@ def _process(
             docking.enter(_STAGE.INITIAL_PERCEPTION)
             docking.enter(_STAGE.CONTROLLING)
             yield from _drive_in(robot, dock)
+            if takes := robot.draw(dock.spec.docking_time, f"docking_time/{dock.name}"):
+                yield from robot.hold(takes)
             dock.take_in(robot)
     if dock.spec.charges:
         docking.enter(_STAGE.WAIT_FOR_CHARGE)

@@ -24,7 +24,7 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
     claw = robot.component(Claw)
     _find(robot, claw, goal.target_name)
     report.send(Pickup.Feedback(state="MONITOR"))
-    yield from robot.hold(claw.settings.handling_time)
+    yield from robot.hold(robot.draw(claw.settings.handling_time, "handling_time"))
     # It may be gone by now, or elsewhere.
     item = _find(robot, claw, goal.target_name)
     # Each of them has its own chances, which do not depend on the others.

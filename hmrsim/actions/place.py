@@ -25,7 +25,7 @@ def _process(robot: Robot, goal: Place.Goal, report: Report[Place.Feedback]) -> 
     item = _held(claw, goal.attached_object_name)
     point, location = _where(robot, claw, goal)
     report.send(Place.Feedback(state="MONITOR"))
-    yield from robot.hold(claw.settings.handling_time)
+    yield from robot.hold(robot.draw(claw.settings.handling_time, "handling_time"))
     # It may have been taken out of the claw meanwhile.
     _held(claw, item.name)
     claw.release()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.components import Component, Settings
-from hmrsim.interfaces.quantities import SECONDS
+from hmrsim.distributions import RandomSeconds
 
 if TYPE_CHECKING:
     from hmrsim.items import Item
@@ -29,7 +29,7 @@ class ClawSettings(Settings):
 
     reach: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
     max_weight: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None
-    handling_time: Annotated[float, SECONDS.field] = 0.0
+    handling_time: RandomSeconds = 0.0
 
 
 @dataclass

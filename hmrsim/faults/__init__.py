@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Se
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from hmrsim.distributions import RandomSeconds, SomeRandomSeconds, latest
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean t
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 Seconds = Annotated[float, Field(strict=True, ge=0, le=_MAX, json_schema_extra={"unit": "s"})]
 SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MAX, json_schema_extra={"unit": "s"})]
+_IN_SECONDS = Field(json_schema_extra={"unit": "s"})
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
@@ -49,7 +51,9 @@ class Occurrence(BaseModel):
     name: Name | None = Field(
         default=None, description="Its name in events, by which it is cleared; None for its type and a number."
     )
-    at: Seconds | None = Field(default=None, description="When it begins, in simulated seconds; None for at once.")
+    at: Annotated[RandomSeconds, _IN_SECONDS] | None = Field(
+        default=None, description="When it begins, in simulated seconds; None for at once."
+    )
     mean_time_between: SomeSeconds | None = Field(
         default=None,
         description="Mean seconds until it begins, and from its end until it begins again; None to begin once.",
@@ -71,7 +75,9 @@ class Spell(Occurrence):
     """Settings of a fault that lasts for some time; for ever if no end is given."""
 
     until: Seconds | None = Field(default=None, description="When it ends, in simulated seconds.")
-    duration: SomeSeconds | None = Field(default=None, description="How long it lasts, in seconds.")
+    duration: Annotated[SomeRandomSeconds, _IN_SECONDS] | None = Field(
+        default=None, description="How long it lasts, in seconds."
+    )
     mean_duration: SomeSeconds | None = Field(default=None, description="How long it lasts on average, in seconds.")
 
     @model_validator(mode="after")
@@ -81,8 +87,9 @@ class Spell(Occurrence):
             raise ValueError(f"{' and '.join(ends)} are both given; leave one of them out")
         if self.until is not None and self.mean_time_between is not None:
             raise ValueError("until is given for a fault that recurs; give duration or mean_duration")
-        if self.until is not None and self.until <= (self.at or 0.0):
-            raise ValueError(f"until {self.until:g} s is not after at {self.at or 0.0:g} s")
+        latest_at = 0.0 if self.at is None else latest(self.at)
+        if self.until is not None and self.until <= latest_at:
+            raise ValueError(f"until {self.until:g} s is not after at {latest_at:g} s")
         return self
 
 
@@ -195,7 +202,9 @@ class FaultType(Generic[S]):
     def _shown(self, name: str, part: dict[str, Any]) -> dict[str, Any]:
         """Return the schema of a field without the alternative null: an empty field is left out."""
         value: dict[str, Any] = next((each for each in part.get("anyOf", ()) if each.get("type") != "null"), {})
-        said = {key: each for key, each in part.items() if key != "anyOf" and each is not None}
+        said = {key: each for key, each in {**value, **part}.items() if key != "anyOf" and each is not None}
+        # Of a number or a distribution a form asks for the number.
+        value = said.pop("oneOf", [{}])[0]
         titled: dict[str, Any] = {"title": _TITLES.get(name) or _in_words(name)}
         if name in _IN_GENERAL and name != "duration":
             titled["advanced"] = True

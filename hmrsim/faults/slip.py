@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated
 
-from pydantic import Field
-
+from hmrsim.distributions import RandomFactor, mean
 from hmrsim.faults import Case, FaultType, Name, Spell
 
 
@@ -20,16 +18,16 @@ class Slip(Spell):
     """
 
     robot: Name
-    factor: Annotated[float, Field(strict=True, gt=0, le=1)]
+    factor: RandomFactor
 
 
 def _begin(case: Case[Slip]) -> Callable[[], None]:
     robot = case.robot
 
     def update(factor: float) -> None:
-        robot.scale_speed(factor * math.prod(other.factor for other in case.concurrent()))
+        robot.scale_speed(factor * math.prod(mean(other.factor) for other in case.concurrent()))
 
-    update(case.settings.factor)
+    update(mean(case.settings.factor))
     return lambda: update(1.0)
 
 

@@ -21,6 +21,8 @@ from hmrsim.robots.vehicle import MobileBase
 if TYPE_CHECKING:
     from simpy import Event
 
+    from hmrsim.distributions import Chance as Value
+    from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point
     from hmrsim.items import Item
+    from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.robots.docking import DockBay
@@ -55,6 +58,7 @@ class Robot(MobileBase):
 
     __slots__ = (
         "_abort",
+        "_chance",
         "_errors",
         "_kind",
         "_turn",
@@ -67,6 +71,7 @@ class Robot(MobileBase):
         "localization_error",
         "planner",
         "plans",
+        "tags",
         "units",
     )
 
@@ -81,6 +86,8 @@ class Robot(MobileBase):
         items: Mapping[str, Item],
         docks: Mapping[str, DockBay],
         admission: Admission,
+        chance: Chance,
+        delays: Delays,
         plans: Plans,
         publisher: EventPublisher,
         errors: InternalErrors,
@@ -96,10 +103,13 @@ class Robot(MobileBase):
             home=Pose(*world.point(spec.at), spec.yaw),
             graph=graph,
             admission=admission,
+            delays=delays,
             publisher=publisher,
             changed=self._follow_motion if docks or "battery" in kind.components else None,
         )
         self.planner = spec.planner
+        self.tags = spec.tags
+        self._chance = chance
         self.plans = plans
         self.items = items
         self.units = world.units
@@ -190,6 +200,7 @@ class Robot(MobileBase):
             super().enable(cause)
         self.dock = None
         self.retire()
+        self._trip = 0
         self.components = self._equip()
         # Its place comes before its battery: an empty battery says where it is, and a dock charges the new one.
         super().move_to(self.home)
@@ -276,6 +287,10 @@ class Robot(MobileBase):
         item.detach()
         if self.energy is not None:
             self.energy.carry(handled=False)
+
+    def draw(self, value: Value, use: str) -> float:
+        """Return the value of the next occurrence of something that this robot does; a number stands for itself."""
+        return self._chance.draw(value, self.name, use)
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
         """Stand still for a while."""

@@ -103,6 +103,7 @@ class MobileBase(DrivingVehicle):
         if not yields:
             self.halt()
         self._route, self._final_yaw = route, final_yaw
+        self._trip += 1
         self.rerouted, self.set_out = 0, self._env.now
         if yields:
             # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.

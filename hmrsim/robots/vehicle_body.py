@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
+    from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Leg, Route
@@ -53,6 +54,7 @@ class VehicleBody:
         "_arrived",
         "_began",
         "_changed",
+        "_delays",
         "_drive",
         "_entry",
         "_env",
@@ -70,6 +72,7 @@ class VehicleBody:
         "_seconds",
         "_speed",
         "_state",
+        "_trip",
         "_way_end",
         "base",
         "disabled_reasons",
@@ -95,6 +98,7 @@ class VehicleBody:
         home: Pose,
         graph: WaypointGraph,
         admission: Admission,
+        delays: Delays,
         publisher: EventPublisher,
         changed: Callable[[], None] | None = None,
     ) -> None:
@@ -112,6 +116,8 @@ class VehicleBody:
         self._speed = speed
         self._graph = graph
         self._admission = admission
+        self._delays = delays
+        self._trip = 0
         self._publisher = publisher
         self._follows_speed = False
         # Replaced as long as a process waits for the event, so that it costs nothing otherwise.

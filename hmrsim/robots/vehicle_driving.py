@@ -62,6 +62,8 @@ class DrivingVehicle(VehicleBody):
         A base that yields leaves at once, since another one counts on its place, and turns neither before nor after.
         """
         yields = self._state.yields
+        if self._delays:
+            legs = [self._delays.of(leg, self.name, self.speed, self._trip) for leg in legs]
         return drive(
             self.pose(),
             legs,
@@ -259,7 +261,8 @@ class DrivingVehicle(VehicleBody):
             route = self._admission.plan(self, self.pose().point, goal, avoid)
         except NoRoute:
             return False
-        if route.legs and route.legs[0] == self.next_leg:
+        ahead = self.next_leg
+        if ahead is not None and route.legs and (route.legs[0].start, route.legs[0].end) == (ahead.start, ahead.end):
             # It begins with what is in the way, where it waits in the middle of a lane.
             return False
         self.rerouted += 1

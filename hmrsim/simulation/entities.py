@@ -9,6 +9,7 @@ from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
 from hmrsim.items import Item
+from hmrsim.navigation.delays import Delays
 from hmrsim.protocol.goal import Cause
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.robot import Robot
@@ -16,6 +17,7 @@ from hmrsim.traffic.admission import Admission
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
+    from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
@@ -51,12 +53,13 @@ class Roster:
     _world: World
     _graph: WaypointGraph
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - each is a part of its simulation
         self,
         env: Environment,
         dispatcher: Dispatcher,
         gate: Gate,
         *,
+        chance: Chance,
         plans: Plans,
         publisher: EventPublisher,
         errors: InternalErrors,
@@ -66,6 +69,7 @@ class Roster:
         self._env = env
         self._dispatcher = dispatcher
         self._gate = gate
+        self._chance = chance
         self._plans = plans
         self._publisher = publisher
         self._errors = errors
@@ -95,7 +99,8 @@ class Roster:
         self.spawned.clear()
         self.robots, self.items = {}, {}
         self.items |= self._own_items()
-        site = Site(self._env, world, self.admission, lambda: self.robots, self._publisher)
+        self._delays = Delays(world, self._chance)
+        site = Site(self._env, world, self.admission, lambda: self.robots, self._publisher, self._chance)
         self.fixtures = install_all(site)
         self._docks = {dock.name: dock for dock in self.fixtures.values() if isinstance(dock, DockBays)}
         self.admission.closures.publish()
@@ -206,6 +211,8 @@ class Roster:
             items=self.items,
             docks=self._docks,
             admission=self.admission,
+            chance=self._chance,
+            delays=self._delays,
             plans=self._plans,
             publisher=self._publisher,
             errors=self._errors,

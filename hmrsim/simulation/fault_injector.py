@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from simpy import Timeout
 
 from hmrsim.components.battery import Battery
+from hmrsim.distributions import Distribution, latest
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.faults import Case, FaultType, Spell
@@ -25,6 +26,7 @@ from hmrsim.world_checks.faults import There, flaws
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
+    from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
@@ -60,8 +62,11 @@ class InjectedFault:
     """One fault that is scheduled, active, or over.
 
     Attributes:
+        settings: What was asked for, with distributions.
+        drawn: The same for the present occurrence, with numbers.
         when: Random numbers for its times.
         what: Random numbers for its effects.
+        draw: Returns the value of a field for the next occurrence.
         since: When it began the last time, in simulated seconds.
         end: Ends it; None while it is not active.
         alarm: Begins it; None if it is not scheduled.
@@ -71,12 +76,24 @@ class InjectedFault:
     name: str
     fault: AnyFault
     settings: Any
+    drawn: Any
     when: random.Random
     what: random.Random
+    draw: Callable[[str, Any], float]
     since: float = 0.0
     end: Callable[[], None] | None = None
     alarm: Alarm | None = None
     over: Timeout | None = None
+
+    def draw_all(self) -> None:
+        """Give each field that is left to chance its value for the next occurrence."""
+        random = {
+            field: self.draw(field, value)
+            for field, value in sorted(self.settings.__dict__.items())
+            if isinstance(value, Distribution)
+        }
+        if random:
+            self.drawn = self.settings.model_copy(update=random)
 
     def began(self) -> FaultBegan:
         """Return the event that says that it begins."""
@@ -91,7 +108,7 @@ class InjectedFault:
         return FaultMissed(self.fault.name, self.name, self._said(), why)
 
     def _said(self) -> dict[str, Any]:
-        settings: Occurrence = self.settings
+        settings: Occurrence = self.drawn
         return settings.model_dump(mode="json", exclude_none=True, exclude={"name"})
 
 
@@ -105,10 +122,13 @@ class FaultInjector:
         known: Those that are active or scheduled, by name.
     """
 
-    def __init__(self, env: Environment, roster: Roster, publisher: EventPublisher, errors: InternalErrors) -> None:
+    def __init__(
+        self, env: Environment, roster: Roster, chance: Chance, publisher: EventPublisher, errors: InternalErrors
+    ) -> None:
         self.known: dict[str, InjectedFault] = {}
         self._env = env
         self._roster = roster
+        self._chance = chance
         self._publisher = publisher
         self._errors = errors
         self._seed = 0
@@ -122,13 +142,14 @@ class FaultInjector:
         self._seed = seed
         self._count.clear()
         self._next.clear()
+        now = self._env.now
         stated = [
             (faults()[fault.type], faults()[fault.type].settings.model_validate(fault.model_extra or {}))
             for fault in world.faults
         ]
         self._reserved = {settings.name for _, settings in stated if settings.name}
         for kind, settings in stated:
-            if settings.at is None or settings.at >= self._env.now:
+            if settings.at is None or latest(settings.at) >= now:
                 self._schedule(self._add(kind, settings))
 
     def end(self) -> None:
@@ -156,6 +177,7 @@ class FaultInjector:
             return found
         injected = self._add(fault, settings)
         if settings.at is None and settings.mean_time_between is None:
+            injected.draw_all()
             self._begin(injected)
         else:
             self._schedule(injected)
@@ -177,9 +199,15 @@ class FaultInjector:
         chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
         name = settings.name or self._free_name(fault)
         # Not for cryptography: the numbers have to be the same in each run.
-        injected = InjectedFault(name, fault, settings, random.Random(chance), random.Random(f"{chance}/what"))
+        injected = InjectedFault(
+            name, fault, settings, settings, random.Random(chance), random.Random(f"{chance}/what"), self._drawer(whose)
+        )
         self.known[name] = injected
         return injected
+
+    def _drawer(self, whose: tuple[str, str]) -> Callable[[str, Any], float]:
+        subject, use = whose[0], f"{whose[1]}/{self._count[whose]}"
+        return lambda field, value: self._chance.draw(value, subject, f"{use}/{field}")
 
     def _free_name(self, fault: AnyFault) -> str:
         """Return the name with the least number that no fault has."""
@@ -198,7 +226,8 @@ class FaultInjector:
             self._next[kind] = min(self._next[kind], max(1, int(number)))
 
     def _schedule(self, injected: InjectedFault) -> None:
-        settings, now = injected.settings, self._env.now
+        injected.draw_all()
+        settings, now = injected.drawn, self._env.now
         between = settings.mean_time_between
         delay = injected.when.expovariate(1.0 / between) if between else max(0.0, (settings.at or 0.0) - now)
         injected.alarm = self._env.alarm(delay, partial(self._ring, injected))
@@ -216,7 +245,7 @@ class FaultInjector:
     def _begin(self, injected: InjectedFault) -> None:
         injected.since = self._env.now
         self._publisher.publish(injected.began)
-        case = Case(injected.name, injected.settings, self._roster, injected.what, partial(self._concurrent, injected))
+        case = Case(injected.name, injected.drawn, self._roster, injected.what, partial(self._concurrent, injected))
         end = self._guarded(injected, partial(injected.fault.begin, case))
         if end is None or not injected.fault.lasts:
             self._publisher.publish(injected.ended)
@@ -231,7 +260,7 @@ class FaultInjector:
 
     def _seconds(self, injected: InjectedFault) -> float | None:
         """Return how long a fault lasts from now on; None for ever."""
-        settings = injected.settings
+        settings = injected.drawn
         seconds: float | None = settings.duration
         if settings.mean_duration is not None:
             seconds = injected.when.expovariate(1.0 / settings.mean_duration)
@@ -278,7 +307,7 @@ class FaultInjector:
     def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that are active on the same subject."""
         return [
-            other.settings
+            other.drawn
             for other in self._active.values()
             if other is not injected
             and (other.fault, other.settings.subject) == (injected.fault, injected.settings.subject)

@@ -43,7 +43,7 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
     if scope & _TIME:
         _restart_time(simulator)
     if scope & (_STATE | _TIME):
-        simulator.fault_injector.begin(simulator.world, simulator.seed)
+        simulator.begin_chance()
     if scope & _STATE:
         simulator.begin_scripts()
     simulator.publisher.publish(lambda: SimulationReset(scope))
@@ -67,7 +67,7 @@ def _begin(simulator: Simulator, world: World) -> None:
     """Let a simulation whose world was replaced be at its start."""
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator)
-    simulator.fault_injector.begin(world, simulator.seed)
+    simulator.begin_chance()
     simulator.begin_scripts()
     simulator.publisher.publish(lambda: WorldLoaded(world.name))
     simulator.emit(RosterChanged())

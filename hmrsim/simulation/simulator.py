@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from hmrsim.actions import registry as all_actions
+from hmrsim.engine.chance import Chance
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
 from hmrsim.engine.sampling import Telemetry
@@ -115,6 +116,7 @@ class Simulator:
 
     Attributes:
         graph: The ways of the world.
+        chance: Random numbers of what the world leaves to chance.
         gate: Controls whether time may move.
         plans: The open requests to an external planner.
         detections: What its robots' sensors see.
@@ -169,23 +171,25 @@ class Simulator:
             ForgetResult: self.dispatcher.forget,
         }
         self.graph = WaypointGraph(world)
+        self.chance = Chance()
         self.plans = Plans(self.env, self.emit, publisher)
         self._stopped = False
         self.roster = Roster(
             self.env,
             self.dispatcher,
             self.gate,
+            chance=self.chance,
             plans=self.plans,
             publisher=publisher,
             errors=self._errors,
             emit=self.emit,
             leaving=self._leaving,
         )
-        self.fault_injector = FaultInjector(self.env, self.roster, publisher, self._errors)
+        self.fault_injector = FaultInjector(self.env, self.roster, self.chance, publisher, self._errors)
         self.roster.fill(world, self.graph)
         self.detections = Detections(self.roster, self._errors)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
-        self.fault_injector.begin(world, self.seed)
+        self.begin_chance()
         self.telemetry.start("odom", Topic.ODOM, 0.0, settings.odom_rate, self._emit_odom)
         self.telemetry.start("battery_state", Topic.BATTERY_STATE, 0.0, settings.battery_rate, self._emit_batteries)
         self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self.emit(self.readings.clock()))
@@ -219,6 +223,11 @@ class Simulator:
     def items(self) -> dict[str, Item]:
         """All items, by name."""
         return self.roster.items
+
+    def begin_chance(self) -> None:
+        """Begin all random numbers of the seed, and schedule the faults of the world; none may be active."""
+        self.chance.begin(self.seed)
+        self.fault_injector.begin(self.world, self.seed)
 
     def end_scripts(self) -> None:
         """Let the robots do no more of what the world says that they do by themselves."""

@@ -27,6 +27,7 @@ from pydantic import (
     model_validator,
 )
 
+from hmrsim.distributions import RandomFactor, RandomSeconds, SomeRandomSeconds, mean
 from hmrsim.geometry import MAX_COORDINATE, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
@@ -119,6 +120,8 @@ class Lane(Model):
         one_way: Whether it can't be driven from *to* to *from*.
         speed_limit: Maximum speed of all robots on it; None for no limit.
         capacity: Maximum number of robots at once under a policy with reservations; None for the traffic's default.
+        speed_factor: What the speed of robots is multiplied with on it, such as where people are in the way; a
+            distribution gives each trip of each robot its own. Routes are planned without it.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False, populate_by_name=True)
@@ -128,6 +131,7 @@ class Lane(Model):
     one_way: bool = Field(default=False, strict=True)
     speed_limit: Annotated[float, SPEED.field] | None = None
     capacity: Capacity | None = None
+    speed_factor: RandomFactor = 1.0
 
     @model_validator(mode="before")
     @classmethod
@@ -208,9 +212,14 @@ Wall = Annotated[Annotated[Outline, Tag("outline")] | Annotated[Solid, Tag("soli
 
 
 class Place(Model):
-    """A named point."""
+    """A named point.
+
+    Attributes:
+        tags: What controllers may know of it; free texts that mean nothing to the simulator.
+    """
 
     at: Point
+    tags: tuple[Name, ...] = ()
 
 
 class Dock(Model):
@@ -226,6 +235,7 @@ class Dock(Model):
         staging: Where a robot lines up before it drives in, and goes when it leaves; None for the nearest point of a
             lane from which it is seen.
         reserved_for: Robots and robot types that may dock there; None for all.
+        docking_time: Seconds that a robot takes to dock after it has driven in.
     """
 
     at: Where
@@ -235,6 +245,7 @@ class Dock(Model):
     power: Positive | None = None
     staging: Point | None = None
     reserved_for: tuple[Name, ...] | None = None
+    docking_time: RandomSeconds = 0.0
 
     @property
     def charges(self) -> bool:
@@ -257,7 +268,7 @@ class Door(Model):
     at: tuple[Point, Point]
     type: Name = "door"
     open: Annotated[bool, Field(strict=True)] = False
-    opening_time: Seconds = 2.0
+    opening_time: RandomSeconds = 2.0
     opens_for: tuple[Name, ...] | None = None
     stays_open: Seconds | None = 3.0
 
@@ -281,13 +292,16 @@ class Lift(Model):
 
     stops: Annotated[tuple[Name, ...], Field(min_length=2), AfterValidator(_few_stops)]
     at: Name | None = None
-    travel_time: Positive = 5.0
-    door_time: Seconds = 2.0
+    travel_time: SomeRandomSeconds = 5.0
+    door_time: RandomSeconds = 2.0
     capacity: Capacity = 1
 
     def seconds(self, start: int, end: int) -> float:
-        """Return how long a ride takes between two stops, by their indices: doors close, it moves, doors open."""
-        return abs(end - start) * self.travel_time + 2 * self.door_time
+        """Return how long a ride takes on average between two stops, by their indices.
+
+        Its doors close, it moves, its doors open.
+        """
+        return abs(end - start) * mean(self.travel_time) + 2 * mean(self.door_time)
 
 
 class Item(Model):
@@ -343,6 +357,7 @@ class RobotSpec(Model):
         components: Likewise, by component; null takes the type's component away.
         planner: ``graph`` for the world's lanes, ``external`` for a planner on the network.
         script: Orders that it executes by itself.
+        tags: What controllers may know of it, such as skills; free texts that mean nothing to the simulator.
     """
 
     type: Name = "carrier"
@@ -352,6 +367,7 @@ class RobotSpec(Model):
     components: dict[str, dict[str, Any] | None] = {}
     planner: Literal["graph", "external"] = "graph"
     script: tuple[str, ...] = ()
+    tags: tuple[Name, ...] = ()
 
 
 class _Open(Model):

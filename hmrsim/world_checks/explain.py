@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
-from hmrsim.world.model import Base, Dock, FaultEntry, Item, Lane, Place, RobotSpec, RobotType, Solid, World
+from hmrsim.distributions import Distribution
+from hmrsim.world.model import (
+    Base,
+    Dock,
+    Door,
+    FaultEntry,
+    Item,
+    Lane,
+    Lift,
+    Place,
+    RobotSpec,
+    RobotType,
+    Solid,
+    Waypoint,
+    World,
+)
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -18,8 +33,11 @@ _PARTS: dict[tuple[str, ...], type[BaseModel]] = {
     (): World,
     ("lanes", "*"): Lane,
     ("walls", "*"): Solid,
+    ("waypoints", "*"): Waypoint,
     ("places", "*"): Place,
     ("docks", "*"): Dock,
+    ("doors", "*"): Door,
+    ("lifts", "*"): Lift,
     ("items", "*"): Item,
     ("robot_types", "*"): RobotType,
     ("robot_types", "*", "base"): Base,
@@ -27,6 +45,9 @@ _PARTS: dict[tuple[str, ...], type[BaseModel]] = {
     ("robots", "*", "base"): Base,
     ("faults", "*"): FaultEntry,
 }
+
+_DISTRIBUTION = "distribution"
+"""What pydantic's paths have where a value is validated as a distribution."""
 
 _WANTED = {
     "float_type": "a number",
@@ -103,7 +124,9 @@ def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple
 def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseModel] | None) -> str:
     kind, context = details["type"], details.get("ctx", {})
     if kind == "extra_forbidden":
-        text = f"unknown key {path[-1]!r}{instead(str(path[-1]), _known_keys(path[:-1], model))}"
+        loc = details["loc"]
+        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], model)
+        text = f"unknown key {path[-1]!r}{instead(str(path[-1]), known)}"
     elif kind == "missing" and isinstance(value, (list, tuple)):
         text = f"expected {_count(details, path)}, got {len(value)}"
     elif kind == "missing":
@@ -144,6 +167,12 @@ def _example(path: Path) -> str:
     if path[-1] == "at":
         return "; expected [x, y] or a name" if path[0] in ("items", "robots", "docks") else "; expected [x, y]"
     return "; expected the name of a waypoint" if path[0] == "lanes" else ""
+
+
+def _keys_of_distribution(loc: tuple[str | int, ...]) -> Iterable[str]:
+    *below, _ = loc[loc.index(_DISTRIBUTION) + 1 :]
+    kind: Any = Distribution.model_fields[str(below[0])].annotation if below else Distribution
+    return [*(get_args(kind) or (kind,))[0].model_fields]
 
 
 def _known_keys(path: Path, model: type[BaseModel] | None) -> Iterable[str]:

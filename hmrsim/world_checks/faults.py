@@ -12,6 +12,7 @@ from hmrsim.components import registry as components
 from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
+from hmrsim.distributions import latest
 from hmrsim.faults import registry
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.explain import explain
@@ -93,8 +94,8 @@ def flaws(
         yield Finding(("name",), f"there is a fault {settings.name!r} already; give another name", settings.name)
     for field in ("at", "until"):
         time = getattr(settings, field, None)
-        if time is not None and time < now:
-            yield Finding((field,), f"{time:g} s is over; it is {now:g} s now", time)
+        if time is not None and latest(time) < now:
+            yield Finding((field,), f"{latest(time):g} s is over; it is {now:g} s now", time)
 
 
 def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as actions
+from hmrsim.distributions import mean
 from hmrsim.events import texts
 from hmrsim.faults import registry as faults
 from hmrsim.geometry import distance
@@ -81,13 +82,20 @@ def resolved(world: World) -> dict[str, Any]:
             for name, dock in world.docks.items()
         ],
         "doors": [
-            {"name": name, **door.model_dump(mode="json"), "lanes": _lanes_through(world, grid, door)}
+            {
+                "name": name,
+                **door.model_dump(mode="json"),
+                "opening_time": mean(door.opening_time),
+                "lanes": _lanes_through(world, grid, door),
+            }
             for name, door in world.doors.items()
         ],
         "lifts": [
             {
                 "name": name,
                 **lift.model_dump(mode="json"),
+                "travel_time": mean(lift.travel_time),
+                "door_time": mean(lift.door_time),
                 "at": lift.at or lift.stops[0],
                 "points": [world.points[stop] for stop in lift.stops],
             }

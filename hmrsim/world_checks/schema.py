@@ -6,6 +6,7 @@ import inspect
 import re
 from typing import TYPE_CHECKING, Any
 
+from hmrsim import distributions
 from hmrsim.components import registry as components
 from hmrsim.faults import registry as faults
 from hmrsim.traffic.policies import registry as policies
@@ -31,7 +32,7 @@ def world_schema() -> dict[str, Any]:
     schema = World.model_json_schema(by_alias=True)
     definitions: dict[str, Any] = schema["$defs"]
     for name, definition in definitions.items():
-        _describe(definition, getattr(model, name))
+        _describe(definition, _model(name, model))
     _describe(schema, World)
     definitions["Lane"] = {"anyOf": [_LANE_PAIR, definitions["Lane"]]}
     settings = {name: _settings(component.settings, definitions) for name, component in components().items()}
@@ -68,10 +69,17 @@ def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, A
     """Return the schema of the settings of a component or a fault; what they are made of joins the *definitions*."""
     schema = kind.model_json_schema(by_alias=True)
     for name, part in schema.pop("$defs", {}).items():
-        _describe(part, getattr(inspect.getmodule(kind), name))
-        definitions[name] = part
+        if name not in definitions:
+            _describe(part, _model(name, inspect.getmodule(kind)))
+            definitions[name] = part
     _describe(schema, kind)
     return schema
+
+
+def _model(name: str, module: object) -> type[BaseModel]:
+    """Return the model of a definition: a distribution, or one of a module."""
+    found: type[BaseModel] = getattr(distributions, name, None) or getattr(module, name)
+    return found
 
 
 def _describe(schema: dict[str, Any], kind: type[BaseModel]) -> None:
@@ -79,7 +87,7 @@ def _describe(schema: dict[str, Any], kind: type[BaseModel]) -> None:
     text = inspect.getdoc(kind) or ""
     attributes = {name: " ".join(words.split()) for name, words in _ATTRIBUTE.findall(text)}
     schema["description"] = " ".join(text.partition("\n\nAttributes:")[0].split())
-    for name, field in kind.model_fields.items():
+    for name, field in kind.model_fields.items() if "properties" in schema else ():
         part = schema["properties"][field.alias or name]
         part.pop("title", None)
         if name in attributes:

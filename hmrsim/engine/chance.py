@@ -1,0 +1,54 @@
+"""Random numbers of what a world leaves to chance.
+
+There is a stream for each subject and use, and each occurrence has a number of its own: the third time that a door
+opens takes as long whatever else has happened before. So two controllers under one seed meet the same world, in
+whatever order they do things: common random numbers (Law, Simulation Modeling and Analysis, 5th edition, 11.2).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.distributions import Distribution
+
+if TYPE_CHECKING:
+    from hmrsim.distributions import Chance as Value
+
+_BITS: Final = 53
+"""Bits of a random number: those of a float's mantissa."""
+
+
+class Chance:
+    """The streams of a run; each begins anew with `begin`."""
+
+    def __init__(self) -> None:
+        self._seed = 0
+        self._occurrences: Counter[tuple[str, str]] = Counter()
+
+    def begin(self, seed: int) -> None:
+        """Begin all streams of a seed."""
+        self._seed = seed
+        self._occurrences.clear()
+
+    def draw(self, value: Value, subject: str, use: str) -> float:
+        """Return the value of the next occurrence; a number stands for itself.
+
+        Args:
+            value: A number or a distribution.
+            subject: Whom it concerns: a robot, a door, an order.
+            use: What it is for, such as ``opening_time``.
+        """
+        if not isinstance(value, Distribution):
+            return value
+        self._occurrences[subject, use] += 1
+        return self.drawn(value, subject, use, self._occurrences[subject, use])
+
+    def drawn(self, value: Value, subject: str, use: str, occurrence: int) -> float:
+        """Return the value of an occurrence by its number; it is the same each time."""
+        if not isinstance(value, Distribution):
+            return value
+        text = f"{self._seed}/{subject}/{use}/{occurrence}".encode()
+        number = int.from_bytes(hashlib.blake2b(text, digest_size=8).digest()) >> (64 - _BITS)
+        return value.value((number + 0.5) / 2**_BITS)

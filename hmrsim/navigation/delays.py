@@ -1,0 +1,62 @@
+"""What chance does to robots on their ways: lanes with people on them, and lifts that take their time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import permutations
+from typing import TYPE_CHECKING
+
+from hmrsim.distributions import Distribution
+from hmrsim.world.model import PlainLanes
+
+if TYPE_CHECKING:
+    from hmrsim.distributions import Chance as Value
+    from hmrsim.engine.chance import Chance
+    from hmrsim.navigation.graph import Lane
+    from hmrsim.navigation.route import Leg
+    from hmrsim.world.model import Lift, World
+
+
+class Delays:
+    """The lanes and lifts of a world that delay robots by chance; most worlds have none.
+
+    A value is that of the robot's trip, so that it stays the same when the robot stops and drives on.
+    """
+
+    def __init__(self, world: World, chance: Chance) -> None:
+        self._chance = chance
+        self._factors: dict[Lane, tuple[Value, float]] = {}
+        self._rides: dict[Lane, tuple[str, Lift, int, int]] = {}
+        for lane in () if isinstance(world.lanes, PlainLanes) else world.lanes:
+            if lane.speed_factor != 1.0:
+                slow = lane.speed_factor, lane.speed_limit or math.inf
+                self._factors[lane.from_, lane.to] = self._factors[lane.to, lane.from_] = slow
+        for name, lift in world.lifts.items():
+            if isinstance(lift.travel_time, Distribution) or isinstance(lift.door_time, Distribution):
+                for i, j in permutations(range(len(lift.stops)), 2):
+                    self._rides[lift.stops[i], lift.stops[j]] = name, lift, i, j
+
+    def __bool__(self) -> bool:
+        """Return whether there are any."""
+        return bool(self._factors or self._rides)
+
+    def of(self, leg: Leg, robot: str, speed: float, trip: int) -> Leg:
+        """Return a leg as a robot drives it on a trip.
+
+        Args:
+            leg: A leg of its route.
+            robot: The robot's name.
+            speed: Its greatest speed, in the world's unit a second.
+            trip: The number of the trip.
+        """
+        if leg.lane in self._rides:
+            lift, spec, i, j = self._rides[leg.lane]
+            travel = self._chance.drawn(spec.travel_time, lift, f"travel_time/{robot}", trip)
+            doors = self._chance.drawn(spec.door_time, lift, f"door_time/{robot}", trip)
+            return replace(leg, ride=abs(i - j) * travel + 2 * doors)
+        if leg.lane in self._factors:
+            (start, end), (factor, limit) = leg.lane, self._factors[leg.lane]
+            drawn = self._chance.drawn(factor, robot, f"speed_factor/{start}/{end}", trip)
+            return replace(leg, speed_limit=min(speed, limit) * drawn)
+        return leg
