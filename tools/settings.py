@@ -38,7 +38,7 @@ _Command = tuple["Callable[[argparse.ArgumentParser], None]", tuple[type, ...]]
 _COMMANDS: Final[dict[str, _Command]] = {
     "run": (run.configure, SERVED),
     "simulate": (simulate.configure, (WorldSettings, SimulateSettings, TraceSettings)),
-    "demo": (demo.configure, (DemoSettings, TraceSettings, ViewSettings, SessionOptions)),
+    "demo": (demo.configure, (DemoSettings, TraceSettings, WorldSettings, ViewSettings, SessionOptions)),
 }
 """What fills the parser of each command, and the models that its options may come from."""
 

@@ -29,7 +29,10 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.world import WorldSettings
 from hmrsim.world.files import find
+from hmrsim.world.overlays.overlay import overlays_of
+from hmrsim.world_checks import load_world
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.settings import ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -74,7 +77,12 @@ def demo(args: argparse.Namespace) -> int:
     check_page(view, session)
     check_writable(trace, [find(_WORLD)] if trace else ())
     screen = JsonLines() if args.json else Screen(sys.stdout)
-    demo = _Demo(settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level)
+    changes = read_settings(args, WorldSettings)
+    if overlays := overlays_of(changes.overlay, changes.set):
+        load_world(_WORLD, overlays=overlays)
+    demo = _Demo(
+        settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level, changes=changes
+    )
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
         with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
@@ -96,11 +104,12 @@ class _Demo:
         view: int | None,
         secure: Path | None,
         log_level: str,
+        changes: WorldSettings,
     ) -> None:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._settings = settings
         self._trace, self._view, self._log_level, self._secure = trace, view, log_level, secure
-        self._screen = screen
+        self._screen, self._changes = screen, changes
         self._turns = CausalOrder(_PATIENCE)
 
     def run(self) -> int:
@@ -144,6 +153,8 @@ class _Demo:
         settings = self._settings
         arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
         arguments += ["--log-level", self._log_level]
+        for option, values in (("--overlay", self._changes.overlay), ("--set", self._changes.set)):
+            arguments += [f"{option}={value}" for value in values]
         for option, value in (("--seed", settings.seed), ("--trace", self._trace), ("--view", self._view)):
             arguments += [] if value is None else [option, str(value)]
         return arguments

@@ -12,6 +12,7 @@ from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.world import WorldSettings
 from hmrsim.world import ReadOptions
 from hmrsim.world.options import renames
+from hmrsim.world.overlays.overlay import overlays_of
 from hmrsim.world_checks import load_world
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def read_world(
         add_robots=settings.robot,
         add_items=settings.item,
         options=options,
+        overlays=overlays_of(settings.overlay, settings.set),
         further=further,
     )
 

@@ -13,6 +13,17 @@ class WorldSettings(Settings):
 
     robot: Annotated[tuple[str, ...], Option("add a robot; repeatable", "NAME@X,Y[:TYPE]", group="world")] = ()
     item: Annotated[tuple[str, ...], Option("add an item; repeatable", "NAME@X,Y[:KG]", group="world")] = ()
+    overlay: Annotated[
+        tuple[str, ...], Option("lay the changes of a file over the world; repeatable", "FILE", group="world")
+    ] = ()
+    set: Annotated[
+        tuple[str, ...],
+        Option(
+            "change one value of the world, such as robots.*.base.speed=0.8; ~PATH takes an entry away; repeatable",
+            "PATH=VALUE",
+            group="world",
+        ),
+    ] = ()
     page: Annotated[
         str | None,
         Option(

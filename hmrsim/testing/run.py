@@ -17,6 +17,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world.model import World
+from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
 from hmrsim_zenoh.client.client import Client
@@ -41,6 +42,7 @@ _FLEET = "bt_controller"
 def simulation(
     world: str | Path | Mapping[str, Any] | World,
     *,
+    changes: Mapping[str, Any] | None = None,
     tree: AnyTree | None = None,
     robots: Sequence[str] | None = None,
     values: Mapping[str, str] | None = None,
@@ -50,6 +52,7 @@ def simulation(
 
     Args:
         world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        changes: What is laid over it, by path, as ``--overlay`` does: ``{"robots.*.base.speed": 0.5}``.
         tree: The tree that `Run.to_the_end` runs.
         robots: Who runs it; all robots if left out.
         values: Texts that are on each tree's blackboard from the start.
@@ -58,11 +61,16 @@ def simulation(
     Raises:
         WorldError: Something is wrong with the world; it has all errors.
         TreeError: There is no such tree.
+        ValueError: There are changes of a world that was read already.
     """
+    overlays = [overlay_of(changes, "changes")] if changes else []
     if isinstance(world, Mapping):
-        world = world_of(dict(world), "world")
-    elif not isinstance(world, World):
-        world = load_world(world).world
+        world = world_of(dict(world), "world", overlays)
+    elif isinstance(world, World):
+        if changes:
+            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
+    else:
+        world = load_world(world, overlays=overlays).world
     plan = None if tree is None else _plan(tree, values or {})
     return Run(world, plan, robots, (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP}))
 

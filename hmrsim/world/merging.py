@@ -36,6 +36,13 @@ class Source:
         return Problem(self.file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
 
 
+def own(value: Any) -> Any:
+    """Return a copy of what files say whose mappings and lists are its own."""
+    if isinstance(value, dict):
+        return {key: own(part) for key, part in value.items()}
+    return [own(part) for part in value] if isinstance(value, list) else value
+
+
 @dataclass
 class Merged:
     """Files made into one.
@@ -54,6 +61,7 @@ class Merged:
     paths: set[pathlib.Path] = field(default_factory=set)
     complete: bool = True
     _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
+    _laid: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Begin with the root."""
@@ -61,9 +69,26 @@ class Merged:
 
     def problem(self, finding: Finding) -> Problem:
         """Return a finding about the data as a problem of the file that it is from."""
+        for length in range(len(finding.path), 0, -1) if self._laid else ():
+            laid = self._laid.get(finding.path[:length])
+            if laid is not None:
+                source, place = laid
+                line = source.document.line(place)
+                return Problem(
+                    source.file, dotted(finding.path), finding.message, line, finding.value, finding.severity
+                )
         source, start = self._owner(finding.path)
         path = (*start, *finding.path[len(start) :])
         return source.problem(Finding(path, finding.message, finding.value, finding.severity, finding.line))
+
+    def unshare(self) -> None:
+        """Make all mappings and lists of the data its own, so that they can be changed in place."""
+        self.data = {key: own(value) for key, value in self.data.items()}
+
+    def claim(self, path: Path, source: Source, place: Path) -> None:
+        """Note that what is at a path of the data was put there by *source*, which says so at *place*."""
+        self._laid = {at: whose for at, whose in self._laid.items() if at[: len(path)] != path}
+        self._laid[path] = (source, place)
 
     def _owner(self, path: Path) -> tuple[Source, Path]:
         return self._owners.get(path[:2]) or self._owners.get(path[:1]) or (self.root, ())

@@ -211,10 +211,10 @@ def _resolve(event: Any, line: int) -> object:
         if event.tag == f"{_TAG}str":
             return text
         raise Unreadable(f"has the tag {shown(event.tag)}; leave it out", line)
-    return _plain(text) if event.implicit[0] else text
+    return plain(text) if event.implicit[0] else text
 
 
-def _plain(text: str) -> object:
+def plain(text: str) -> object:
     """Return the value of a scalar without quotes."""
     value: object = text
     if text in _NULL:

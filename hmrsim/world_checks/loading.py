@@ -11,11 +11,13 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import MAX_FINDINGS, dotted
+from hmrsim.diagnostics import MAX_FINDINGS
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world import additions
 from hmrsim.world.files import find
+from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
+from hmrsim.world.merging import Merged, Source
 from hmrsim.world.model import Lane, PlainLanes, Waypoint
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world_checks.checks import check
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.diagnostics import Finding
-    from hmrsim.world.merging import Source
     from hmrsim.world.model import World
+    from hmrsim.world.overlays.overlay import Overlay
 
 
 _PIECE = 10_000
@@ -59,6 +61,7 @@ def load_world(
     add_robots: Sequence[str] = (),
     add_items: Sequence[str] = (),
     options: ReadOptions = AS_IT_IS,
+    overlays: Sequence[Overlay] = (),
     further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
     """Read a world with the files that it includes, and check it.
@@ -68,6 +71,7 @@ def load_world(
         add_robots: Further robots, each ``NAME@X,Y[:TYPE]``.
         add_items: Further items, each ``NAME@X,Y[:KG]``.
         options: How to read drawings.
+        overlays: Changes that are laid over all of it, in this order.
         further: Checks for which only some callers want to wait; a world with errors is not given to them.
 
     Raises:
@@ -80,6 +84,8 @@ def load_world(
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:
             problems += _added(text, parse, merged.add)
+    for overlay in overlays:
+        overlay.lay_over(merged)
     valid = validate(merged.data)
     lost = valid.lost
     if not merged.complete:
@@ -97,19 +103,23 @@ def load_world(
     return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
 
 
-def world_of(data: dict[str, Any], source: str) -> World:
+def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()) -> World:
     """Return the world that plain values describe, checked; includes are not looked for.
 
-    The *data* are as in a native file; *source* is what they come from, for errors.
+    The *data* are as in a native file; *source* is what they come from, for errors. The *overlays* are laid over them.
 
     Raises:
         WorldError: Something is wrong; it has all errors.
     """
-    valid = validate(data)
+    merged = Merged(Source(source, Document(data)))
+    for overlay in overlays:
+        overlay.lay_over(merged)
+    valid = validate(merged.data)
     findings = list(valid.findings)
     if valid.world is not None:
         findings += [valid.original_of(finding) for finding in check(valid.world, valid.lost)]
-    errors = [Problem(source, dotted(each.path), each.message) for each in findings if each.severity == "error"]
+    problems = [*merged.problems, *(merged.problem(finding) for finding in findings)]
+    errors = [each for each in problems if each.severity == "error"]
     if valid.world is None or errors:
         raise WorldError(errors)
     return valid.world
@@ -138,10 +148,16 @@ def _in_order(problems: list[Problem], file: str) -> list[Problem]:
 
 
 def world_hash(world: World) -> str:
-    """Return the SHA-256 of a world in canonical JSON, as 64 hex digits."""
+    """Return the SHA-256 of a world in canonical JSON, as 64 hex digits.
+
+    What is at its default is left out, so that a key that worlds get later does not change the hash of one without it.
+    """
     digest = hashlib.sha256()
     large = {"lanes": _lanes, "waypoints": _waypoints}
-    data = world.model_dump(mode="json", by_alias=True, exclude={*large})
+    data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={*large})
+    for name, robot in world.robots.items():
+        if robot.base.model_fields_set:  # null overrides what the type has
+            data["robots"][name]["base"] = robot.base.model_dump(mode="json", exclude_unset=True)
     for i, key in enumerate(sorted([*data, *large])):
         digest.update(f"{'{,'[i > 0]}{_canonical(key)}:".encode("ascii"))
         for text in large[key](world) if key in large else [_canonical(data[key])]:
@@ -154,9 +170,9 @@ def _lanes(world: World) -> Iterator[str]:
     """Yield the canonical JSON of lanes in pieces: that of a grid's is 80 MB long."""
     lanes = world.lanes
     if not isinstance(lanes, PlainLanes):
-        yield _canonical(world.model_dump(mode="json", by_alias=True, include={"lanes"})["lanes"])
+        yield _canonical([lane.model_dump(mode="json", by_alias=True, exclude_defaults=True) for lane in lanes])
         return
-    lane = Lane(from_="a", to="b").model_dump(mode="json", by_alias=True)
+    lane = Lane(from_="a", to="b").model_dump(mode="json", by_alias=True, exclude_defaults=True)
     before, between, after = re.split('"[ab]"', _canonical(lane))
     name = [_canonical(name) for name in lanes.pairs.names].__getitem__
     pairs = zip(map(name, lanes.pairs.starts), map(name, lanes.pairs.ends), strict=True)
@@ -173,7 +189,10 @@ def _waypoints(world: World) -> Iterator[str]:
     yield "{"
     for i in range(0, len(names), _PIECE):
         parts = ((name, world.waypoints[name]) for name in names[i : i + _PIECE])
-        plain = {name: at.model_dump(mode="json") if isinstance(at, Waypoint) else at for name, at in parts}
+        plain = {
+            name: at.model_dump(mode="json", exclude_defaults=True) if isinstance(at, Waypoint) else at
+            for name, at in parts
+        }
         yield f"{',' if i else ''}{_canonical(plain)[1:-1]}"
     yield "}"
 

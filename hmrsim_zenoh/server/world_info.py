@@ -138,9 +138,11 @@ class Description:
                     "components": list(robot.components),
                     "actions": serves[name],
                     "planner": robot.planner,
+                    "tags": list(robot.tags),
                 }
                 for name, robot in simulator.robots.items()
             ],
+            "places": [{"name": name, "tags": list(place.tags)} for name, place in world.places.items()],
             "actions": simulator.dispatcher.servers.actions_of(WORLD),
             "aliases": dict(world.remap),
             "services": _services(),

@@ -41,6 +41,12 @@ class _Robot(_Part):
     components: list[_Text] = []
     actions: list[_Text] = []
     planner: _Text = ""
+    tags: list[_Text] = []
+
+
+class _Place(_Part):
+    name: _Text
+    tags: list[_Text] = []
 
 
 class _Service(_Part):
@@ -57,6 +63,7 @@ class WorldInfo(_Part):
     clock: _Text = ""
     world: _World = _World.model_construct()
     robots: list[_Robot] = []
+    places: list[_Place] = []
     actions: list[_Text] = []
     aliases: dict[_Text, _Text] = {}
     services: list[_Service] = []

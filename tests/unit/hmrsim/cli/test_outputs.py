@@ -36,6 +36,8 @@ PROGRAMS = {"hmrsim": main, "bt-controller": bt_controller.cli.main}
 CASES = [
     ("hmrsim simulate w.yaml --trace {}", "w.yaml"),
     ("hmrsim simulate w.yaml --trace {}", "more.yaml"),
+    ("hmrsim simulate w.yaml --overlay over.yaml --trace {}", "over.yaml"),
+    ("hmrsim simulate w.yaml --overlay over.yaml --trace {}", "levels.csv"),
     ("hmrsim run w.yaml --trace {}", "w.yaml"),
     ("hmrsim run w.yaml --record {}", "more.yaml"),
     ("hmrsim run w.yaml --settings settings.yaml --trace {}", "settings.yaml"),
@@ -92,6 +94,7 @@ def files(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     texts = {"w.yaml": WORLD, "more.yaml": "places: {p: {at: [1, 1]}}\n", "a_tree.py": MODULE}
     texts |= {"tree.xml": TREE, "more.xml": MORE, "settings.yaml": "seed: 3\n", "zenoh.json5": "{}"}
+    texts |= {"over.yaml": "tables: {levels: levels.csv}\nseed: 3\n", "levels.csv": "a,b\n"}
     for name, text in texts.items():
         Path(name).write_text(text)
     main(["simulate", "w.yaml", "--trace", "run.jsonl"])
@@ -189,7 +192,16 @@ def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
             yield parser.prog, action.option_strings[-1] if action.option_strings else str(action.metavar)
 
 
-INPUTS = {"--allow-files", "--secure", "--settings", "--zenoh-config", "FILE", "TRACE|MCAP", "RECORDING.mcap"}
+INPUTS = {
+    "--allow-files",
+    "--overlay",
+    "--secure",
+    "--settings",
+    "--zenoh-config",
+    "FILE",
+    "TRACE|MCAP",
+    "RECORDING.mcap",
+}
 
 
 def test_each_output_is_tried():

@@ -1,0 +1,146 @@
+"""Values from tables: ``${levels.charge[charge][i-1]}``, and ``$i`` for a name alone.
+
+An expression has names, keys after dots or in brackets, numbers, quoted texts and the four operations. It is read by
+Python's own parser, but nothing else of Python can be said.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any, Final
+
+from hmrsim.diagnostics import instead, shortened, shown
+from hmrsim.world.overlays.flaw import OverlayFlaw
+
+Names = Mapping[str, Any]
+"""The values that an expression can ask for."""
+
+_REFERENCE: Final = re.compile(r"\$(?:(?P<escaped>\$)|\{(?P<expression>[^{}]*)\}|(?P<name>[A-Za-z_]\w*))", re.ASCII)
+_MAX_LENGTH: Final = 500
+
+_OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = MappingProxyType(
+    {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.FloorDiv: operator.floordiv,
+        ast.Mod: operator.mod,
+    }
+)
+
+
+def substituted(value: Any, names: Names) -> Any:
+    """Return a value with the expressions in its texts replaced, also inside lists and mappings.
+
+    A text that is one expression becomes that expression's value; in a longer one each is replaced by its text. ``$$``
+    is a dollar sign.
+
+    Raises:
+        OverlayFlaw: An expression has no value; the text says why.
+    """
+    if isinstance(value, str):
+        return _in_text(value, names) if "$" in value else value
+    if isinstance(value, list):
+        return [substituted(part, names) for part in value]
+    if isinstance(value, dict):
+        return {in_key(key, names): substituted(part, names) for key, part in value.items()}
+    return value
+
+
+def in_key(key: str, names: Names) -> str:
+    """Return a key with its expressions replaced by their texts.
+
+    Raises:
+        OverlayFlaw: An expression has no value; the text says why.
+    """
+    return str(_in_text(key, names)) if "$" in key else key
+
+
+def _in_text(text: str, names: Names) -> Any:
+    whole = _REFERENCE.fullmatch(text)
+    if whole and not whole["escaped"]:
+        return _value(whole, names)
+    return _REFERENCE.sub(lambda match: "$" if match["escaped"] else _as_text(_value(match, names)), text)
+
+
+def _as_text(value: object) -> str:
+    if isinstance(value, (dict, list)):
+        raise OverlayFlaw(f"{shown(value)} can't be part of a text")
+    return str(value)
+
+
+def _value(match: re.Match[str], names: Names) -> Any:
+    text: str = match["name"] or match["expression"]
+    try:
+        return _evaluated(_parsed(text), names)
+    except OverlayFlaw as error:
+        raise OverlayFlaw(f"{shortened(match[0])}: {error}") from None
+
+
+@lru_cache(maxsize=4096)
+def _parsed(text: str) -> ast.expr:
+    if len(text) > _MAX_LENGTH:
+        raise OverlayFlaw(f"is longer than {_MAX_LENGTH} characters")
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, MemoryError, RecursionError):
+        raise OverlayFlaw(
+            "is no expression; expected a name such as levels.speed[speed], or a sum of numbers"
+        ) from None
+
+
+def _evaluated(node: ast.expr, names: Names) -> Any:
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float, str)):
+        return node.value
+    if isinstance(node, ast.Name):
+        if node.id not in names:
+            raise OverlayFlaw(f"there is no {node.id!r}{instead(node.id, names)}")
+        return names[node.id]
+    if isinstance(node, ast.Attribute):
+        return _part(_evaluated(node.value, names), node.attr, ast.unparse(node.value))
+    if isinstance(node, ast.Subscript):
+        return _part(_evaluated(node.value, names), _evaluated(node.slice, names), ast.unparse(node.value))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        return -_number(_evaluated(node.operand, names))
+    if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
+        return _result(node, _number(_evaluated(node.left, names)), _number(_evaluated(node.right, names)))
+    raise OverlayFlaw(f"{ast.unparse(node)!r} is more than names, keys, numbers and + - * / // %")
+
+
+def _number(value: object) -> int | float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise OverlayFlaw(f"{shown(value)} is no number to calculate with")
+    return value
+
+
+def _result(node: ast.BinOp, left: float, right: float) -> int | float:
+    try:
+        value: int | float = _OPERATIONS[type(node.op)](left, right)
+    except (ArithmeticError, OverflowError) as error:
+        raise OverlayFlaw(f"{ast.unparse(node)}: {error}") from None
+    if not math.isfinite(value):
+        raise OverlayFlaw(f"{ast.unparse(node)} is not finite")
+    return value
+
+
+def _part(whole: object, key: object, said: str) -> Any:
+    """Return an entry of a table; of a mapping also the one whose key is the text of *key*."""
+    if isinstance(whole, Mapping):
+        for each in (key, str(key)):
+            if each in whole:
+                return whole[each]
+        raise OverlayFlaw(f"{said} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
+    if isinstance(whole, list):
+        if isinstance(key, bool) or not isinstance(key, int):
+            raise OverlayFlaw(f"{said} is a list, of which {shown(key)} is no index")
+        if not 0 <= key < len(whole):
+            raise OverlayFlaw(f"{said} has {len(whole)} entries, from 0 on; there is none at {key}")
+        return whole[key]
+    raise OverlayFlaw(f"{said} is {shown(whole)}, which has no parts")

@@ -1,0 +1,132 @@
+"""An overlay: a file of changes, or one change of a command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.diagnostics import Finding, shown
+from hmrsim.errors import Problem, WorldError
+from hmrsim.world.files import read_text
+from hmrsim.world.formats import Document
+from hmrsim.world.formats._json_text import as_yaml
+from hmrsim.world.merging import Source
+from hmrsim.world.overlays.changes import REMOVE, changes
+from hmrsim.world.overlays.flaw import OverlayFlaw
+from hmrsim.world.overlays.laying import lay
+from hmrsim.world.overlays.tables import read_tables
+from hmrsim.world.yaml_text import Unreadable, line_of, read
+
+if TYPE_CHECKING:
+    from hmrsim.world.merging import Merged
+    from hmrsim.world.overlays.expressions import Names
+
+_TABLES: Final = "tables"
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Changes of a world.
+
+    Attributes:
+        source: The file, or the option, that asks for them, with what it says.
+        names: The values that its expressions ask for: tables, and the levels of an experiment's factors.
+        files: The files that it was read from.
+    """
+
+    source: Source
+    names: Names = field(default_factory=lambda: MappingProxyType({}))
+    files: tuple[Path, ...] = ()
+
+    def lay_over(self, merged: Merged) -> None:
+        """Make the changes in order; what is wrong with one becomes a problem."""
+        merged.unshare()
+        merged.paths.update(self.files)
+        merged.problems += [self.source.problem(finding) for finding in self.source.document.findings]
+        for change in changes(self.source.document.data, self.names):
+            if isinstance(change, Finding):
+                merged.problems.append(self.source.problem(change))
+                continue
+            try:
+                for path in lay(merged.data, change):
+                    merged.claim(path, self.source, change.path)
+            except OverlayFlaw as error:
+                merged.problems.append(self.source.problem(Finding(change.path, str(error), change.value)))
+
+    def with_names(self, names: Names) -> Overlay:
+        """Return the same overlay with further values for its expressions."""
+        return replace(self, names={**self.names, **names})
+
+
+def overlay_of(said: Mapping[str, Any], source: str, names: Names = MappingProxyType({})) -> Overlay:
+    """Return the overlay that plain values describe; *source* is what they come from, for errors."""
+    return Overlay(Source(source, Document(dict(said))), names)
+
+
+def read_overlay(path: str | Path) -> Overlay:
+    """Return the overlay of a YAML or JSON file, with the tables that it names under ``tables``.
+
+    Raises:
+        WorldError: It can't be read.
+    """
+    file = str(path)
+    text = read_text(Path(path), file)
+    try:
+        data, lines, findings = read(as_yaml(text) if text.lstrip().startswith("{") else text)
+    except Unreadable as error:
+        raise WorldError([Problem(file, "", str(error), error.line)]) from None
+    if not isinstance(data, dict):
+        message = f"expected a mapping of paths to values such as robots.*.base.speed: 0.8, got {shown(data)}"
+        raise WorldError([Problem(file, "", message, 1)])
+    source = Source(file, Document(data, partial(line_of, lines), tuple(findings)))
+    tables, files, wrong = read_tables(data.get(_TABLES, {}), Path(path).parent)
+    problems = [source.problem(finding) for finding in findings]
+    problems += [source.problem(replace(each, path=(_TABLES, *each.path))) for each in wrong]
+    if problems:
+        raise WorldError(problems)
+    rest = {key: value for key, value in data.items() if key != _TABLES}
+    return Overlay(Source(file, replace(source.document, data=rest)), tables, (Path(path).absolute(), *files))
+
+
+def setting(text: str) -> Overlay:
+    """Return the change of ``--set PATH=VALUE``, or of ``--set ~PATH``, which takes an entry away.
+
+    Raises:
+        WorldError: *text* is neither.
+    """
+    place = f"--set {text}"
+    path, equals, said = text.partition("=")
+    if text.startswith(REMOVE) and not equals:
+        return Overlay(Source(place, Document({text: None})))
+    if not equals or not path.strip() or text.startswith(REMOVE):
+        raise WorldError([Problem(place, "", "expected PATH=VALUE such as robots.*.base.speed=0.8, or ~PATH")])
+    try:
+        value, _, findings = read(said) if said.strip() else ("", 0, [])
+    except Unreadable as error:
+        raise WorldError([Problem(place, "", f"the value {error}; put texts with : or # into quotes")]) from None
+    if findings:
+        raise WorldError([Problem(place, "", finding.message) for finding in findings])
+    return Overlay(Source(place, Document({path.strip(): value})))
+
+
+def overlays_of(files: Iterable[str], settings: Iterable[str]) -> list[Overlay]:
+    """Return the overlays of a command line: those of files, and over them single settings.
+
+    Raises:
+        WorldError: Some can't be read; it has all problems.
+    """
+    overlays: list[Overlay] = []
+    problems: list[Problem] = []
+    for texts, parse in ((files, read_overlay), (settings, setting)):
+        for text in texts:
+            try:
+                overlays.append(parse(text))
+            except WorldError as error:
+                problems += error.problems
+    if problems:
+        raise WorldError(problems)
+    return overlays

@@ -1,0 +1,196 @@
+"""Changes of a world by path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hmrsim.errors import WorldError
+from hmrsim.world.overlays.overlay import overlay_of, overlays_of, read_overlay, setting
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.loading import world_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hmrsim.world import World
+
+TWO = {
+    "waypoints": {"home": [0, 0], "shelf": [10, 0], "ward.1": [20, 0]},
+    "lanes": [["home", "shelf"], ["shelf", "ward.1"]],
+    "items": {"box": {"at": "shelf"}},
+    "docks": {"charger": {"at": "home", "type": "charger", "capacity": 2}},
+    "robot_types": {"nurse": {"components": {"battery": {"capacity": 100}, "claw": {}}}},
+    "robots": {"eve": {"at": "home", "type": "nurse"}, "wall_e": {"at": "shelf"}},
+    "faults": [{"type": "slip", "robot": "eve", "factor": 0.5, "at": 3}],
+}
+
+
+def laid(*changes: dict[str, object]) -> World:
+    """Return the world with changes laid over it."""
+    return world_of(TWO, "two.yaml", [overlay_of(each, f"overlay {i}") for i, each in enumerate(changes)])
+
+
+def problems(*changes: dict[str, object]) -> list[str]:
+    """Return what is wrong with changes."""
+    with pytest.raises(WorldError) as error:
+        laid(*changes)
+    return [str(problem) for problem in error.value.problems]
+
+
+def test_a_path_changes_one_value_and_a_pattern_several() -> None:
+    """A path changes one value and a pattern several."""
+    world = laid({"robots.eve.base.speed": 0.5, "robots.*.yaw": 1.5})
+    assert (world.robots["eve"].base.speed, world.robots["wall_e"].base.speed) == (0.5, None)
+    assert {robot.yaw for robot in world.robots.values()} == {1.5}
+
+
+def test_mappings_go_on_with_the_path_and_keep_what_is_beside() -> None:
+    """Mappings go on with the path and keep what is beside."""
+    world = laid({"robots": {"eve": {"components": {"battery.initial_charge": 0.3}}}})
+    assert world.robot_type(world.robots["eve"]).components["battery"] == {"capacity": 100, "initial_charge": 0.3}
+
+
+def test_entries_are_added_and_taken_away() -> None:
+    """Entries are added and taken away."""
+    world = laid(
+        {
+            "items.second": {"at": "home", "weight": 1.0},
+            "~robots.wall_e": None,
+            "faults.+": [{"type": "breakdown", "robot": "eve", "at": 9}],
+            "lanes.+": {"from": "home", "to": "ward.1"},
+            "~faults.0": None,
+        }
+    )
+    assert [*world.items] == ["box", "second"]
+    assert [*world.robots] == ["eve"]
+    assert [fault.type for fault in world.faults] == ["breakdown"]
+    assert len(world.lanes) == 3
+
+
+def test_short_forms_are_written_out_where_a_path_leads_into_them() -> None:
+    """Short forms are written out where a path leads into them."""
+    world = laid({"lanes.*.speed_limit": 0.4, "waypoints.home.capacity": 3, "waypoints.'ward.1'.capacity": 1})
+    assert {lane.speed_limit for lane in world.lanes} == {0.4}
+    assert (world.lanes[1].from_, world.points["ward.1"]) == ("shelf", (20.0, 0.0))
+
+
+def test_a_later_overlay_wins_and_the_base_stays_as_it_was() -> None:
+    """A later overlay wins and the base stays as it was."""
+    assert laid({"seed": 1}, {"seed": 2}).seed == 2
+    laid({"robots.*.yaw": 1.0, "faults.0.factor": 0.1})
+    assert TWO["robots"] == {"eve": {"at": "home", "type": "nurse"}, "wall_e": {"at": "shelf"}}
+    assert TWO["faults"] == [{"type": "slip", "robot": "eve", "factor": 0.5, "at": 3}]
+
+
+def test_each_repeats_what_is_below_it() -> None:
+    """Each repeats what is below it."""
+    world = laid(
+        {
+            "each 1..3": {"items.box$i": {"at": "home", "weight": "${i / 2}"}},
+            "each robot in eve, wall_e": {"robots.$robot.tags": ["is $robot", "$$"]},
+        }
+    )
+    assert {name: item.weight for name, item in world.items.items()} == {"box": 0, "box1": 0.5, "box2": 1, "box3": 1.5}
+    assert world.robots["wall_e"].tags == ("is wall_e", "$")
+
+
+def test_a_distribution_replaces_another_value_as_a_whole() -> None:
+    """A distribution replaces another value as a whole."""
+    world = world_of(
+        {"doors": {"d": {"at": [[0, 0], [1, 0]]}}},
+        "doors.yaml",
+        [
+            overlay_of({"doors.d.opening_time": {"uniform": {"low": 1, "high": 2}}}, "one"),
+            overlay_of({"doors.*.opening_time": {"exponential": {"mean": 3}}}, "two"),
+        ],
+    )
+    assert world.doors["d"].opening_time.model_dump(exclude_defaults=True) == {"exponential": {"mean": 3.0}}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"robots.evv.yaw": 1}, "there is no 'evv' among the robots; did you mean 'eve'?"),
+        ({"robots.x*.yaw": 1}, "robots has nothing that x* stands for; it has eve, wall_e"),
+        ({"lanes.7.speed_limit": 1}, "lanes is a list of 2, in which '7' is no index; expected 0 to 1"),
+        ({"~items.vase": None}, "items has no 'vase' to take away; it has box"),
+        ({"~items.box": 1}, "takes an entry away, so that it has no value; got 1"),
+        ({"robots..yaw": 1}, "'robots..yaw' is no path"),
+        ({"robots.eve.base.speed": "fast"}, "robots.eve.base.speed: expected a number, got 'fast'"),
+        ({"robots.eve.base.sped": 1}, "robots.eve.base.sped: unknown key 'sped'; did you mean 'speed'?"),
+        ({"robots.new": {"type": "nurse"}}, "robots.new.at: is missing"),
+        ({"each 3..1": {"seed": 1}}, "3..1 runs over nothing"),
+        ({"each 1..2": 5}, "expected a mapping to repeat, got 5"),
+        ({"seed": "${levels.a}"}, "${levels.a}: there is no 'levels'"),
+        ({"seed": "${1 / 0}"}, "division by zero"),
+        ({"seed": "${open('x')}"}, "is more than names, keys, numbers"),
+        ({"seed": "${1 +}"}, "is no expression"),
+        ({"items.box.at": "nowhere"}, "items.box.at: no waypoint, place or dock 'nowhere'"),
+    ],
+)
+def test_what_is_wrong_is_told_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
+    """What is wrong is told with the overlay that says it."""
+    found = problems({"name": "fine"}, change)
+    assert len(found) == 1
+    assert found[0].startswith("overlay 1: ")
+    assert said in found[0]
+
+
+def test_all_mistakes_are_told_at_once() -> None:
+    """All mistakes are told at once."""
+    assert len(problems({"robots.evv.yaw": 1, "seed": "x"}, {"~items.vase": None})) == 3
+
+
+def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
+    """A file takes values from tables."""
+    (tmp_path / "levels.csv").write_text("level,charge,skills\nlow,0.2,a\nhigh,0.9,b\n", encoding="utf-8")
+    (tmp_path / "places.json").write_text('["shelf", "home"]', encoding="utf-8")
+    (tmp_path / "over.yaml").write_text(
+        "tables: {levels: levels.csv, places: places.json}\n"
+        "robots.eve.components.battery.initial_charge: ${levels.high.charge}\n"
+        "items.box.at: ${places[1]}\n"
+        "each level in ${levels}:\n"
+        "  robots.eve.tags.+: ${levels[level].skills}\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "two.yaml").write_text(str(TWO).replace("'", '"'), encoding="utf-8")
+    world = load_world(tmp_path / "two.yaml", overlays=[read_overlay(tmp_path / "over.yaml")]).world
+    assert world.robots["eve"].components["battery"] == {"initial_charge": 0.9}
+    assert (world.items["box"].at, world.robots["eve"].tags) == ("home", ("a", "b"))
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("a,b\nx,1\nx,2\n", "levels.csv:3: there is a row 'x' already"),
+        ("a,b\nx,1,2\n", "levels.csv:2: the row has 3 fields, the first line 2"),
+        ("", "levels.csv:1: is empty"),
+        (None, "levels.csv: no such file"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_told_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
+    """What is wrong with a table is told with its line."""
+    if table is not None:
+        (tmp_path / "levels.csv").write_text(table, encoding="utf-8")
+    (tmp_path / "over.yaml").write_text("seed: 1\ntables: {levels: levels.csv}\n", encoding="utf-8")
+    with pytest.raises(WorldError) as error:
+        read_overlay(tmp_path / "over.yaml")
+    assert str(error.value).startswith(f"{tmp_path / 'over.yaml'}:2: tables.levels: ")
+    assert said in str(error.value)
+
+
+def test_an_option_sets_or_takes_away_one_entry() -> None:
+    """An option sets or takes away one entry."""
+    changes = [setting("robots.eve.base={speed: 0.5, radius: 0.2}"), setting("~robots.wall_e"), setting("name=x=y")]
+    world = world_of(TWO, "two.yaml", changes)
+    assert (world.robots["eve"].base.speed, [*world.robots], world.name) == (0.5, ["eve"], "x=y")
+
+
+@pytest.mark.parametrize("text", ["", "seed", "=3", "~seed=3", "seed=[1", "seed={a: 1, a: 2}"])
+def test_an_option_that_is_none_is_refused_and_so_are_all_others(text: str) -> None:
+    """An option that is none is refused and so are all others."""
+    with pytest.raises(WorldError) as error:
+        overlays_of(["/nowhere/over.yaml"], ["seed=1", text])
+    assert [problem.file for problem in error.value.problems] == ["/nowhere/over.yaml", f"--set {text}"]
