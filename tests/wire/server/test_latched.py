@@ -27,7 +27,7 @@ def test_info_describes_the_world(shared):
         info["real_time_factor"],
     )
     assert ("small", 64) == (info["world"]["name"], len(info["world"]["hash"]))
-    cart = {"name": "cart", "type": "carrier", "components": [], "planner": "graph"}
+    cart = {"name": "cart", "type": "carrier", "components": [], "planner": "graph", "tags": []}
     assert {**cart, "actions": ["navigate_to_pose", "wait"]} == {
         **info["robots"][2],
         "actions": [name for name in info["robots"][2]["actions"] if name in ("navigate_to_pose", "wait", "pickup")],
