@@ -10,6 +10,7 @@
     ├── OutputError             a file is none to write to, such as one that is being read
     ├── WriteError              a file could not be written to its end, as on a full disk
     ├── PluginError             a plug-in is missing, misnamed or broken
+    ├── MissingExtra            a package is not installed that only a part of hmrsim needs
     ├── GoalRejected            a goal is not accepted; carries the reason
     ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
     │   └── NoRoute             ... because no way leads there
@@ -102,6 +103,10 @@ class WriteError(HmrsimError):
 
 class PluginError(HmrsimError):
     """A plug-in is missing, misnamed or broken; the text names the file and a remedy."""
+
+
+class MissingExtra(HmrsimError):
+    """A package is not installed that only a part of hmrsim needs; the text names what to install."""
 
 
 class GoalRejected(HmrsimError):

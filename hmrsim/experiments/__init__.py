@@ -1,0 +1,1 @@
+"""Experiments: many runs of one mission, and what they allow one to claim."""
