@@ -1,7 +1,7 @@
 """What an experiment allows one to claim: means, intervals, effects, comparisons.
 
-Pure functions over plain numbers. Each formula has its source in its docstring, which says when it is
-valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when first
+Pure functions over plain numbers. Each formula has its source in its docstring; docs/statistics.md says when which one
+is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when first
 used.
 """
 
@@ -24,19 +24,42 @@ from hmrsim.experiments.statistics.intervals import (
     proportion_interval,
     quantile_interval,
 )
+from hmrsim.experiments.statistics.sequences import confidence_sequence
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough, replications_needed
 from hmrsim.experiments.statistics.summary import Summary, quantile, summary
+from hmrsim.experiments.statistics.verdicts import (
+    BETTER,
+    EQUIVALENT,
+    UNDECIDED,
+    WORSE,
+    Comparison,
+    Criterion,
+    Verdict,
+    compare,
+    compare_all,
+    verdict,
+)
 
 __all__ = [
+    "BETTER",
     "CONFIDENCE",
+    "EQUIVALENT",
     "MEAN",
     "PROPORTION",
+    "UNDECIDED",
+    "WORSE",
+    "Comparison",
+    "Criterion",
     "Difference",
     "Interaction",
     "Interval",
     "LevelEffect",
     "StoppingRule",
     "Summary",
+    "Verdict",
+    "compare",
+    "compare_all",
+    "confidence_sequence",
     "enough",
     "holm",
     "interactions",
@@ -49,4 +72,5 @@ __all__ = [
     "replications_needed",
     "summary",
     "unpaired_difference",
+    "verdict",
 ]

@@ -1,0 +1,190 @@
+"""Is B better than A? A verdict that may be asked for after each pair of runs, and that stands once it is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+from hmrsim.experiments.statistics.intervals import Interval, checked_share
+from hmrsim.experiments.statistics.moments import pairs
+from hmrsim.experiments.statistics.sequences import confidence_sequence, first_above
+
+Verdict = Literal["better", "worse", "equivalent", "undecided"]
+
+BETTER: Final = "better"
+WORSE: Final = "worse"
+EQUIVALENT: Final = "equivalent"
+UNDECIDED: Final = "undecided"
+
+_MOST_DIFFERING: Final = 0.05
+"""The share of seeds under which equal runs of real numbers may differ nevertheless."""
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What is asked about a measure.
+
+    Attributes:
+        larger_is_better: As of a number of orders; False as of a time.
+        margin: Differences of the means below this do not matter; None if any does, so that nothing is equivalent.
+        relative: Whether the margin is a share of A's mean, such as 0.05; then no value of A may be negative.
+        yes_no: Whether all values are 0 or 1, of which the means are shares; the margin is one of shares then.
+        alpha: The probability of a false verdict, however often one looks.
+    """
+
+    larger_is_better: bool
+    margin: float | None = None
+    relative: bool = False
+    yes_no: bool = False
+    alpha: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Refuse what can't be meant."""
+        checked_share(self.alpha, "alpha")
+        if self.margin is not None and not 0 < self.margin < math.inf:
+            raise ValueError(f"margin must be positive, got {self.margin}")
+        if self.yes_no and self.margin is not None and (self.relative or self.margin >= 1):
+            raise ValueError("the margin of yes and no is a difference of shares; it must be below 1 and not relative")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What is known about B - A.
+
+    Attributes:
+        verdict: ``better`` or ``worse``: B's mean is, however little; ``equivalent``: the means differ by less than
+            the margin; ``undecided``: none of these is known yet.
+        decided_after: The number of pairs after which it was given; None while it is undecided.
+        difference: The mean of B - A, with a confidence sequence.
+        differing: The number of pairs whose two values are not equal.
+    """
+
+    verdict: Verdict
+    decided_after: int | None
+    difference: Interval
+    differing: int
+
+
+def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None]:
+    """Return the first verdict that a look after each pair gives, and after how many pairs.
+
+    False verdicts are given with probability *alpha* at most, for all looks together, where `confidence_sequence`
+    holds. The first one stands: further pairs do not change it. B can be both better and equivalent, by less than the
+    margin; the one that is known first is told, and ``equivalent`` if both are at once.
+
+    Real numbers that are equal in all pairs so far say nothing about how large a difference could be. If there is a
+    margin, they are equivalent as soon as it is excluded, at alpha, that they differ under 5 % of all seeds or more:
+    after 59 pairs for alpha = 0.05, by (1 - 0.05)ⁿ ≤ alpha. Yes and no need no such rule.
+
+    A relative margin is compared with the true mean of A, not with its estimate: B - (1 - margin) A has to be above 0,
+    and B - (1 + margin) A below it.
+
+    Source: Schuirmann, A comparison of the two one-sided tests procedure and the power approach for assessing the
+    equivalence of average bioavailability, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
+
+    Raises:
+        ValueError: There are not as many of A as of B, a value is not finite, not 0 or 1 for yes and no, or negative
+            in A for a relative margin.
+    """
+    first, second = _checked(a, b, criterion)
+    given: list[tuple[int, int, Verdict]] = []
+    after = _equivalent_after(first, second, criterion)
+    if after is not None:
+        given.append((after, 0, EQUIVALENT))
+    upwards = 1 if criterion.larger_is_better else -1
+    ways: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
+    for direction, said in ways:
+        differences = [direction * (two - one) for one, two in zip(first, second, strict=True)]
+        after = first_above(differences, 0.0, criterion.alpha, yes_no=criterion.yes_no)
+        if after is not None:
+            given.append((after, 1, said))
+    if not given:
+        return UNDECIDED, None
+    after, _, first_said = min(given)
+    return first_said, after
+
+
+def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Comparison:
+    """Return the verdict and by how much B differs from A.
+
+    Args:
+        a: A measure of the runs of A, in the order of their seeds.
+        b: Likewise of B, under the same seeds.
+        criterion: What is asked.
+
+    Raises:
+        ValueError: As for `verdict`.
+    """
+    said, after = verdict(a, b, criterion)
+    differences = [two - one for one, two in zip(*pairs(a, b), strict=True)]
+    interval = confidence_sequence(differences, yes_no=criterion.yes_no, confidence=1 - criterion.alpha)
+    return Comparison(said, after, interval, sum(difference != 0 for difference in differences))
+
+
+def compare_all(
+    measures: Mapping[str, tuple[Sequence[float], Sequence[float]]], criteria: Mapping[str, Criterion], *, alpha: float
+) -> dict[str, Comparison]:
+    """Return a comparison for each measure, such that all verdicts together are true with probability 1 - alpha.
+
+    Each has alpha divided by the number of measures (Bonferroni), whatever its own criterion says. Holm's stepwise
+    procedure gives later ones more, and is right where a hypothesis once rejected can't be rejected wrongly; a measure
+    has several verdicts of which one or the other is false whatever is true, so it does not apply. It does to the
+    p-values of `effects`.
+
+    Args:
+        measures: The values of A and of B, by the name of the measure.
+        criteria: By the same names.
+        alpha: The probability that any verdict is false.
+
+    Raises:
+        ValueError: As for `verdict`, or names differ.
+    """
+    if measures.keys() != criteria.keys():
+        raise ValueError(f"measures {', '.join(measures)}; criteria of {', '.join(criteria)}")
+    return {
+        name: compare(a, b, replace(criteria[name], alpha=alpha / len(measures))) for name, (a, b) in measures.items()
+    }
+
+
+def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[tuple[float, ...], ...]:
+    first, second = pairs(a, b)
+    if criterion.yes_no:
+        for value in (*first, *second):
+            if value not in (0, 1):
+                raise ValueError(f"a value is {value:g}; expected 0 or 1 for yes and no")
+    if criterion.relative and criterion.margin is not None and min(first, default=0) < 0:
+        raise ValueError(f"a value of A is {min(first):g}; a relative margin is for measures that are not negative")
+    return first, second
+
+
+def _equivalent_after(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> int | None:
+    """Return after how many pairs the means are known to differ by less than the margin; None if they are not."""
+    if criterion.margin is None:
+        return None
+    least, most = (-criterion.margin, criterion.margin)
+    if criterion.relative:
+        above = [two - (1 + least) * one for one, two in zip(first, second, strict=True)]
+        below = [(1 + most) * one - two for one, two in zip(first, second, strict=True)]
+        value = 0.0
+    else:
+        above = [two - one for one, two in zip(first, second, strict=True)]
+        below = [one - two for one, two in zip(first, second, strict=True)]
+        value = least
+    known = [first_above(side, value, criterion.alpha, yes_no=criterion.yes_no) for side in (above, below)]
+    after = None if None in known else max(one for one in known if one is not None)
+    return after if criterion.yes_no else _unless_identical(first, second, after, criterion.alpha)
+
+
+def _unless_identical(first: Sequence[float], second: Sequence[float], after: int | None, alpha: float) -> int | None:
+    """Return after how many pairs real numbers are known to be equivalent, by bounds that say so after *after*.
+
+    Bounds say nothing before a pair differs; so many equal ones are enough that few can differ.
+    """
+    wanted = math.ceil(math.log(alpha) / math.log1p(-_MOST_DIFFERING))
+    if len(first) >= wanted and first[:wanted] == second[:wanted]:
+        return wanted
+    differs = (n for n, (one, two) in enumerate(zip(first, second, strict=True), 1) if one != two)
+    earliest = next(differs, None)
+    return None if after is None or earliest is None else max(after, earliest)

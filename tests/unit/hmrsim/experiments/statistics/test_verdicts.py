@@ -1,0 +1,168 @@
+"""Better, worse, equivalent, or not known yet."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.experiments.statistics import Comparison, Criterion, Interval, compare, compare_all, verdict
+from tests.cases import case
+from tests.profiles import examples
+
+SMALLER = Criterion(larger_is_better=False)
+LARGER = Criterion(larger_is_better=True)
+SHARES = Criterion(larger_is_better=True, margin=0.1, yes_no=True)
+
+DRAWS = {
+    "normal": lambda z: z,
+    "lognormal": math.exp,
+    "heavy tails": lambda z: z**3,
+    "whole numbers": lambda z: float(round(z)),
+    "yes and no": lambda z: float(z > 0),
+}
+
+
+def runs(chance, draw, pairs, rho=0.8):
+    """Return values of A and of B, correlated as runs under common seeds are."""
+    common = [chance.gauss(0, 1) for _ in range(pairs)]
+    other = [rho * z + math.sqrt(1 - rho**2) * chance.gauss(0, 1) for z in common]
+    return [draw(z) for z in common], [draw(z) for z in other]
+
+
+@pytest.mark.parametrize("name", DRAWS)
+def test_a_against_a_is_hardly_ever_better_or_worse(name):
+    """In 400 experiments of 60 pairs, looked at after each, at most in 5 %."""
+    chance = random.Random(name)
+    criterion = Criterion(larger_is_better=True, yes_no=name == "yes and no")
+    found = [verdict(*runs(chance, DRAWS[name], 60), criterion)[0] for _ in range(400)]
+
+    assert found.count("better") + found.count("worse") <= 20
+
+
+def test_a_real_difference_is_found():
+    """Half a standard deviation, in 44 runs on average where Welch's test takes 172 for a power of 0.9."""
+    chance = random.Random(1)
+    found = []
+    for _ in range(100):
+        a, b = runs(chance, DRAWS["normal"], 86)
+        found.append(verdict(a, [value + 0.5 for value in b], LARGER))
+
+    assert 90 <= [said for said, _ in found].count("better")
+    assert sum(2 * (after or 86) for _, after in found) / len(found) < 172 / 3
+
+
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), max_size=25), st.booleans())
+@examples(60)
+def test_a_verdict_stands(pairs, relative):
+    """Further pairs change neither the verdict nor when it was given."""
+    criterion = Criterion(larger_is_better=False, margin=0.5, relative=relative, alpha=0.5)
+    a, b = [one for one, _ in pairs], [other for _, other in pairs]
+    said, after = verdict(a, b, criterion)
+    looks = [verdict(a[:n], b[:n], criterion) for n in range(len(pairs) + 1)]
+
+    assert [("undecided", None)] * min(after or len(looks), len(looks)) == looks[:after]
+    assert after is None or all(look == (said, after) for look in looks[after:])
+
+
+def test_directions():
+    """A time that is longer is worse, and a number of orders that is larger is better."""
+    a, b = [10.0, 12.0, 11.0] * 5, [13.0, 15.5, 14.0] * 5
+
+    assert ("worse", "better") == (verdict(a, b, SMALLER)[0], verdict(a, b, LARGER)[0])
+    assert ("better", "worse") == (verdict(b, a, SMALLER)[0], verdict(b, a, LARGER)[0])
+
+
+def test_what_is_compared():
+    """The comparison has the bounds of B - A, and how many pairs differ."""
+    found = compare([1, 0] * 30, [1, 1] * 30, SHARES)
+
+    assert ("better", 16, 30, 0.5) == (found.verdict, found.decided_after, found.differing, found.difference.estimate)
+    assert 0.2 < found.difference.low < 0.5 < found.difference.high < 0.8
+
+
+def test_identical_runs():
+    """A against itself under the same seeds: equivalent after 59 pairs, as no 5 % of seeds can differ, if asked."""
+    times = [float(number) for number in range(100)]
+    within = Criterion(larger_is_better=False, margin=1.0)
+
+    assert ("undecided", None) == verdict(times[:58], times[:58], within)
+    assert ("equivalent", 59) == verdict(times, times, within)
+    assert ("equivalent", 59) == verdict(times, times, Criterion(larger_is_better=False, margin=0.5, relative=True))
+    assert ("equivalent", 90) == verdict(times, times, Criterion(larger_is_better=False, margin=1.0, alpha=0.01))
+    assert Comparison("undecided", None, Interval(0.0, None, None, 100, 0.95), 0) == compare(times, times, SMALLER)
+
+
+def test_identical_yes_and_no():
+    """The bounds themselves say when a difference of 10 % is excluded."""
+    assert ("equivalent", 53) == verdict([1] * 100, [1] * 100, SHARES)
+
+
+def test_always_the_same_difference():
+    """It is known as soon as so many equal signs can't be chance."""
+    assert ("better", 9) == verdict([5.0] * 20, [4.0] * 20, SMALLER)
+
+
+def test_equivalent_within_an_absolute_margin():
+    """With differences that are small against it."""
+    chance = random.Random(4)
+    a, b = runs(chance, DRAWS["normal"], 150)
+
+    assert "equivalent" == verdict(a, b, Criterion(larger_is_better=True, margin=0.5))[0]
+    assert "undecided" == verdict(a, b, Criterion(larger_is_better=True, margin=0.05))[0]
+
+
+def test_equivalent_within_a_share_of_the_mean():
+    """2 % of 100 is a margin of 2."""
+    chance = random.Random(4)
+    a, b = ([100 + value for value in one] for one in runs(chance, DRAWS["normal"], 150))
+    found = [
+        verdict(a, b, Criterion(larger_is_better=True, margin=margin, relative=True))[0] for margin in (0.02, 5e-4)
+    ]
+
+    assert ["equivalent", "undecided"] == found
+
+
+def test_equivalence_is_hardly_ever_false():
+    """With a difference as large as the margin, in 200 experiments of 80 pairs at most in 5 %."""
+    chance = random.Random(6)
+    found = []
+    for _ in range(200):
+        a, b = runs(chance, DRAWS["normal"], 80)
+        found.append(verdict(a, [value + 0.5 for value in b], Criterion(larger_is_better=False, margin=0.5))[0])
+
+    assert found.count("equivalent") + found.count("better") <= 10
+
+
+def test_several_measures_share_alpha():
+    """Of two measures each is judged at 2.5 %, so that a verdict comes later."""
+    a, b = [5.0] * 40, [4.0] * 40
+    found = compare_all({"time": (a, b), "energy": (b, a)}, {"time": SMALLER, "energy": SMALLER}, alpha=0.05)
+
+    assert {"time": ("better", 10), "energy": ("worse", 10)} == {
+        name: (one.verdict, one.decided_after) for name, one in found.items()
+    }
+    assert 0.975 == found["time"].difference.confidence
+    with pytest.raises(ValueError, match="measures time; criteria of energy"):
+        compare_all({"time": (a, b)}, {"energy": SMALLER}, alpha=0.05)
+
+
+def test_what_can_not_be_meant():
+    """Each mistake is told with its value."""
+    relative = Criterion(larger_is_better=True, margin=0.1, relative=True)
+    for text, act in {
+        "margin must be positive, got 0": lambda: Criterion(larger_is_better=True, margin=0),
+        "alpha must be between 0 and 1, got 5": lambda: Criterion(larger_is_better=True, alpha=5),
+        "margin of yes and no": lambda: Criterion(larger_is_better=True, margin=0.1, relative=True, yes_no=True),
+        "a value is 2; expected 0 or 1 for yes and no": lambda: verdict([2], [1], SHARES),
+        "a value of A is -1; a relative margin is for measures that are not negative": lambda: verdict(
+            [-1.0], [1.0], relative
+        ),
+        "1 values of A and 2 of B": lambda: verdict([1.0], [1.0, 2.0], SMALLER),
+        "value 0 is nan; expected numbers up to 1e": lambda: verdict([math.nan], [1.0], SMALLER),
+    }.items():
+        with case(text), pytest.raises(ValueError, match=text):
+            act()
