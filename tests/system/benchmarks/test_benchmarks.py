@@ -21,6 +21,7 @@ from benchmarks.perturbed import distinct_traces
 from tests.paths import ROOT
 
 TINY = {
+    "comparison": {"experiments": 20, "pairs": 20, "powered": 20, "effects": (0.9,)},
     "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
     "density": {
         "crowds": ((4, 20.0),),
@@ -56,7 +57,7 @@ TINY = {
     "view": {"sizes": (3,), "window": 0.5, "side": 4},
 }
 
-MAY_BE_NOTHING = {"% of a core", "MB/1,000 robots", "% of goals", "% of the time", "a minute"}
+MAY_BE_NOTHING = {"% of experiments", "% of a core", "MB/1,000 robots", "% of goals", "% of the time", "a minute"}
 
 
 def test_every_benchmark_is_tested():
