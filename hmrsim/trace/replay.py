@@ -6,36 +6,28 @@ trace of that simulation is compared line by line. A truncated trace is compared
 
 from __future__ import annotations
 
-import json
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 import hmrsim
-from hmrsim.actions import registry as actions
-from hmrsim.diagnostics import dotted, shown
 from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.errors import TraceError, WorldError
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.protocol import commands
-from hmrsim.protocol.goal import Verdict
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.trace.recorded import Line, command_of, line_of
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
-
-    from hmrsim.protocol.commands import Command
     from hmrsim.protocol.sinks import Sink
 
 _CONTEXT: Final = 3
@@ -101,17 +93,6 @@ class _HeaderLine(BaseModel):
     world: _World
 
 
-class _Line(BaseModel):
-    """The fields that a replay needs of every line but the first."""
-
-    model_config = ConfigDict(strict=True, extra="allow")
-
-    kind: str
-    stamp: Time
-    command: str = ""
-    by: str = ""
-
-
 def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: ()) -> Outcome:
     """Replay a trace and compare.
 
@@ -161,7 +142,7 @@ class _Replay:
 
     def _next(self, expected: str, number: int) -> str | None:
         """Return the replay's next line, where the trace has *expected*; None if there is none."""
-        line = _parsed(expected, number) if number > 1 else None
+        line = line_of(expected, number) if number > 1 else None
         if line is not None and line.kind in ("command", "end") and not self._made:
             self._let_it_be(line)
             if not self._made:
@@ -171,7 +152,7 @@ class _Replay:
             self._trace.flush()
         return self._made.popleft() if self._made else None
 
-    def _let_it_be(self, line: _Line) -> None:
+    def _let_it_be(self, line: Line) -> None:
         """Process all that is due when a command arrived, or until some of it is traced."""
         simulator = self._simulator
         at = line.stamp.to_nanoseconds() / NANOSECONDS
@@ -180,13 +161,13 @@ class _Replay:
         if not self._made:
             simulator.advance_clock(at)
 
-    def _repeat(self, line: _Line, number: int) -> None:
+    def _repeat(self, line: Line, number: int) -> None:
         """Submit the commands of the trace."""
         if line.kind == "end":
             self._trace.close(self._simulator.now)
             return
         self._commands += 1
-        self._simulator.submit(_command(line, number), line.by)
+        self._simulator.submit(command_of(line, number), line.by)
         self._trace.flush()
 
 
@@ -200,140 +181,3 @@ def _header(line: str) -> Header:
     world = read.world
     content = (world.name, world.hash, world.definition)
     return Header(read.hmrsim, read.seed, read.seed_given, *content, read.step_size, read.run_id)
-
-
-def _parsed(text: str, number: int) -> _Line:
-    try:
-        return _Line.model_validate_json(text)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise TraceError(f"line {number}: {_said(first)}") from None
-
-
-def _said(error: ErrorDetails) -> str:
-    return ": ".join(filter(None, (dotted(error["loc"]), error["msg"])))
-
-
-def _known_service(name: str) -> str:
-    if name not in services():
-        raise ValueError(f"no service {shown(name)}")
-    return name
-
-
-def _command(line: _Line, number: int) -> Command:
-    """Return the command that a line stands for.
-
-    Raises:
-        TraceError: It stands for none, or is of a version that counted events.
-    """
-    if "after" in (line.model_extra or {}):
-        raise TraceError(f"line {number}: a trace of an older version, which counts events; record the run again")
-    if line.command not in _COMMANDS:
-        raise TraceError(f"line {number}: no command {shown(line.command)}; there are {', '.join(_COMMANDS)}")
-    try:
-        return _COMMANDS[line.command].model_validate(line.model_extra).command()
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise TraceError(f"line {number}: {line.command}: {_said(first)}") from None
-
-
-class _Recorded(BaseModel):
-    """The fields of a command in a trace."""
-
-    model_config = ConfigDict(strict=True)
-
-    def command(self) -> Command:
-        """Return the command to submit."""
-        raise NotImplementedError
-
-
-class _SendGoal(_Recorded):
-    robot: str
-    action: str
-    goal: Any
-    goal_id: str | None
-    verdict: Annotated[Verdict, Field(strict=False)] = Verdict.REJECT
-
-    def command(self) -> commands.SendGoal:
-        action = actions().get(self.action)
-        goal = None if action is None or self.goal is None else action.goal.model_validate_json(json.dumps(self.goal))
-        return commands.SendGoal(self.robot, self.action, goal, self.goal_id, verdict=self.verdict)
-
-
-class _GoalInfo(BaseModel):
-    goal_id: str
-    stamp: Any
-
-
-class _CancelGoal(_Recorded):
-    robot: str
-    action: str
-    goal_info: _GoalInfo
-
-    def command(self) -> commands.CancelGoal:
-        before = Time.model_validate_json(json.dumps(self.goal_info.stamp)).to_nanoseconds()
-        return commands.CancelGoal(self.robot, self.action, self.goal_info.goal_id, before)
-
-
-class _ChangeState(_Recorded):
-    robot: str
-    node: str
-    actions: list[str]
-    transition: int
-
-    def command(self) -> commands.ChangeState:
-        return commands.ChangeState(self.robot, self.node, tuple(self.actions), self.transition)
-
-
-class _CallService(_Recorded):
-    service: Annotated[str, AfterValidator(_known_service)]
-    request: Any
-
-    def command(self) -> commands.CallService:
-        service = services()[self.service]
-        return commands.CallService(service.name, service.request.model_validate_json(json.dumps(self.request)))
-
-
-class _Participation(_Recorded):
-    participant: str
-    change: Literal["joined", "left", "dropped"]
-    why: str
-
-    def command(self) -> commands.Participation:
-        return commands.Participation(self.participant, self.change, self.why)
-
-
-class _PlannerPresent(_Recorded):
-    present: bool
-
-    def command(self) -> commands.PlannerPresent:
-        return commands.PlannerPresent(self.present)
-
-
-class _PlanAnswered(_Recorded):
-    request: int
-    result: Any
-
-    def command(self) -> commands.PlanAnswered:
-        return commands.PlanAnswered(
-            self.request, ComputePathToPose.Result.model_validate_json(json.dumps(self.result))
-        )
-
-
-class _Stop(_Recorded):
-    reason: str
-
-    def command(self) -> commands.Stop:
-        return commands.Stop(self.reason)
-
-
-_COMMANDS: Final[dict[str, type[_Recorded]]] = {
-    "send_goal": _SendGoal,
-    "cancel_goal": _CancelGoal,
-    "change_state": _ChangeState,
-    "call_service": _CallService,
-    "participation": _Participation,
-    "planner_present": _PlannerPresent,
-    "plan_answered": _PlanAnswered,
-    "stop": _Stop,
-}
