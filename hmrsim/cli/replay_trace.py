@@ -13,7 +13,8 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.tracing import errors_of, lines_of
 from hmrsim.errors import printable
 from hmrsim.program.log_options import logging_to_stderr
-from hmrsim.trace.replay import Difference, Outcome, replay
+from hmrsim.trace.replay import Difference, Outcome, Replayed, replay
+from hmrsim.trace.sections import check_section, restart_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,13 +27,15 @@ def run_again(args: argparse.Namespace) -> int:
         errors_of(args.trace, no_text="is not a trace: it is not text"),
         logging_to_stderr(args),
     ):
-        outcome = replay(lines_of(args.trace))
+        if args.section is not None:
+            check_section(lines_of(args.trace), args.section)
+        outcome = replay(lines_of(args.trace), section=args.section)
     if outcome.header.version != __version__:
         warn(f"{args.trace} was written by hmrsim {outcome.header.version}; this is {__version__}")
     if args.json:
         show_json(_described(outcome))
     else:
-        _show(args.trace, outcome)
+        _show(args.trace, outcome, args.section)
     return ExitCode.DONE if outcome.difference is None else ExitCode.FAILED
 
 
@@ -46,17 +49,44 @@ def _described(outcome: Outcome) -> dict[str, Any]:
         "world": {"name": outcome.header.name, "hash": outcome.header.hash},
         "seed": outcome.header.seed,
         "difference": None if outcome.difference is None else asdict(outcome.difference),
+        **({"sections": [_section(section) for section in outcome.sections]} if len(outcome.sections) > 1 else {}),
     }
 
 
-def _show(path: Path, outcome: Outcome) -> None:
+def _section(section: Replayed) -> dict[str, Any]:
+    header = section.header
+    return {
+        "number": header.section,
+        "cause": header.cause,
+        "world": {"name": header.name, "hash": header.hash},
+        "seed": header.seed,
+        "lines": section.lines,
+        "commands": section.commands,
+        "sim_time": section.sim_time,
+    }
+
+
+def _show(path: Path, outcome: Outcome, wanted: int | None) -> None:
+    if len(outcome.sections) > 1:
+        for section in outcome.sections:
+            if wanted in (None, section.header.section):
+                show(_told(section))
     if outcome.difference is not None:
         _show_difference(path, outcome.difference)
         return
     cut = "" if outcome.complete else "; the trace is truncated there"
-    show(
-        f"identical: {outcome.lines} lines, {outcome.commands} commands, {outcome.sim_time:.3f} simulated seconds{cut}"
-    )
+    until = "" if wanted is None or cut else f", up to the end of section {wanted}"
+    show(f"identical: {_amount(outcome)}{until}{cut}")
+
+
+def _told(section: Replayed) -> str:
+    header = section.header
+    why = f": {restart_text(header.cause)}" if header.cause else ""
+    return printable(f"section {header.section}, {header.name}, seed {header.seed}, {_amount(section)}{why}")
+
+
+def _amount(what: Outcome | Replayed) -> str:
+    return f"{what.lines} lines, {what.commands} commands, {what.sim_time:.3f} simulated seconds"
 
 
 def _show_difference(path: Path, difference: Difference) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.errors import HmrsimError, TraceError, reason_of
 from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim.program.outputs import TextOutput, check_outputs
+from hmrsim.trace.sections import may_begin_section
 from hmrsim.trace.writer import Header, Trace
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def lines_of(path: Path) -> Iterator[str]:
         for number, line in enumerate(iter(lambda: file.readline(_MAX_CHARACTERS + 1), ""), 1):
             if len(line) > _MAX_CHARACTERS:
                 raise TraceError(f"line {number} has more than {_MAX_CHARACTERS} characters")
-            most = MAX_VALUES if number > 1 else MAX_VALUES_OF_WORLD
+            most = MAX_VALUES_OF_WORLD if number == 1 or may_begin_section(line) else MAX_VALUES
             if has_more_values(line, most):
                 raise TraceError(f"line {number} has more than {most} values")
             yield line

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
     from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
     from hmrsim.protocol.topics import Topic
+    from hmrsim.world.model import World
 
 
 class Answered(NamedTuple):
@@ -88,6 +90,29 @@ class RosterChanged:
     """Robots were added or removed, or another world was loaded."""
 
 
+class Restart(StrEnum):
+    """Why simulated time begins anew."""
+
+    RESET = "reset"
+    TIME_RESET = "time_reset"
+    STOPPED = "stopped"
+    WORLD_LOADED = "world_loaded"
+
+
+class TimeRestarted(NamedTuple):
+    """Simulated time has begun anew at 0: what follows belongs to another section of a trace.
+
+    Attributes:
+        ended: The time at which it ended, in nanoseconds.
+        cause: Why it began anew.
+        loaded: The world that was loaded; None if it is the same as before.
+    """
+
+    ended: int
+    cause: Restart
+    loaded: World | None = None
+
+
 class PlanWanted(NamedTuple):
     """A robot needs a path from the external planner; answered by `PlanAnswered`.
 
@@ -153,6 +178,7 @@ Output = (
     | Sampled
     | EventStamped
     | RosterChanged
+    | TimeRestarted
     | PlanWanted
     | TimeState
 )

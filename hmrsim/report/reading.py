@@ -75,7 +75,7 @@ def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
     if outcome.difference is not None:
         return _as_written(lines(), header, f"the replay differs from line {outcome.difference.line} on")
     watchers[0].weigh_all()
-    story.end(stamp(outcome.sim_time))
+    story.end(stamp(outcome.sections[-1].sim_time))
     notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
     source = Source(kind="trace", exact=True, complete=outcome.complete, notes=(*notes, *_misfits(story)))
     return ReportInput(story, source, header, header["world"]["definition"])

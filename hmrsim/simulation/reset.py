@@ -12,7 +12,7 @@ from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.simulation import SimulationReset, SimulationStateChanged, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, SimulationState
 from hmrsim.protocol.goal import WORLD, Cause
-from hmrsim.protocol.outputs import RosterChanged
+from hmrsim.protocol.outputs import Restart, RosterChanged
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
@@ -27,8 +27,8 @@ _TIME, _STATE, _SPAWNED, _ALL = (
 )
 
 
-def reset(simulator: Simulator, scope: int = _ALL) -> None:
-    """Reset the scopes of ResetSimulation that are given.
+def reset(simulator: Simulator, scope: int = _ALL, *, stops: bool = False) -> None:
+    """Reset the scopes of ResetSimulation that are given; *stops* says that it is because the simulation is stopped.
 
     Without STATE robots and items stay where they are, and scripts fail by their aborted goals.
     """
@@ -41,7 +41,8 @@ def reset(simulator: Simulator, scope: int = _ALL) -> None:
     if scope & _STATE:
         simulator.roster.restore()
     if scope & _TIME:
-        _restart_time(simulator)
+        whole = Restart.STOPPED if stops else Restart.RESET
+        _restart_time(simulator, whole if scope & _STATE else Restart.TIME_RESET)
     if scope & (_STATE | _TIME):
         simulator.begin_chance()
     if scope & _STATE:
@@ -58,15 +59,16 @@ def load(simulator: Simulator, world: World) -> None:
     except BUGS:
         # Of a plug-in, such as a traffic policy: the world before is there again, as at its start.
         simulator.replace_world(before)
-        _begin(simulator, before)
+        _begin(simulator, None)
         raise
     _begin(simulator, world)
 
 
-def _begin(simulator: Simulator, world: World) -> None:
-    """Let a simulation whose world was replaced be at its start."""
+def _begin(simulator: Simulator, loaded: World | None) -> None:
+    """Let a simulation be at its start whose world was replaced: by another, or by itself."""
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
-    _restart_time(simulator)
+    _restart_time(simulator, Restart.WORLD_LOADED, loaded)
+    world = simulator.world
     simulator.begin_chance()
     simulator.begin_scripts()
     simulator.publisher.publish(lambda: WorldLoaded(world.name))
@@ -76,7 +78,7 @@ def _begin(simulator: Simulator, world: World) -> None:
 def set_state(simulator: Simulator, state: int, why: str) -> None:
     """Let time move, or stand; steps that are being made end here, because of *why*. To stop is to reset, too."""
     if state == SimulationState.STATE_STOPPED:
-        reset(simulator)
+        reset(simulator, stops=True)
     simulator.roster.abort(why, Cause.RESET, WORLD)
     simulator.gate.set(state, why)
     simulator.publisher.publish(lambda: SimulationStateChanged(state))
@@ -94,11 +96,11 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
         robot.halt()
 
 
-def _restart_time(simulator: Simulator) -> None:
+def _restart_time(simulator: Simulator, cause: Restart, loaded: World | None = None) -> None:
     accounts = [robot.energy for _, robot in sorted(simulator.robots.items()) if robot.energy]
     for account in accounts:
         account.stop()
-    simulator.restart_time()
+    simulator.restart_time(cause, loaded)
     for account in accounts:
         account.go_on()
     for fixture in simulator.roster.fixtures.values():

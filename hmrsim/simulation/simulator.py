@@ -43,7 +43,7 @@ from hmrsim.protocol.commands import (
     StopWaiting,
 )
 from hmrsim.protocol.goal import Verdict
-from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged
+from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
 from hmrsim.protocol.sinks import CommandSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.items import Item
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.outputs import Output, Restart
     from hmrsim.protocol.sinks import Sink
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
@@ -422,10 +422,12 @@ class Simulator:
         self.dispatcher.servers.reseed(self._id_seed)
         self.roster.fill(world, self.graph)
 
-    def restart_time(self) -> None:
-        """Let it be the beginning again; nothing may go on that takes time."""
+    def restart_time(self, cause: Restart, loaded: World | None = None) -> None:
+        """Let it be the beginning again, of the world that was *loaded*, if any; nothing may go on that takes time."""
+        ended = stamp(self.now)
         self.env.restart()
         self.generation += 1
+        self.emit(TimeRestarted(ended, cause, loaded))
 
     @property
     def limit(self) -> float:

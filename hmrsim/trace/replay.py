@@ -2,6 +2,9 @@
 
 The commands of the trace are submitted to a new simulation at the same times and in the same order; the
 trace of that simulation is compared line by line. A truncated trace is compared up to its last line.
+
+Sections are repeated in order, since each begins with what those before it have left: robots and items where only time
+was reset, and the ids and results of goals in any case.
 """
 
 from __future__ import annotations
@@ -19,16 +22,20 @@ import hmrsim
 from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.outputs import TimeRestarted
 from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.recorded import Line, command_of, line_of
+from hmrsim.trace.sections import begins_section
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
+    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
+    from hmrsim.protocol.topics import Topic
 
 _CONTEXT: Final = 3
 """Lines that are shown before and after those that differ."""
@@ -53,23 +60,54 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """The outcome of a replay.
+class Replayed:
+    """A section of a trace that was replayed, at least in part.
 
     Attributes:
         lines: The number of identical lines.
         commands: How many of them are commands.
         sim_time: How far the replay went, in simulated seconds.
-        complete: Whether the trace has its last line; a truncated trace does not.
-        difference: The first difference; None when they are identical.
     """
 
     header: Header
     lines: int
     commands: int
     sim_time: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of a replay.
+
+    Attributes:
+        sections: The sections that were replayed, in order.
+        complete: Whether the last one ends where the trace says so; that of a truncated trace does not.
+        difference: The first difference; None when they are identical.
+    """
+
+    sections: tuple[Replayed, ...]
     complete: bool
     difference: Difference | None
+
+    @property
+    def header(self) -> Header:
+        """The trace's first line."""
+        return self.sections[0].header
+
+    @property
+    def lines(self) -> int:
+        """The number of identical lines."""
+        return sum(section.lines for section in self.sections)
+
+    @property
+    def commands(self) -> int:
+        """How many of them are commands."""
+        return sum(section.commands for section in self.sections)
+
+    @property
+    def sim_time(self) -> float:
+        """How far the replay went, in simulated seconds of all sections together."""
+        return math.fsum(section.sim_time for section in self.sections)
 
 
 class _World(BaseModel):
@@ -90,26 +128,51 @@ class _HeaderLine(BaseModel):
     seed_given: bool
     step_size: float = Field(ge=1e-9, le=MAX_SECONDS)
     run_id: str = ""
+    section: int = 1
     world: _World
 
 
-def replay(lines: Iterable[str], watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: ()) -> Outcome:
+def replay(
+    lines: Iterable[str],
+    watchers: Callable[[Simulator], Sequence[Sink]] = lambda _simulator: (),
+    *,
+    section: int | None = None,
+) -> Outcome:
     """Replay a trace and compare.
 
     Args:
         lines: Those of the trace, with their ends. A last line without an end is incomplete, and is left out.
         watchers: Makes sinks for the simulation before it begins.
+        section: The last section to replay, which the trace must have; all if None.
 
     Raises:
         TraceError: It is not a trace, or one of another version.
     """
-    return _Replay((line[:-1] for line in lines if line.endswith("\n")), watchers).run()
+    whole = (line[:-1] for line in lines if line.endswith("\n"))
+    return _Replay(whole, watchers, math.inf if section is None else section).run()
+
+
+class _Lengths:
+    """A sink that notes how long sections lasted, in nanoseconds."""
+
+    def __init__(self) -> None:
+        self.all: list[int] = []
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: it is told of a restart anyway."""
+        return False
+
+    def emit(self, output: Output) -> None:
+        """Note the end of a section."""
+        if isinstance(output, TimeRestarted):
+            self.all.append(output.ended)
 
 
 class _Replay:
     """One run of a trace."""
 
-    def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]]) -> None:
+    def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]], sections: float) -> None:
+        self._most = sections
         first = next(lines, "")
         self._lines = chain([first], lines)
         self._header = _header(first)
@@ -121,27 +184,52 @@ class _Replay:
         settings = RunSettings(seed=seed, step_size=self._header.step_size, run_id=self._header.run_id)
         self._made: deque[str] = deque()
         self._trace = Trace(self._header, lambda text: self._made.extend(text.splitlines()))
-        self._simulator = Simulator(world, settings, [self._trace], watchers=watchers, services=services())
+        self._lengths = _Lengths()
+        sinks: list[Sink] = [self._trace, self._lengths]
+        self._simulator = Simulator(world, settings, sinks, watchers=watchers, services=services())
         self._trace.flush()
         self._commands = 0
+        self._sections: list[Replayed] = []
 
     def run(self) -> Outcome:
         """Compare all lines, or those before the first difference."""
         before: deque[str] = deque(maxlen=_CONTEXT)
-        same, last, difference = 0, "", None
+        same, last, difference, header, ended = 0, "", None, self._header, False
         for line in self._lines:
-            made = self._next(line, same + 1)
+            begins = same > 0 and begins_section(line)
+            ended = begins and len(self._sections) + 1 >= self._most
+            if ended:
+                break
+            made = self._next(line, same + 1, begins=begins)
             if made != line:
                 after = tuple(islice(self._lines, _CONTEXT))
                 difference = Difference(same + 1, line, made, tuple(before), after)
                 break
+            if begins:
+                self._end_section(header, same)
+                header = self._trace.header
             same, last = same + 1, line
             before.append(line)
-        complete = difference is None and '"kind":"end"' in last
-        return Outcome(self._header, same, self._commands, self._simulator.now, complete, difference)
+        self._end_section(header, same)
+        complete = difference is None and (ended or '"kind":"end"' in last)
+        return Outcome(tuple(self._sections), complete, difference)
 
-    def _next(self, expected: str, number: int) -> str | None:
-        """Return the replay's next line, where the trace has *expected*; None if there is none."""
+    def _end_section(self, header: Header, same: int) -> None:
+        """Note a section, when so many lines of the trace are the same."""
+        done, lengths = self._sections, self._lengths.all
+        lines = same - sum(section.lines for section in done)
+        commands = self._commands - sum(section.commands for section in done)
+        known = len(done) < len(lengths)
+        length = lengths[len(done)] / NANOSECONDS if known else self._simulator.now
+        done.append(Replayed(header, lines, commands, length))
+
+    def _next(self, expected: str, number: int, *, begins: bool) -> str | None:
+        """Return the replay's next line, where the trace has *expected*; None if there is none.
+
+        A section *begins* by a command, and its header is made by then.
+        """
+        if begins:
+            return self._made.popleft() if self._made else None
         line = line_of(expected, number) if number > 1 else None
         if line is not None and line.kind in ("command", "end") and not self._made:
             self._let_it_be(line)
@@ -178,6 +266,8 @@ def _header(line: str) -> Header:
         raise TraceError("line 1: no header of a trace; expected a file that was written with --trace") from None
     if read.contract != hmrsim.CONTRACT:
         raise TraceError(f"line 1: a trace of contract {read.contract}; this is contract {hmrsim.CONTRACT}")
+    if read.section != 1:
+        raise TraceError(f"line 1: the header of section {read.section}; a replay needs the sections before it, too")
     world = read.world
     content = (world.name, world.hash, world.definition)
     return Header(read.hmrsim, read.seed, read.seed_given, *content, read.step_size, read.run_id)

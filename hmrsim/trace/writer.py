@@ -7,6 +7,10 @@ A trace can be replayed (`hmrsim.trace.replay`), and the same run has the same t
     {"action":"wait","goal_id":"…","kind":"status","robot":"wall_e","stamp":{"nanosec":1,"sec":0},"status":1}
     {"kind":"end","stamp":{…}}
 
+Where simulated time begins anew, another header begins a section, with its number, from 2, and the cause::
+
+    {"cause":"reset","contract":1,"hmrsim":"…","kind":"header","section":2,"seed":7,…,"world":{…}}
+
 Keys are sorted, times are whole nanoseconds of simulated time, and there is no wall time. Commands are written
 unchanged, so that they can be submitted again; coordinates and other numbers of events are rounded to 1e-9, so that
 the last bit of a processor's arithmetic does not matter. A command is applied after all that is due in its nanosecond,
@@ -19,7 +23,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import CONTRACT, __version__
@@ -29,7 +33,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.navigation.kept import Kept
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
-from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.world.writing import native_data
@@ -54,7 +58,7 @@ _encode_in_order = json.JSONEncoder(separators=(",", ":"), allow_nan=False).enco
 
 @dataclass(frozen=True)
 class Header:
-    """The first line of a trace.
+    """The first line of a trace, or of a section of one.
 
     Attributes:
         version: Of the simulator that ran it.
@@ -66,6 +70,8 @@ class Header:
         step_size: Simulated seconds of one step.
         run_id: What ids of goals depend on beside the seed; empty for nothing.
         contract: Version of the public interface.
+        section: The number of the section, from 1.
+        cause: Why the section began, one of `Restart`; empty for the first one.
     """
 
     version: str
@@ -77,22 +83,40 @@ class Header:
     step_size: float
     run_id: str = ""
     contract: int = CONTRACT
+    section: int = 1
+    cause: str = ""
 
     @classmethod
     def of(cls, world: World, settings: RunSettings) -> Header:
         """Return the header of a run of a world."""
-        content = (world.name, world_hash(world), native_data(world))
         seed = world.seed if settings.seed is None else settings.seed
-        return cls(__version__, seed, settings.seed is not None, *content, settings.step_size, settings.goal_id_salt)
+        run = settings.step_size, settings.goal_id_salt
+        return cls(__version__, seed, settings.seed is not None, *_content(world), *run)
+
+    def after(self, restarted: TimeRestarted) -> Header:
+        """Return the header of the section that begins when time has begun anew."""
+        following = replace(self, section=self.section + 1, cause=str(restarted.cause))
+        world = restarted.loaded
+        if world is None:
+            return following
+        name, hash_, definition = _content(world)
+        seed = self.seed if self.seed_given else world.seed
+        return replace(following, seed=seed, name=name, hash=hash_, definition=definition)
 
     def line(self) -> str:
         """Return the line, without its end; parts of the world keep their order, which is that of their ids."""
+        cause = {"cause": self.cause} if self.cause else {}
         run: dict[str, Any] = {"run_id": self.run_id} if self.run_id else {}
+        run |= {"section": self.section} if self.section > 1 else {}
         run |= {"seed": self.seed, "seed_given": self.seed_given, "step_size": self.step_size}
         world = {"definition": self.definition, "hash": self.hash, "name": self.name}
         return _encode_in_order(
-            {"contract": self.contract, "hmrsim": self.version, "kind": "header", **run, "world": world}
+            {**cause, "contract": self.contract, "hmrsim": self.version, "kind": "header", **run, "world": world}
         )
+
+
+def _content(world: World) -> tuple[str, str, dict[str, Any]]:
+    return world.name, world_hash(world), native_data(world)
 
 
 class Trace:
@@ -101,10 +125,14 @@ class Trace:
     Args:
         write: Takes text: whole lines, some at a time.
 
+    Attributes:
+        header: That of the section that is being written.
+
     Writing raises `WriteError` when *write* raises OSError.
     """
 
     def __init__(self, header: Header, write: Callable[[str], object]) -> None:
+        self.header = header
         self._write = write
         self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
@@ -148,6 +176,9 @@ class Trace:
                 self.flush()
         elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # likewise
             self._add(_event_fields(output))  # type: ignore[arg-type]
+        elif kind is TimeRestarted:
+            self.header = self.header.after(output)  # type: ignore[arg-type]
+            self._lines.append(self.header.line())
 
     def _status(self, event: GoalChanged) -> str:
         sec, nanosec = divmod(event.stamp, NANOSECONDS)

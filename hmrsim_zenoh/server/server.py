@@ -33,6 +33,7 @@ from hmrsim.protocol.outputs import (
     RosterChanged,
     Sampled,
     StatusChanged,
+    TimeRestarted,
 )
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
@@ -145,6 +146,8 @@ class Server:
             EventStamped: self._put_event,
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
+            # Clients learn of it from the clock and from the event that follows.
+            TimeRestarted: lambda _output: None,
             PlanWanted: self.planner.ask,
         }
         self._on_roster = on_roster

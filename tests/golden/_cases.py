@@ -105,7 +105,7 @@ def _pinned(folder, trace, scenes):
     report = running.report_of(folder, trace)
     version = re.match(r'.*?"hmrsim":"([^"]*)"', trace)[1]
     return {
-        "trace.jsonl": trace.replace(f'"hmrsim":"{version}"', '"hmrsim":"…"', 1),
+        "trace.jsonl": trace.replace(f'"hmrsim":"{version}"', '"hmrsim":"…"'),
         "report.json": _text(json.loads(report)).replace(json.dumps(version), '"…"'),
         "scenes.json": _text(scenes),
     }
