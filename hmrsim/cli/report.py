@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
+from hmrsim.cli.numbers import count
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 
@@ -13,11 +14,16 @@ _EXAMPLES: Final = """\
 A trace is replayed, so that each motion is known; this takes as long as `hmrsim replay`. Where this version can't
 run it again, the report is of what the trace says itself, and tells what is missing.
 
-exit codes: 0 done, also if goals failed; 2 the file is neither a trace nor a recording, or the output can't be written
+A trace has a section for each time that a client began the simulation anew. With several, each is reported apart, and
+--csv writes to a folder for each, section_1, section_2 and so on.
+
+exit codes: 0 done, also if goals failed; 2 the file is neither a trace nor a recording, it has no such section, or the
+output can't be written
 
 examples:
   hmrsim simulate warehouse --trace run.jsonl && hmrsim report run.jsonl
   hmrsim report run.jsonl -o report.html
+  hmrsim report run.jsonl --section 2
   hmrsim report shift.mcap -o report.html --csv tables
   hmrsim report run.jsonl --json | jq '.robots[] | {name, waited, waited_for}'
   python -c 'import pandas; print(pandas.read_csv("tables/goals.csv").groupby("action").duration.describe())'"""
@@ -34,6 +40,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="TRACE|MCAP", help="a file that --trace or --record has written")
     parser.add_argument(
         "-o", "--output", metavar="FILE", help="write a self-contained HTML page; - is the standard output"
+    )
+    parser.add_argument(
+        "--section", type=count, metavar="N", help="report on this section of a trace only (default: on each)"
     )
     parser.add_argument("--json", action="store_true", help="print the whole report as one JSON object")
     parser.add_argument(

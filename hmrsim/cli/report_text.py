@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
@@ -12,14 +12,32 @@ from rich.text import Text
 from hmrsim.cli.output import show
 from hmrsim.errors import printable
 from hmrsim.report.wording import UNKNOWN, amount, seconds, share, times
+from hmrsim.trace.sections import restart_text
 
 if TYPE_CHECKING:
-    from hmrsim.report import Report
+    from hmrsim.report import Report, Section
 
 _MAX_ROBOTS: Final = 40
 _MAX_ERRORS: Final = 10
 _WIDTH: Final = 200
 """The width in characters of a table whose output is not a terminal."""
+
+
+def show_sections(sections: Sequence[Section]) -> None:
+    """Print which sections of a trace these are, a line each, and then a summary of each."""
+    for section in sections:
+        show(_listed(section))
+    for section in sections:
+        show(f"\nsection {section.section}" if len(sections) > 1 else "")
+        show_summary(section.report)
+
+
+def _listed(section: Section) -> str:
+    world, summary = section.report.world, section.report.summary
+    seed = "" if world.seed is None else f", seed {world.seed}"
+    why = f": {restart_text(section.cause)}" if section.cause else ""
+    goals = times(summary.goals, "goal")
+    return printable(f"section {section.section}, {world.name}{seed}, {summary.sim_time:.3f} s, {goals}{why}")
 
 
 def show_summary(report: Report) -> None:

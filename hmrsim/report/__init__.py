@@ -3,8 +3,9 @@
 The command `hmrsim report` uses it.
 """
 
-from hmrsim.report.compile import report_of
-from hmrsim.report.model import Report
-from hmrsim.report.reading import ReportInput, of_recording, of_trace
+from hmrsim.report.compile import report_of, section_of
+from hmrsim.report.content import ReportInput
+from hmrsim.report.model import Report, Section, Sections
+from hmrsim.report.reading import of_recording, of_trace
 
-__all__ = ["Report", "ReportInput", "of_recording", "of_trace", "report_of"]
+__all__ = ["Report", "ReportInput", "Section", "Sections", "of_recording", "of_trace", "report_of", "section_of"]

@@ -16,9 +16,9 @@ from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 from hmrsim.report.quantities import as_text, in_seconds, rounded
 
 if TYPE_CHECKING:
+    from hmrsim.report.content import ReportInput
     from hmrsim.report.fault_log import FaultRecord
     from hmrsim.report.goal_record import GoalRecord, WaitRecord
-    from hmrsim.report.reading import ReportInput
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
 
@@ -54,6 +54,11 @@ def report_of(inputs: ReportInput) -> model.Report:
         },
         events=dict(sorted(story.counts.items())),
     )
+
+
+def section_of(inputs: ReportInput) -> model.Section:
+    """Return the report of a section of a trace."""
+    return model.Section(section=inputs.section, cause=inputs.cause, report=report_of(inputs))
 
 
 def _world(inputs: ReportInput) -> model.World:

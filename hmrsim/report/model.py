@@ -242,3 +242,21 @@ class Report(_Model):
     throughput: tuple[Bucket, ...]
     batteries: dict[str, tuple[tuple[float, float], ...]] = Field(description="Time and share, by robot; thinned.")
     events: dict[str, int] = Field(description="How often each kind of event was published.")
+
+
+class Section(_Model):
+    """A section of a trace, and its report."""
+
+    section: int = Field(description="Its number, from 1.")
+    cause: str = Field(
+        description="Why it began: reset, time_reset (robots and items stayed where they were), stopped or"
+        " world_loaded; empty for the first one."
+    )
+    report: Report
+
+
+class Sections(_Model):
+    """The reports of a trace with several sections, in each of which simulated time begins anew."""
+
+    report: Literal[1] = 1
+    sections: tuple[Section, ...]

@@ -1,8 +1,7 @@
 "use strict";
-(() => {
-  const chart = document.getElementById("chart");
-  if (!chart) return;
-  const filter = document.getElementById("filter");
+for (const chart of document.querySelectorAll(".chart")) {
+  const section = chart.closest("section");
+  const filter = section.querySelector("input");
   const rows = [...chart.querySelectorAll(".row")];
   filter.addEventListener("input", () => {
     const wanted = filter.value.trim().toLowerCase();
@@ -15,9 +14,10 @@
     zoom = Math.min(64, Math.max(1, zoom * factor));
     chart.style.setProperty("--zoom", zoom);
     chart.scrollLeft = middle * zoom - (chart.clientWidth - names) / 2;
-    document.getElementById("zoom").textContent = `${zoom}×`;
+    section.querySelector("output").textContent = `${zoom}×`;
   };
-  document.getElementById("in").addEventListener("click", () => show(2));
-  document.getElementById("out").addEventListener("click", () => show(0.5));
-  for (const control of document.querySelectorAll(".controls")) control.hidden = false;
-})();
+  for (const button of section.querySelectorAll("[data-zoom]")) {
+    button.addEventListener("click", () => show(Number(button.dataset.zoom)));
+  }
+  for (const control of section.querySelectorAll(".controls")) control.hidden = false;
+}

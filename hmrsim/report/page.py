@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
@@ -19,10 +19,11 @@ from hmrsim.report.charts import MAX_BATTERIES, battery_curves, throughput_chart
 from hmrsim.report.heat import STEPS, heat_map, most_drives
 from hmrsim.report.model import STATES
 from hmrsim.report.timeline import timeline_of
+from hmrsim.trace.sections import restart_text
 from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
-    from hmrsim.report.model import Report
+    from hmrsim.report.model import Report, Section
 
 _MAX_ROWS: Final = 500
 """Maximum rows of a table; the JSON and the CSV files have all."""
@@ -33,12 +34,49 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
 
     *definition* is the world of the run, as in a native file.
     """
+    return _page(report.world.name, _body(report, definition, f"Report of a {report.source.kind}"))
+
+
+def page_of_sections(sections: Sequence[Section], definitions: Sequence[Mapping[str, Any]]) -> str:
+    """Return the page of a trace with several sections, which lists them and then has the report of each.
+
+    *definitions* are their worlds, as in native files.
+    """
+    bodies = []
+    for section, definition in zip(sections, definitions, strict=True):
+        why = f": {restart_text(section.cause)}" if section.cause else ""
+        kind, prefix = f"Section {section.section}{why}", f"section-{section.section}-"
+        bodies.append(_body(section.report, definition, kind, prefix=prefix, main="div"))
+    body = _templates().get_template("sections.html").render(sections=sections, bodies=bodies)
+    return _page(sections[0].report.world.name, Markup(body))  # noqa: S704 - escaped by the template
+
+
+def _page(title: str, body: Markup) -> str:
     script, style = (_part(name) for name in ("page.js", "page.css"))
-    chart, most = throughput_chart(report.throughput)
     page: str = (
         _templates()
         .get_template("page.html")
         .render(
+            title=title,
+            body=body,
+            script=Markup(script),  # noqa: S704 - ours
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            style=Markup(_colours() + style),  # noqa: S704 - ours
+        )
+    )
+    return page
+
+
+def _body(report: Report, definition: Mapping[str, Any], kind: str, *, prefix: str = "", main: str = "main") -> Markup:
+    """Return a report without what surrounds it; *prefix* is that of ids, and *main* the element of its main part."""
+    chart, most = throughput_chart(report.throughput)
+    body: str = (
+        _templates()
+        .get_template("report.html")
+        .render(
+            kind=kind,
+            prefix=prefix,
+            main=main,
             report=report,
             unit=report.world.units,
             # SVG was escaped by the functions that made it.
@@ -53,12 +91,9 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
             states=STATES,
             waited_for=_waited_for(report),
             most_rows=_MAX_ROWS,
-            script=Markup(script),  # noqa: S704 - ours
-            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-            style=Markup(_colours() + style),  # noqa: S704 - ours
         )
     )
-    return page
+    return Markup(body)  # noqa: S704 - escaped by the template
 
 
 def _map(report: Report, definition: Mapping[str, Any]) -> Markup:
@@ -90,7 +125,13 @@ def _templates() -> Environment:
     environment = Environment(
         loader=FunctionLoader(_part), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"seconds": wording.seconds, "amount": wording.amount, "share": wording.share, "svg": Markup}
+    environment.filters |= {
+        "seconds": wording.seconds,
+        "amount": wording.amount,
+        "share": wording.share,
+        "svg": Markup,
+        "restart": restart_text,
+    }
     return environment
 
 

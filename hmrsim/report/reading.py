@@ -1,18 +1,18 @@
-"""Reading a trace or a recording into the story of a run; no other file is read."""
+"""Reading a trace or a recording into the stories of its sections; no other file is read."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from pydantic_core import from_json
 
-from hmrsim import __version__
 from hmrsim.components.battery import voltage_at
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.report.content import ReportInput, notes_of
 from hmrsim.report.model import Source
 from hmrsim.report.occurrence import (
     LATEST,
@@ -22,95 +22,81 @@ from hmrsim.report.occurrence import (
     SceneSeen,
     number,
     occurrence_of,
-    text,
     time_of,
 )
-from hmrsim.report.robot_log import RobotLog
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
-from hmrsim.report.wording import times
+from hmrsim.report.written import as_written, header_of
 from hmrsim.trace.replay import replay
+from hmrsim.trace.sections import check_section
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.trace.replay import Outcome
 
 
-class ReportInput(NamedTuple):
-    """The content of a trace or a recording.
+def of_trace(lines: Callable[[], Iterable[str]], *, section: int | None = None) -> list[ReportInput]:
+    """Return the content of each section of a trace, or of one, by replaying it.
 
-    Attributes:
-        source: The kind and the quality of the source.
-        header: The trace's first line, or a recording's world information.
-        definition: The world, as in a native file.
-    """
-
-    story: Story
-    source: Source
-    header: Mapping[str, Any]
-    definition: Mapping[str, Any]
-
-
-def of_trace(lines: Callable[[], Iterable[str]]) -> ReportInput:
-    """Return the content of a trace by replaying it; if the replay differs, from its lines alone.
+    From the section on in which the replay differs, it is made from the lines alone.
 
     Args:
-        lines: Returns its lines with their ends, from the first one; called twice if necessary. A last line without
+        lines: Returns its lines with their ends, from the first one; called up to three times. A last line without
             an end is incomplete, and left out.
+        section: The only one that is wanted; all if None.
 
     Raises:
-        TraceError: It is not a trace.
+        TraceError: It is not a trace, or has no such section.
     """
-    first = next(iter(lines()), "")
-    header = _header(first)
-    story, watchers = Story(), list[ReportSink]()
-
-    def watch(simulator: Simulator) -> list[ReportSink]:
-        watchers.append(ReportSink(simulator, story.take))
-        return watchers
-
+    header_of(next(iter(lines()), ""))
+    if section is not None:
+        check_section(lines(), section)
+    stories = _Stories()
     try:
-        outcome = replay(lines(), watch)
+        outcome = replay(lines(), stories.watch, section=section)
     except TraceError as error:
-        return _as_written(lines(), header, f"this version can't replay it ({error})")
-    if outcome.difference is not None:
-        return _as_written(lines(), header, f"the replay differs from line {outcome.difference.line} on")
-    watchers[0].weigh_all()
-    story.end(stamp(outcome.sections[-1].sim_time))
-    notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
-    source = Source(kind="trace", exact=True, complete=outcome.complete, notes=(*notes, *_misfits(story)))
-    return ReportInput(story, source, header, header["world"]["definition"])
+        found = as_written(lines(), f"this version can't replay it ({error})")
+    else:
+        found = stories.contents(outcome)
+        if outcome.difference is not None:
+            same = len(outcome.sections) - 1
+            why = f"the replay differs from line {outcome.difference.line} on"
+            found = [*found[:same], *as_written(lines(), why)[same:]]
+    return found if section is None else [found[section - 1]]
 
 
-_MISSING: Final = (
-    "The trace could not be replayed exactly ({why}), so the report is made from its lines alone. "
-    "It lacks distances, energy, the usage of lanes, the times when robots drove (they count as busy), "
-    "and the goal messages of the robots' own scripts."
-)
+class _Stories:
+    """The stories of a replay, one a section."""
 
+    def __init__(self) -> None:
+        self._all = [Story()]
+        self._sinks: list[ReportSink] = []
 
-def _as_written(lines: Iterable[str], header: Mapping[str, Any], why: str) -> ReportInput:
-    """Return the content of a trace from its lines alone."""
-    story, last = Story(robot_log=RobotLog(began=0)), ""
-    for name, robot in _robots(header):
-        story.robot_log.add(name, robot)
-    for i, line in enumerate(lines, 1):
-        if i == 1 or not line.endswith("\n"):
-            continue
-        event = _parsed(line, f"line {i}")
-        try:
-            occurrence = occurrence_of(event)
-        except Misfit as error:
-            raise TraceError(f"line {i}: {error}") from None
-        last = event["kind"]
-        story.take(occurrence)
-    story.end()
-    notes = [_MISSING.format(why=why)]
-    if header["hmrsim"] != __version__:
-        notes.append(f"It was written by hmrsim {header['hmrsim']}; this is {__version__}.")
-    if last != "end":
-        notes.append("The trace is truncated: later events are missing.")
-    source = Source(kind="trace", exact=False, complete=last == "end", notes=(*notes, *_misfits(story)))
-    return ReportInput(story, source, header, header["world"]["definition"])
+    def watch(self, simulator: Simulator) -> list[ReportSink]:
+        """Return the sink that tells them."""
+        self._sinks.append(ReportSink(simulator, self._take, self._begin))
+        return self._sinks
+
+    def _take(self, occurrence: Occurrence) -> None:
+        self._all[-1].take(occurrence)
+
+    def _begin(self, ended: int) -> None:
+        self._all[-1].end(ended)
+        self._all.append(Story())
+
+    def contents(self, outcome: Outcome) -> list[ReportInput]:
+        """Return the content of each section that was replayed; the last one ends there."""
+        if len(outcome.sections) == len(self._all):
+            self._sinks[0].weigh_all()
+            self._all[-1].end(stamp(outcome.sections[-1].sim_time))
+        found = []
+        for story, section in zip(self._all, outcome.sections, strict=False):
+            header = from_json(section.header.line())
+            complete = outcome.complete or section is not outcome.sections[-1]
+            notes = () if complete else ("The trace is truncated: later events are missing.",)
+            source = Source(kind="trace", exact=True, complete=complete, notes=(*notes, *notes_of(story)))
+            found.append(ReportInput(story, source, header, header["world"]["definition"]))
+        return found
 
 
 class Recorded(Protocol):
@@ -146,7 +132,7 @@ def of_recording(recording: Recorded) -> ReportInput:
     if not story.seen:
         notes.append("It lacks the initial state: states and distances may be wrong.")
     complete = not recording.truncated
-    source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *_misfits(story)))
+    source = Source(kind="recording", exact=story.seen, complete=complete, notes=(*notes, *notes_of(story)))
     seed = recording.about.get("seed", "")
     header = {**recording.info, "seed": int(seed)} if _SEED.fullmatch(seed) else recording.info
     return ReportInput(story, source, header, recording.world)
@@ -182,48 +168,3 @@ def _battery(robot: str, state: Mapping[str, Any]) -> BatterySeen:
     if state.get("voltage") is None or state.get("charge") is None:
         return BatterySeen(robot, share)
     return BatterySeen(robot, share, number(state, "charge") * number(state, "voltage") / voltage_at(share) * 3600.0)
-
-
-def _misfits(story: Story) -> Iterator[str]:
-    if story.misfits:
-        first = f"first {story.first_misfit}"
-        yield f"{story.misfits} events are ignored, as this version can't read them ({first})."
-    if story.restarts:
-        yield f"Simulated time was reset ({times(story.restarts)}); here it continues."
-
-
-def _robots(header: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    robots = header["world"]["definition"].get("robots")
-    for name, robot in robots.items() if isinstance(robots, dict) else ():
-        kind = robot.get("type", "") if isinstance(robot, dict) else ""
-        yield name, kind if isinstance(kind, str) else ""
-
-
-def _header(line: str) -> Mapping[str, Any]:
-    wrong = TraceError(
-        "line 1: no header of a trace, and no MCAP; expected a file that was written with --trace or --record"
-    )
-    try:
-        header = _parsed(line, "line 1")
-        world = header.get("world")
-        if (
-            header.get("kind") != "header"
-            or not isinstance(world, dict)
-            or not isinstance(world.get("definition"), dict)
-        ):
-            raise wrong
-        for fields, key in ((header, "hmrsim"), (world, "name"), (world, "hash")):
-            text(fields, key)
-    except (Misfit, TraceError):
-        raise wrong from None
-    return header
-
-
-def _parsed(line: str, where: str) -> dict[str, Any]:
-    try:
-        event = from_json(line, allow_inf_nan=False)
-    except ValueError as error:
-        raise TraceError(f"{where}: {error}") from None
-    if not isinstance(event, dict):
-        raise TraceError(f"{where}: no JSON object")
-    return event

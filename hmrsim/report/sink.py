@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import RouteTaken
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
@@ -25,11 +26,19 @@ class ReportSink:
 
     Args:
         simulator: The simulator; it has not started.
+        restarted: Called when time has begun anew, with the time until then, in nanoseconds.
     """
 
-    def __init__(self, simulator: Simulator, take: Callable[[Occurrence], object]) -> None:
+    def __init__(
+        self,
+        simulator: Simulator,
+        take: Callable[[Occurrence], object],
+        restarted: Callable[[int], object] = lambda _ended: None,
+    ) -> None:
         self._simulator = simulator
         self._take = take
+        self._restarted = restarted
+        self._charges: list[Occurrence] = []
         self._see()
 
     def wants(self, topic: Topic) -> bool:
@@ -53,23 +62,39 @@ class ReportSink:
             self._take(Occurrence(output.stamp, output.event(results_from=GoalStatus.CANCELED)))
             if output.status.terminal:
                 self._weigh(output.robot)
+        elif isinstance(output, TimeRestarted):
+            for charge in self._charges:
+                self._take(charge)
+            self._restarted(output.ended)
 
     def weigh_all(self) -> None:
         """Pass on the charge of all batteries."""
-        for robot in self._simulator.robots:
-            self._weigh(robot)
+        for charge in self._all_charges():
+            self._take(charge)
 
-    def commanded(self, _command: Command, _by: str, now: float) -> None:
+    def commanded(self, command: Command, _by: str, now: float) -> None:
         """Pass on the time, as the command may reset it."""
         self._take(Occurrence(stamp(now), Commanded()))
+        # Batteries are full again before time begins anew.
+        self._charges = self._all_charges() if isinstance(command, CallService) else []
 
     def _see(self) -> None:
         self._take(Occurrence(stamp(self._simulator.now), SceneSeen(scene(self._simulator))))
         self.weigh_all()
 
     def _weigh(self, name: str) -> None:
+        charge = self._charge(name)
+        if charge is not None:
+            self._take(charge)
+
+    def _all_charges(self) -> list[Occurrence]:
+        found = map(self._charge, self._simulator.robots)
+        return [charge for charge in found if charge is not None]
+
+    def _charge(self, name: str) -> Occurrence | None:
+        """Return the charge of a robot's battery; None if it has none."""
         robot = self._simulator.robots.get(name)
         if robot is None or robot.energy is None:
-            return
+            return None
         battery, now = robot.energy.battery, robot.now
-        self._take(Occurrence(stamp(now), BatterySeen(name, battery.share(now), battery.charge(now))))
+        return Occurrence(stamp(now), BatterySeen(name, battery.share(now), battery.charge(now)))

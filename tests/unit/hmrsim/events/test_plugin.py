@@ -86,7 +86,7 @@ def test_they_are_traced_and_reported(simulator):
 
     (line,) = [line for line in lines if "floor_cleaned" in line]
     assert FloorCleaned("eve", "lobby", 24.0) == events.from_json(json.loads(line))
-    report = report_of(of_trace(lambda: lines))
+    report = report_of(of_trace(lambda: lines)[0])
     assert (1, 1) == (report.events["floor_cleaned"], report.events["brush_worn"])
 
 

@@ -83,7 +83,7 @@ def test_names_and_errors_are_text(trace, changed, exact):
             line.replace("wall_e has broken", "<img src=x onerror=alert(2)> has broken") for line in changed(lines)
         ]
         lines = [line.replace('"robot":"wall_e"', '"robot":"<script>alert(3)</script>"') for line in lines]
-    told = of_trace(lambda: lines)
+    told = of_trace(lambda: lines)[0]
     page = page_of(report_of(told), told.definition)
     found = _elements(page)
 
@@ -124,7 +124,7 @@ def test_an_empty_run_has_a_page(page):
 def test_what_is_missing_is_said(trace, changed):
     """At the top of the page."""
     lines = changed(trace(ALONE))
-    told = of_trace(lambda: lines)
+    told = of_trace(lambda: lines)[0]
 
     assert '<p class="warning">The trace could not be replayed exactly' in page_of(report_of(told), told.definition)
 

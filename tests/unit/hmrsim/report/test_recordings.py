@@ -18,9 +18,7 @@ from hmrsim.report.story import Story
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks.loading import world_of
-from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING, goal_to
-
-RESET = CallService("reset_simulation", services()["reset_simulation"].request())
+from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING
 
 
 class _Late:
@@ -92,29 +90,6 @@ def test_a_recording_that_begins_late():
     assert (2.5, 7.5) == (robot.began, found.summary.sim_time)
     assert {"driving": 5.5, "busy": 2.0} == {state: time for state, time in robot.seconds.items() if time}
     assert "It begins 2.5 s after the simulation did; earlier events are missing." in found.source.notes
-
-
-def test_time_that_began_anew_goes_on(report, send):
-    """After the reset at 3 s the goal takes another 4 s."""
-    world = ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}}
-    go = send("wall_e", "navigate_to_pose", goal_to(4, 0))
-    found = report(world, commands=[(1.0, go), (3.0, RESET), (0.0, go)], until=5.0)
-    (robot,) = found.robots
-
-    assert [("ABORTED", 1.0, 3.0), ("SUCCEEDED", 3.0, 7.0)] == [(g.status, g.accepted, g.ended) for g in found.goals]
-    assert (8.0, 6.0) == (found.summary.sim_time, robot.distance)
-    assert "Simulated time was reset (once); here it continues." in found.source.notes
-
-
-def test_idle_time_before_a_reset_counts(report, send):
-    """Nothing has happened for 2 s when the simulation is reset at 6 s; time goes on from there."""
-    world = ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}}
-    go = send("wall_e", "navigate_to_pose", goal_to(4, 0))
-    found = report(world, commands=[(0.0, go), (6.0, RESET), (0.0, go)], until=4.0)
-
-    assert [(0.0, 4.0), (6.0, 10.0)] == [(goal.accepted, goal.ended) for goal in found.goals]
-    assert (10.0, 2.0) == (found.summary.sim_time, found.robots[0].seconds["idle"])
-    assert "command" not in " ".join(found.events)
 
 
 def test_a_motion_that_a_scene_tells_again_is_one():

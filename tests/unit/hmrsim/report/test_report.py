@@ -170,7 +170,7 @@ def test_throughput_counts_each_goal_once(report):
 def test_a_run_without_motions_says_what_is_missing(trace, changed):
     """A trace of another version: goals and waits, but no distance, and it says so."""
     lines = changed(trace(ALONE))
-    found = report_of(of_trace(lambda: lines))
+    found = report_of(of_trace(lambda: lines)[0])
 
     assert (False, None, 3) == (found.source.exact, found.summary.distance, len(found.goals))
     assert "It lacks distances" in found.source.notes[0]
@@ -180,7 +180,7 @@ def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
     """Also where it can't be run again."""
     world = ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}}
     lines = changed(trace(world, commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))], until=5.0))
-    (goal,) = report_of(of_trace(lambda: lines)).goals
+    (goal,) = report_of(of_trace(lambda: lines)[0]).goals
 
     assert ("(4, 0)", 4.0, 0.0) == (goal.target, goal.target_x, goal.target_y)
 
@@ -188,7 +188,7 @@ def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
 def test_waits_are_the_same_without_motions(report, trace, changed):
     """The trace itself has them."""
     lines = changed(trace(MEETING))
-    found = report_of(of_trace(lambda: lines))
+    found = report_of(of_trace(lambda: lines)[0])
 
     assert report(MEETING).waits[0].model_dump(exclude={"until"}) == found.waits[0].model_dump(exclude={"until"})
 
@@ -196,7 +196,7 @@ def test_waits_are_the_same_without_motions(report, trace, changed):
 def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
     """And says that it was."""
     lines = trace(ALONE)
-    found = report_of(of_trace(lambda: [*lines[:4], lines[4][:20]]))
+    found = report_of(of_trace(lambda: [*lines[:4], lines[4][:20]])[0])
 
     assert (True, False) == (found.source.exact, found.source.complete)
     assert ("The trace is truncated: later events are missing.",) == found.source.notes
@@ -205,7 +205,7 @@ def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
 def test_the_same_trace_has_the_same_report(trace):
     """Byte for byte."""
     lines = trace(MEETING)
-    one, other = (report_of(of_trace(lambda: lines)).model_dump_json() for _ in range(2))
+    one, other = (report_of(of_trace(lambda: lines)[0]).model_dump_json() for _ in range(2))
 
     assert one == other
 
@@ -233,7 +233,7 @@ def test_what_always_holds(data, exact):
     lines = traced(world)
     if not exact:
         lines = [lines[0].replace('"contract":1', '"contract":9'), *lines[1:]]
-    found = report_of(of_trace(lambda: lines))
+    found = report_of(of_trace(lambda: lines)[0])
 
     whole = found.summary.sim_time
     for robot in found.robots:

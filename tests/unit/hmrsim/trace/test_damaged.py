@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from hmrsim.actions import registry as actions
 from hmrsim.errors import TraceError
 from hmrsim.protocol.commands import SendGoal
+from hmrsim.report import of_trace, section_of
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
 from tests.simulation import simulate
@@ -26,7 +27,7 @@ VALUES = [None, True, 0, -1, 1e308, 5e-324, 2**64, "x", "", [], {}, [1], {"a": 1
 
 @cache
 def lines() -> tuple[str, ...]:
-    """Return a trace with goals, a fault, a spawned robot and a pause."""
+    """Return a trace with goals, a fault, a spawned robot, a reset and a pause."""
     run = simulate(traced=True)
     run.ask("inject_fault", {"type": "breakdown", "robot": "cart", "at": 1.0, "duration": 2.0})
     drive = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}})
@@ -34,6 +35,8 @@ def lines() -> tuple[str, ...]:
     run((0.0, SendGoal("wall_e", "navigate_to_pose", drive, "1" * 32)), (0.5, SendGoal("eve", "wait", wait, None, "r")))
     position = {"pose": {"position": {"x": 5.0, "y": 2.0}}}
     run.ask("spawn_entity", {"name": "new", "uri": "robot_type:nurse", "initial_pose": position})
+    run.ask("reset_simulation")
+    run((0.5, SendGoal("eve", "wait", wait, None, "r")))
     run.ask("set_simulation_state", {"state": {"state": 2}})
     return tuple(run.lines())
 
@@ -88,3 +91,14 @@ def test_no_damage_is_a_traceback(seed):
         outcome = replay(damaged(random.Random(seed)))
 
         assert outcome.lines <= len(lines()) + 1
+
+
+@examples(100)
+@given(seed=st.integers(0, 2**32), section=st.sampled_from([None, 1, 2, 3]))
+def test_nor_is_it_one_of_a_report(seed, section):
+    """Of each section, or of one."""
+    made = damaged(random.Random(seed))
+    with suppress(TraceError):
+        found = of_trace(lambda: made, section=section)
+
+        assert len(found) == len([section_of(each) for each in found])

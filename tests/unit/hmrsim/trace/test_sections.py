@@ -264,7 +264,7 @@ class TestCommand:
             (each["number"], each["cause"], each["sim_time"]) for each in found["sections"]
         ]
 
-    @pytest.mark.parametrize("command", ["replay"])
+    @pytest.mark.parametrize("command", ["replay", "report"])
     def test_a_section_that_is_not_there(self, path, capsys, command):
         """Exit 2, and which there are and where."""
         code = main([command, str(path), "--section", "4"])
@@ -273,7 +273,7 @@ class TestCommand:
 
         assert (2, f"hmrsim: {path}: no section 4; there are {there}\n") == (code, capsys.readouterr().err)
 
-    @pytest.mark.parametrize("command", ["replay"])
+    @pytest.mark.parametrize("command", ["replay", "report"])
     @pytest.mark.parametrize("number", ["0", "-1", "x", "1.5", ""])
     def test_what_is_no_number_of_a_section(self, path, capsys, command, number):
         """Exit 2, and what is expected."""
