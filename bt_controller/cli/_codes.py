@@ -24,5 +24,6 @@ examples:
   bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
 TREE is an XML file of BehaviorTree.CPP version 4 with the nodes that `bt-controller nodes` lists, or
-MODULE:FUNCTION; modules are searched in the current folder, too. The function takes the robot's name
-or nothing, and returns the root of a py_trees tree. Each robot has its own tree and blackboard."""
+MODULE:FUNCTION or FILE.py:FUNCTION; modules are searched in the current folder, too. The function takes the
+robot's name or nothing, and returns the root of a py_trees tree; what else it takes is given by name:
+'missions.py:deliver(code=7)'. Each robot has its own tree and blackboard."""

@@ -11,7 +11,7 @@ _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
 def add_tree_options(parser: Any) -> None:
     """Add TREE and its options."""
-    parser.add_argument("tree", metavar="TREE", help="FILE.xml or MODULE:FUNCTION")
+    parser.add_argument("tree", metavar="TREE", help="FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE, …)")
     parser.add_argument(
         "--tree", dest="tree_id", metavar="ID", help="the tree of FILE.xml to run (default: its main tree)"
     )

@@ -6,19 +6,17 @@ import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 
 from bt_controller.errors import TreeError
-from bt_controller.imports import described, imported
-from hmrsim.diagnostics import instead, shown
-
-if TYPE_CHECKING:
-    from types import ModuleType
+from bt_controller.imports import described
+from bt_controller.loading.named_functions import find_function
 
 B = TypeVar("B", bound="Callable[..., Behaviour]")
 
@@ -27,6 +25,9 @@ _RESUMABLE = "bt_resumable"
 
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 _ROBOT, _ROBOTS = "robot", "robots"
+_TREE: Final = (
+    "tree; expected FILE.xml, MODULE:FUNCTION (bt_controller.examples:go_to_pose) or FILE.py:FUNCTION(NAME=VALUE, …)"
+)
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,8 @@ def load(
     """Return the tree called *name*; modules are searched in the current folder, too.
 
     Args:
-        name: The path of an XML file, or MODULE:FUNCTION.
+        name: The path of an XML file, or MODULE:FUNCTION or FILE.py:FUNCTION, with parameters if wanted:
+            ``missions.py:deliver(code=7)``.
         tree: Which of a file's trees to run, by ID; the one that the file says if left out.
         nodes: Modules with further nodes for files.
         values: Texts that are on each robot's blackboard from the start.
@@ -132,25 +134,25 @@ def load(
             doubts=doubts,
             files=files,
         )
-    module_name, colon, function_name = name.partition(":")
-    if not (module_name and colon and function_name):
-        raise TreeError(
-            f"{shown(name)} is no tree; expected FILE.xml or MODULE:FUNCTION (bt_controller.examples:go_to_pose)"
-        )
+    found_function = find_function(name, _TREE)
     if tree is not None or nodes:
         raise TreeError(f"{name} is no XML file; --tree and --nodes are for those")
-    module = imported(name, module_name)
-    function: Any = getattr(module, function_name, None)
-    if function is None:
-        hint = instead(function_name, _functions(module), verb="it has")
-        raise TreeError(f"{name}: module {module_name!r} has no {function_name!r}{hint}")
-    if not callable(function):
-        raise TreeError(f"{name} is {function!r}; a function that returns the root of a tree is expected")
-    return plan_of(function, name, values=values, files=(module.__file__,) if module.__file__ else ())
+    return plan_of(
+        found_function.function,
+        name,
+        values=values,
+        arguments=found_function.arguments,
+        files=found_function.files,
+    )
 
 
 def plan_of(
-    function: Callable[..., object], name: str, *, values: Mapping[str, str] = _NOTHING, files: tuple[str, ...] = ()
+    function: Callable[..., object],
+    name: str,
+    *,
+    values: Mapping[str, str] = _NOTHING,
+    arguments: Mapping[str, Any] = _NOTHING,
+    files: tuple[str, ...] = (),
 ) -> Plan:
     """Return the tree that a function builds.
 
@@ -158,15 +160,17 @@ def plan_of(
         function: Returns the root; takes the robot's name as *robot*, the names of all as *robots*, or nothing.
         name: What it is called.
         values: Texts that are on each robot's blackboard from the start.
+        arguments: What it takes beside the robots.
         files: Where it comes from.
 
     Raises:
         TreeError: It takes something else.
     """
-    first = _first_parameter(name, function)
+    applied = partial(function, **arguments) if arguments else function
+    first = _first_parameter(name, applied)
     return Plan(
         name,
-        function,
+        applied,
         takes_robot=first == _ROBOT,
         confirmed=bool(getattr(function, _CONFIRMED, False)),
         takes_robots=first == _ROBOTS,
@@ -188,17 +192,6 @@ def _is_xml(name: str) -> bool:
             return file.read(64).lstrip().startswith(b"<")
     except (OSError, ValueError):
         return False
-
-
-def _functions(module: ModuleType) -> list[str]:
-    """Return the public functions of a module, or of a package's modules, that could be meant."""
-    return [
-        name
-        for name, value in vars(module).items()
-        if inspect.isfunction(value)
-        and f"{value.__module__}.".startswith(f"{module.__name__}.")
-        and not name.startswith("_")
-    ]
 
 
 def _first_parameter(name: str, function: Callable[..., object]) -> str:

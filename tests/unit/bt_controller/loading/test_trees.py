@@ -114,9 +114,9 @@ def test_values_win_over_what_a_function_sets():
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("bt_test_missions", "'bt_test_missions' is no tree; expected FILE.xml or MODULE:FUNCTION"),
+        ("bt_test_missions", "'bt_test_missions' is no tree; expected FILE.xml, MODULE:FUNCTION"),
         ("tree.xml", "^tree.xml: no such file$"),
-        (":plain", "':plain' is no tree; expected FILE.xml or MODULE:FUNCTION"),
+        (":plain", "':plain' is no tree; expected FILE.xml, MODULE:FUNCTION"),
         ("bt_test_absent:plain", r"bt_test_absent:plain: no module 'bt_test_absent' here \(.*\) or installed"),
         (
             "bt_test_importer:tree",
@@ -125,7 +125,7 @@ def test_values_win_over_what_a_function_sets():
         ("bt_test_unreadable:tree", r"SyntaxError: .* \(.*bt_test_unreadable\.py:1\)"),
         ("bt_test_missions:plane", "module 'bt_test_missions' has no 'plane'; did you mean 'plain'?"),
         ("bt_test_missions:zzz", "has no 'zzz'; it has plain, for_robot"),
-        ("bt_test_missions:a_number", "is 42; a function that returns the root of a tree is expected"),
+        ("bt_test_missions:a_number", "is 42, which is no tree"),
         ("bt_test_missions:too_much", "wants robot, map; a tree's function takes the robot's name, or nothing"),
         ("bt_test_missions:keyword", "wants map; a tree's function takes the robot's name, or nothing"),
     ],
@@ -149,3 +149,41 @@ def test_a_function_that_builds_no_tree_is_refused_in_one_line(function, error):
     """The user's own mistake is reported with its place."""
     with pytest.raises(TreeError, match=error):
         load(f"bt_test_missions:{function}").build("wall_e")
+
+
+def test_a_file_is_as_good_as_a_module_and_parameters_are_given_by_name(tmp_path):
+    """A file in another folder, whose module's name is taken by another one."""
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    (folder / "bt_test_missions.py").write_text(MODULE.replace("plain", "simple"))
+    (folder / "beside.py").write_text("WORD = 'beside'\n")
+    (folder / "with_import.py").write_text(
+        "import beside\nfrom py_trees.behaviours import Success\n"
+        "def it(robot, word=None):\n    return Success(word or beside.WORD)\n"
+    )
+    load("bt_test_missions:plain")
+
+    assert "simple" == load(f"{folder}/bt_test_missions.py:simple").build().name
+    assert "beside" == load(f"{folder}/with_import.py:it").build("wall_e").name
+    assert "7" == load("bt_test_missions.py:with_speed(speed=7)").build().name
+    assert "it" == load(f"{folder}/with_import.py:it(word='it')").build("wall_e").name
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("bt_test_missions:with_speed(sped=3)", "it takes no 'sped'; did you mean 'speed'?"),
+        ("bt_test_missions:with_speed(3)", "'3' has no name; write NAME=3"),
+        ("bt_test_missions:with_speed(speed=open('x'))", "is not NAME=VALUE"),
+        ("bt_test_missions:with_speed(speed=", "is no tree; expected"),
+        ("nowhere.py:plain", "no such file: nowhere.py"),
+        ("bt_test_missions.py:plane", "file 'bt_test_missions.py' has no 'plane'; did you mean 'plain'?"),
+    ],
+)
+def test_what_is_wrong_with_parameters_is_told(name, error):
+    """In one line, with what would do."""
+    with pytest.raises(TreeError) as caught:
+        load(name)
+
+    assert error in str(caught.value)
+    assert "\n" not in str(caught.value)
