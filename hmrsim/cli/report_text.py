@@ -75,6 +75,10 @@ def _lines(report: Report) -> Iterator[str]:
     yield f"driven {amount(summary.distance, unit)}, {waited}, {times(summary.reroutes, 'time')} replanned"
     if summary.energy_used is not None:
         yield f"energy used {amount(summary.energy_used)}, charged {amount(summary.energy_charged)}"
+    if (demand := report.demand) is not None:
+        ended = f"{demand.delivered} delivered, {demand.late} late, {demand.lost} lost, {demand.open} open"
+        lead = f"; lead time {seconds(demand.lead_time_p50)} (median), {seconds(demand.lead_time_p95)} (95 %)"
+        yield f"orders: {demand.placed} placed, {ended}{lead if demand.delivered else ''}"
     counts = {"deadlock": summary.deadlocks, "fault": summary.faults, "error": len(report.errors)}
     yield ", ".join(times(count, what) for what, count in counts.items())
 

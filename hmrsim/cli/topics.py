@@ -22,6 +22,7 @@ _OF_THE_WORLD: Final = {
     "log": ("hmrsim/Event", False),
     "info": ("hmrsim/WorldInfo", True),
     "route_graph": ("hmrsim/RouteGraph", True),
+    "demand": ("hmrsim/Demand", True),
     "scene": ("hmrsim/Scene", True),
     "view": ("hmrsim/View", True),
 }

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 _BITS: Final = 53
 """Bits of a random number: those of a float's mantissa."""
 
+_WHOLE: Final = 2.0**_BITS
+
 
 class Chance:
     """The streams of a run; each begins anew with `begin`."""
@@ -45,10 +47,18 @@ class Chance:
         self._occurrences[subject, use] += 1
         return self.drawn(value, subject, use, self._occurrences[subject, use])
 
+    def choose(self, count: int, subject: str, use: str, occurrence: int) -> int:
+        """Return one of so many indices, each with the same probability."""
+        return 0 if count == 1 else int(self._number(subject, use, occurrence) * count)
+
     def drawn(self, value: Value, subject: str, use: str, occurrence: int) -> float:
         """Return the value of an occurrence by its number; it is the same each time."""
         if not isinstance(value, Distribution):
             return value
+        return value.value(self._number(subject, use, occurrence))
+
+    def _number(self, subject: str, use: str, occurrence: int) -> float:
+        """Return a random number between 0 and 1, both excluded."""
         text = f"{self._seed}/{subject}/{use}/{occurrence}".encode()
         number = int.from_bytes(hashlib.blake2b(text, digest_size=8).digest()) >> (64 - _BITS)
-        return value.value((number + 0.5) / 2**_BITS)
+        return (number + 0.5) / _WHOLE

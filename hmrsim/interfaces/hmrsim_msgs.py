@@ -1,4 +1,4 @@
-"""Our own services, where ROS has none: what sensors see, and what goes wrong."""
+"""Our own services, where ROS has none: what sensors see, what goes wrong, and what is to be brought where."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pydantic import Field
 
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.interfaces.message import Bool, Float64, Message, String, UInt32
+from hmrsim.interfaces.message import Bool, Float64, Int32, Message, String, UInt32
 from hmrsim.interfaces.simulation_interfaces import Result
 
 
@@ -130,3 +130,68 @@ class CallLift:
         """What came of it; a lift takes its time to come."""
 
         result: Result = Field(default_factory=Result)
+
+
+class Order(Message):
+    """An order of the demand: an item has to be brought from one place to another.
+
+    *state* is ``waiting``, ``carried``, ``delivered`` or ``lost``; *robot* carries the item, or has brought it; *due*,
+    *picked_up* and *ended* are zero where there is none.
+    """
+
+    name: String = ""
+    demand: String = ""
+    item: String = ""
+    at: String = ""
+    to: String = ""
+    priority: Int32 = 0
+    state: String = ""
+    robot: String = ""
+    late: Bool = False
+    placed: Time = Field(default_factory=Time)
+    due: Time = Field(default_factory=Time)
+    picked_up: Time = Field(default_factory=Time)
+    ended: Time = Field(default_factory=Time)
+
+
+class GetOrders:
+    """Return the orders of the demand."""
+
+    class Request(Message):
+        """Which: *state* ``open``, or one of an order's states; empty for all. Of those that have ended the last."""
+
+        state: String = ""
+
+    class Response(Message):
+        """The orders in the order in which they came, and how many there were since the start."""
+
+        result: Result = Field(default_factory=Result)
+        orders: list[Order] = Field(default_factory=list)
+        placed: UInt32 = 0
+        delivered: UInt32 = 0
+        late: UInt32 = 0
+        lost: UInt32 = 0
+
+
+class PlaceOrder:
+    """Place an order: an item appears at a place, and has to be brought to another."""
+
+    class Request(Message):
+        """What, with the keys of a world file's demand; what is zero or empty is left out.
+
+        *name* is that of a kind of orders, which are numbered. *at* and *to* are names of places, docks or waypoints.
+        """
+
+        name: String = ""
+        item: String = ""
+        at: String = ""
+        to: String = ""
+        within: Float64 = 0.0
+        priority: Int32 = 0
+        weight: Float64 = 0.0
+
+    class Response(Message):
+        """What came of it, and the order."""
+
+        result: Result = Field(default_factory=Result)
+        order: Order = Field(default_factory=Order)

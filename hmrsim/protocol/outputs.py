@@ -90,6 +90,11 @@ class RosterChanged:
     """Robots were added or removed, or another world was loaded."""
 
 
+@dataclass(frozen=True, slots=True)
+class OrdersChanged:
+    """An order of the demand has come, or something has become of one."""
+
+
 class Restart(StrEnum):
     """Why simulated time begins anew."""
 
@@ -178,6 +183,7 @@ Output = (
     | Sampled
     | EventStamped
     | RosterChanged
+    | OrdersChanged
     | TimeRestarted
     | PlanWanted
     | TimeState

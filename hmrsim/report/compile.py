@@ -11,6 +11,7 @@ from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.goal_record import count_waits
+from hmrsim.report.orders import demand_of, orders_of
 from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 from hmrsim.report.quantities import as_text, in_seconds, rounded
@@ -48,6 +49,8 @@ def report_of(inputs: ReportInput) -> model.Report:
         lanes=tuple(lanes_of(story)),
         paths=tuple(paths_of(story)),
         fixtures=tuple(fixtures_of(story)),
+        demand=demand_of(story),
+        orders=tuple(orders_of(story)),
         throughput=tuple(throughput_of(story)),
         batteries={
             name: curve for name, track in sorted(story.robot_log.tracks.items()) if (curve := _thinned(track.curve))

@@ -212,6 +212,41 @@ class Fixture(_Model):
     longest_queue: int | None = Field(description="Of a dock: the most robots that stood in its queue.")
 
 
+class Order(_Model):
+    """An order of the demand."""
+
+    name: str
+    item: str
+    at: str = Field(description="Where the item was.")
+    to: str = Field(description="Where it had to be brought.")
+    priority: int
+    state: str = Field(description="waiting, carried, delivered or lost, at the end.")
+    robot: str = Field(description="Who has brought the item, or carries it; empty for nobody.")
+    placed: float
+    picked_up: float | None
+    ended: float | None = Field(description="When it was delivered, or its item deleted.")
+    lead_time: float | None = Field(description="Seconds from placing to delivery.")
+    lateness: float = Field(description="Seconds after it was due, up to the delivery or the end; 0 if in time.")
+
+
+class Demand(_Model):
+    """All orders of the demand."""
+
+    placed: int
+    delivered: int
+    late: int = Field(description="Not delivered when they were due.")
+    lost: int = Field(description="Whose item was deleted.")
+    open: int = Field(description="At the end.")
+    lead_time_mean: float | None
+    lead_time_p50: float | None
+    lead_time_p95: float | None
+    lead_time_max: float | None
+    lateness_mean: float = Field(description="Of those that were late.")
+    lateness_max: float
+    backlog_mean: float = Field(description="Open orders, on average over time.")
+    backlog_max: int
+
+
 class Bucket(_Model):
     """How many goals ended in one interval."""
 
@@ -239,6 +274,8 @@ class Report(_Model):
     lanes: tuple[Lane, ...]
     paths: tuple[Path, ...]
     fixtures: tuple[Fixture, ...]
+    demand: Demand | None = Field(default=None, description="Null where there were no orders.")
+    orders: tuple[Order, ...] = Field(default=(), description="In the order in which they came.")
     throughput: tuple[Bucket, ...]
     batteries: dict[str, tuple[tuple[float, float], ...]] = Field(description="Time and share, by robot; thinned.")
     events: dict[str, int] = Field(description="How often each kind of event was published.")

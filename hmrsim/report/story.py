@@ -34,6 +34,7 @@ from hmrsim.report.occurrence import (
     text,
     whole,
 )
+from hmrsim.report.order_log import OrderLog
 from hmrsim.report.robot_log import RobotLog
 from hmrsim.report.track import Motion, Track
 from hmrsim.report.waiting import Waiting
@@ -56,6 +57,7 @@ class Story:
     goal_log: GoalLog = field(default_factory=GoalLog)
     facility_log: FacilityLog = field(default_factory=FacilityLog)
     fault_log: FaultLog = field(default_factory=FaultLog)
+    order_log: OrderLog = field(default_factory=OrderLog)
     counts: Counter[str] = field(default_factory=Counter)
     misfits: int = 0
     first_misfit: str = ""
@@ -147,6 +149,7 @@ class Story:
         if taker is not None:
             taker(at, event)
         self.facility_log.take(at, event)
+        self.order_log.take(at, event)
 
     def _left_out(self, _at: int, event: Malformed) -> None:
         self.misfits += 1
@@ -263,4 +266,5 @@ class Story:
     def _begun_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         self._anew = True
         self.fault_log.going_on.clear()
+        self.order_log.begin_anew()
         self.robot_log.reset(at, event)

@@ -31,6 +31,7 @@ def tables_of(report: Report) -> dict[str, str]:
         "errors": map(_row, report.errors),
         "faults": map(_row, report.faults),
         "fixtures": map(_row, report.fixtures),
+        "orders": map(_row, report.orders),
         "batteries": (
             {"robot": robot, "at": at, "percentage": share}
             for robot, curve in report.batteries.items()
@@ -52,6 +53,7 @@ _HEADERS = {
     " deadlock",
     "faults": "name fault subject robot began ended detail",
     "fixtures": "name kind uses robots seconds share waits waited longest_queue",
+    "orders": "name item at to priority state robot placed picked_up ended lead_time lateness",
     "batteries": "robot at percentage",
 }
 

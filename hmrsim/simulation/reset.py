@@ -37,7 +37,8 @@ def reset(simulator: Simulator, scope: int = _ALL, *, stops: bool = False) -> No
         _end_all(simulator, _RESET, scripts=bool(scope & _STATE))
     if scope & _SPAWNED:
         for name in sorted(simulator.roster.spawned):
-            simulator.roster.delete(name, _RESET)
+            if not simulator.demand.has(name):
+                simulator.roster.delete(name, _RESET)
     if scope & _STATE:
         simulator.roster.restore()
     if scope & _TIME:
@@ -91,6 +92,7 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     simulator.gate.halt(why)
     simulator.roster.abort(why, Cause.RESET)
     simulator.fault_injector.end()
+    simulator.demand.end()
     for _, robot in sorted(simulator.robots.items()):
         # One that makes room for another has no goal.
         robot.halt()

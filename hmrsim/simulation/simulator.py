@@ -47,6 +47,7 @@ from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChang
 from hmrsim.protocol.sinks import CommandSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.demand import Demand
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
 from hmrsim.simulation.fault_injector import FaultInjector
@@ -119,6 +120,7 @@ class Simulator:
         chance: Random numbers of what the world leaves to chance.
         gate: Controls whether time may move.
         plans: The open requests to an external planner.
+        demand: The orders of the world.
         detections: What its robots' sensors see.
         readings: The latest message of each topic.
         scripts: What its robots do by themselves.
@@ -187,6 +189,7 @@ class Simulator:
         )
         self.fault_injector = FaultInjector(self.env, self.roster, self.chance, publisher, self._errors)
         self.roster.fill(world, self.graph)
+        self.demand = Demand(self.env, self.roster, self.chance, publisher)
         self.detections = Detections(self.roster, self._errors)
         self.readings = Readings(self.env, self.roster, self.dispatcher, self.detections)
         self.begin_chance()
@@ -225,9 +228,19 @@ class Simulator:
         return self.roster.items
 
     def begin_chance(self) -> None:
-        """Begin all random numbers of the seed, and schedule the faults of the world; none may be active."""
+        """Begin all random numbers of the seed, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
         self.fault_injector.begin(self.world, self.seed)
+        self.demand.begin(self.world)
+        self._sinks[:] = [sink for sink in self._sinks if sink is not self.demand]
+        if self.world.demand:
+            self.watch_orders()
+
+    def watch_orders(self) -> None:
+        """Let the demand see what becomes of its items; a world without any does not pay for that."""
+        if self.demand not in self._sinks:
+            self._sinks.append(self.demand)
+            self.interest.refresh()
 
     def end_scripts(self) -> None:
         """Let the robots do no more of what the world says that they do by themselves."""

@@ -27,6 +27,7 @@ from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
     from hmrsim.geometry import Point
+    from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
 
 AnyTree = str | Path | Callable[..., object]
@@ -176,6 +177,15 @@ class Run:
             for each in self._record.happenings(lambda event: kind in {None, event.kind})
             if all(each.fields.get(name) == value for name, value in fields.items())
         ]
+
+    def orders(self, state: str | None = None) -> list[Order]:
+        """Return the orders of the demand in the order in which they came; those ``open``, or in a state.
+
+        Of those that have ended these are the last 1,000.
+        """
+        demand = self.simulator.demand
+        found = sorted([*demand.closed, *demand.open.values()], key=lambda order: order.placed)
+        return [order for order in found if state in {None, order.state} or (state == "open" and order.state.open)]
 
     def position(self, name: str) -> Point:
         """Return where a robot or an item is now, in the world's unit.

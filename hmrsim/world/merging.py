@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hmrsim.world.formats import Document
 
 _MAPS = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots", "remap")
-_LISTS = ("lanes", "walls", "faults")
+_LISTS = ("lanes", "walls", "faults", "demand")
 
 
 @dataclass(frozen=True)

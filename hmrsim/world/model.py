@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, overload
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -370,6 +371,46 @@ class RobotSpec(Model):
     tags: tuple[Name, ...] = ()
 
 
+def _as_list(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+Places = Annotated[tuple[Name, ...], BeforeValidator(_as_list), Field(min_length=1, max_length=1_000)]
+"""Names of places, docks or waypoints; in a file also one of them."""
+
+
+class Demand(Model):
+    """Orders that come again and again: an item has to be brought from one place to another.
+
+    Attributes:
+        name: Its orders are called as it is, with a number.
+        item: What its items are called, with a number; None for as the demand is.
+        at: Where the items are, one of these places by chance.
+        to: Where they have to be brought, likewise.
+        arrives: Seconds from one order to the next.
+        first: Seconds until the first one; None for as between the others.
+        within: Seconds after which an order is late; None for never.
+        priority: How much an order matters; a greater number comes first.
+        weight: Of an item, in kg.
+        count: How many orders come; None for any number.
+        until: When the last one may come, in simulated seconds; None for any time.
+        most_open: While so many are open no further one comes.
+    """
+
+    name: RosName
+    item: RosName | None = None
+    at: Places
+    to: Places
+    arrives: SomeRandomSeconds
+    first: RandomSeconds | None = None
+    within: SomeRandomSeconds | None = None
+    priority: Annotated[int, Field(strict=True, ge=-1_000_000, le=1_000_000)] = 0
+    weight: Annotated[float, Field(strict=True, ge=0, le=1e9, description="kg")] = 0.0
+    count: Capacity | None = None
+    until: Seconds | None = None
+    most_open: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 100
+
+
 class _Open(Model):
     """A part with further fields of its own, which must be finite numbers, too."""
 
@@ -411,7 +452,7 @@ def _few_rides(lifts: dict[str, Lift]) -> dict[str, Lift]:
 
 
 class World(Model):
-    """A map with its entities, robots and faults."""
+    """A map with its entities, robots, faults and demand."""
 
     name: Name = "world"
     units: Literal["m", "px"] = "m"
@@ -432,6 +473,7 @@ class World(Model):
     robots: dict[RosName, RobotSpec] = {}
     traffic: Traffic = Traffic()
     faults: tuple[FaultEntry, ...] = ()
+    demand: tuple[Demand, ...] = ()
     remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
     seed: Annotated[int, Field(strict=True)] = 0
 

@@ -16,6 +16,7 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, war
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world_checks.demand import check_demand
 from hmrsim.world_checks.docks import check_docks, check_drains
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.facilities import check_fixtures
@@ -66,6 +67,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         check_drains(world),
         check_traffic(world),
         check_faults(world, lost),
+        check_demand(world, lost),
         _check_remap(world, lost),
         check_scripts(world, lost),
     )

@@ -11,6 +11,7 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
 from hmrsim.distributions import Distribution
 from hmrsim.world.model import (
     Base,
+    Demand,
     Dock,
     Door,
     FaultEntry,
@@ -44,6 +45,7 @@ _PARTS: dict[tuple[str, ...], type[BaseModel]] = {
     ("robots", "*"): RobotSpec,
     ("robots", "*", "base"): Base,
     ("faults", "*"): FaultEntry,
+    ("demand", "*"): Demand,
 }
 
 _DISTRIBUTION = "distribution"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.access_control import Message
     from hmrsim_zenoh.wire.enclave import Member
 
-_VALUES: Final = ("clock", "info", "log", "route_graph", "scene", "sessions", "view", "time/state")
+_VALUES: Final = ("clock", "demand", "info", "log", "route_graph", "scene", "sessions", "view", "time/state")
 """What the world has to get."""
 _TOPICS: Final = ("odom", "battery_state", "detections", "_tree")
 """What a robot has to get."""

@@ -29,6 +29,7 @@ from hmrsim.protocol.outputs import (
     FeedbackSent,
     GoalChanged,
     Granted,
+    OrdersChanged,
     PlanWanted,
     RosterChanged,
     Sampled,
@@ -146,6 +147,7 @@ class Server:
             EventStamped: self._put_event,
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
+            OrdersChanged: lambda _output: self._put_fixed("demand"),
             # Clients learn of it from the clock and from the event that follows.
             TimeRestarted: lambda _output: None,
             PlanWanted: self.planner.ask,
@@ -173,9 +175,14 @@ class Server:
         there = {*serves, WORLD}
         for topic in [topic for topic in self._topic_keys if self._keys.owner(topic) not in there]:
             self._undeclare(self._topic_keys.pop(topic))
-        for topic, (mime, payload) in self._fixed.items():
-            if self._interest.in_key(self._keys.world(topic)):
-                self._put(self._key_of(self._keys.world(topic)), payload(), mime, reliable=True)
+        for topic in self._fixed:
+            self._put_fixed(topic)
+
+    def _put_fixed(self, topic: str) -> None:
+        """Publish a latched topic of the world if it has subscribers."""
+        mime, payload = self._fixed[topic]
+        if self._interest.in_key(self._keys.world(topic)):
+            self._put(self._key_of(self._keys.world(topic)), payload(), mime, reliable=True)
 
     def close(self) -> None:
         """Accept no more queries; the simulation thread wakes and ends."""

@@ -26,7 +26,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.access_control import AccessControl
 
-_TYPES = {"info": encoding.INFO, "route_graph": encoding.ROUTE_GRAPH, "scene": encoding.SCENE, "view": encoding.VIEW}
+_TYPES = {
+    "info": encoding.INFO,
+    "route_graph": encoding.ROUTE_GRAPH,
+    "demand": encoding.DEMAND,
+    "scene": encoding.SCENE,
+    "view": encoding.VIEW,
+}
 
 
 class Description:
@@ -91,7 +97,13 @@ class Description:
     @property
     def latched(self) -> dict[str, tuple[str, Callable[[], bytes]]]:
         """The latched topics: the encoding, and a function that returns the payload."""
-        makers = {"info": self.info, "route_graph": self.route_graph, "scene": self.scene, "view": self.view}
+        makers = {
+            "info": self.info,
+            "route_graph": self.route_graph,
+            "demand": self.demand,
+            "scene": self.scene,
+            "view": self.view,
+        }
         found: dict[str, tuple[str, Callable[[], bytes]]] = {
             topic: (_TYPES[topic], maker) for topic, maker in makers.items()
         }
@@ -110,6 +122,10 @@ class Description:
             graph = to_geojson(self._simulator.world, closed=self._simulator.graph.closed, lifts=True)
             self._route_graph = json.dumps(graph).encode()
         return self._route_graph
+
+    def demand(self) -> bytes:
+        """Return the open orders, and how many there were."""
+        return to_json(self._simulator.demand.as_dict())
 
     def scene(self) -> bytes:
         """Return the current scene."""

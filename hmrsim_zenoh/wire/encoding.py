@@ -28,6 +28,7 @@ EVENT = f"{JSON};hmrsim/Event"
 INFO = f"{JSON};hmrsim/WorldInfo"
 ROUTE_GRAPH = f"{JSON};hmrsim/RouteGraph"
 SCENE = f"{JSON};hmrsim/Scene"
+DEMAND = f"{JSON};hmrsim/Demand"
 VIEW = f"{JSON};hmrsim/View"
 
 _MAX_SHOWN = 200

@@ -1,0 +1,240 @@
+"""The demand of a world: orders come, their items lie there, and what becomes of them is measured from the truth.
+
+An order is delivered when its item lies near where it has to be, whoever has brought it and by whatever goals. Its item
+then leaves the world. Controllers are not asked.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from simpy import Timeout
+
+from hmrsim.engine.environment import Tick
+from hmrsim.engine.sim_time import stamp
+from hmrsim.events.entities import Deleted, Teleported
+from hmrsim.events.items import ItemEvent
+from hmrsim.events.orders import OrderDelivered, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
+from hmrsim.geometry import distance
+from hmrsim.interfaces.builtin_interfaces import values_of
+from hmrsim.protocol.outputs import EventStamped, OrdersChanged
+from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.orders import Order, OrderState, Totals
+
+if TYPE_CHECKING:
+    from hmrsim.engine.chance import Chance
+    from hmrsim.engine.environment import Alarm, Environment
+    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.entities import Roster
+    from hmrsim.world.model import Demand as DemandSpec
+    from hmrsim.world.model import World
+
+NEAR: Final = {"m": 1.0, "px": 80.0}
+"""How near to its destination an item counts as delivered, by the world's unit: the reach of a claw."""
+
+_KEPT: Final = 1_000
+"""Orders that are kept after they have ended."""
+
+
+class Demand:
+    """The orders of a run; a sink, too, so that it learns what robots do with the items.
+
+    Attributes:
+        open: The orders that are still to be served, by name, in the order in which they came.
+        closed: The last of the others, in the order in which they ended.
+        totals: How many there were.
+    """
+
+    def __init__(self, env: Environment, roster: Roster, chance: Chance, publisher: EventPublisher) -> None:
+        self._env = env
+        self._roster = roster
+        self._chance = chance
+        self._publisher = publisher
+        self.open: dict[str, Order] = {}
+        self.closed: deque[Order] = deque(maxlen=_KEPT)
+        self.totals = Totals()
+        self._world: World | None = None
+        self._by_item: dict[str, Order] = {}
+        self._moved: dict[str, None] = {}
+        self._due: dict[str, Alarm] = {}
+        self._coming: dict[str, Timeout] = {}
+        self._held_back: dict[str, DemandSpec] = {}
+        self._placed: Counter[str] = Counter()
+        self._numbers: Counter[str] = Counter()
+
+    def has(self, item: str) -> bool:
+        """Return whether an item is that of an open order."""
+        return item in self._by_item
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the open orders and the totals in plain values of JSON."""
+        return {
+            "stamp": values_of(stamp(self._env.now)),
+            "orders": [order.as_dict() for order in self.open.values()],
+            "totals": asdict(self.totals),
+        }
+
+    def begin(self, world: World) -> None:
+        """Let the orders of a world come, from now on; those that were open must have ended."""
+        self._world = world
+        for spec in world.demand:
+            self._expect(spec)
+
+    def end(self) -> None:
+        """Forget all orders, and take their items away."""
+        for coming in self._coming.values():
+            self._env.abandon(coming)
+        for alarm in self._due.values():
+            self._env.cancel(alarm)
+        for order in self.open.values():
+            if order.item in self._roster.items:
+                self._roster.delete(order.item)
+        for known in (
+            self.open,
+            self._by_item,
+            self._moved,
+            self._due,
+            self._coming,
+            self._held_back,
+            self._placed,
+            self._numbers,
+        ):
+            known.clear()
+        if self.totals.placed:
+            self.closed.clear()
+            self.totals = Totals()
+            self._tell()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic's messages are wanted: events."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Note what happens to the item of an order; what comes of it is told at the end of this instant.
+
+        All sinks are to know of the one before the other.
+        """
+        if not isinstance(output, EventStamped):
+            return
+        event = output.event
+        item = event.item if isinstance(event, ItemEvent) else ""
+        if isinstance(event, (Deleted, Teleported)):
+            item = event.entity
+        if item in self._by_item:
+            if not self._moved:
+                Tick(self._env, self._env.now).callbacks = [lambda _event: self._look()]
+            self._moved[item] = None
+
+    def place(self, spec: DemandSpec, *, by_client: bool = False) -> Order:
+        """Let an order come now."""
+        world = self._world
+        if world is None:
+            raise AssertionError
+        number = self._placed[spec.name] = self._placed[spec.name] + 1
+        at = spec.at[self._chance.choose(len(spec.at), spec.name, "at", number)]
+        to = spec.to[self._chance.choose(len(spec.to), spec.name, "to", number)]
+        within = None if spec.within is None else self._chance.drawn(spec.within, spec.name, "within", number)
+        item = self._free_item(spec.item or spec.name)
+        demand = "" if by_client else spec.name
+        name = f"{spec.name}_{number}"
+        now = self._env.now
+        order = Order(name, demand, item, at, to, spec.priority, now, None if within is None else now + within)
+        self.open[order.name] = self._by_item[item] = order
+        self.totals.placed += 1
+        self._roster.spawn_item(item, spec.weight, world.point(at))
+        self._publisher.publish(lambda: OrderPlaced(order.name, item, at, to, spec.priority, within))
+        if within is not None:
+            self._due[order.name] = self._env.alarm(within, partial(self._be_late, order))
+        self._tell()
+        return order
+
+    def _free_item(self, kind: str) -> str:
+        """Return a name for an item that nothing has."""
+        while True:
+            self._numbers[kind] += 1
+            name = f"{kind}_{self._numbers[kind]}"
+            if self._roster.find(name) is None:
+                return name
+
+    def _expect(self, spec: DemandSpec) -> None:
+        """Schedule the next order of a demand, if there will be one and not too many are open."""
+        number = self._placed[spec.name] + 1
+        if spec.count is not None and number > spec.count:
+            return
+        if sum(order.demand == spec.name for order in self.open.values()) >= spec.most_open:
+            self._held_back[spec.name] = spec
+            return
+        first = number == 1 and spec.first is not None
+        value, use = (spec.first, "first") if first and spec.first is not None else (spec.arrives, "arrives")
+        seconds = self._chance.drawn(value, spec.name, use, number)
+        if spec.until is not None and self._env.now + seconds > spec.until:
+            return
+        coming = self._coming[spec.name] = Timeout(self._env, seconds)
+        coming.callbacks = [lambda _event: self._come(spec)]
+
+    def _come(self, spec: DemandSpec) -> None:
+        del self._coming[spec.name]
+        self.place(spec)
+        self._expect(spec)
+
+    def _be_late(self, order: Order) -> None:
+        del self._due[order.name]
+        order.late = True
+        self.totals.late += 1
+        self._publisher.publish(lambda: OrderLate(order.name, order.item, order.to))
+        self._tell()
+
+    def _look(self) -> None:
+        """Look where the items are that were handled at this instant."""
+        moved, self._moved = self._moved, {}
+        for item in moved:
+            order = self._by_item.get(item)
+            if order is not None:
+                self._look_at(order)
+
+    def _look_at(self, order: Order) -> None:
+        item, world = self._roster.items.get(order.item), self._world
+        if item is None or world is None:
+            self._close(order, OrderState.LOST, lambda: OrderLost(order.name, order.item))
+        elif item.carrier is not None:
+            carrier = item.carrier.name
+            if (order.state, order.robot) == (OrderState.CARRIED, carrier):
+                return
+            order.state, order.robot = OrderState.CARRIED, carrier
+            order.picked_up = self._env.now if order.picked_up is None else order.picked_up
+            self._publisher.publish(lambda: OrderPickedUp(order.name, order.item, carrier))
+            self._tell()
+        elif distance(item.point, world.point(order.to)) <= NEAR[world.units]:
+            lead = self._env.now - order.placed
+            late = max(0.0, self._env.now - order.due) if order.due is not None else 0.0
+            self.totals.delivered += 1
+            self._close(
+                order,
+                OrderState.DELIVERED,
+                lambda: OrderDelivered(order.name, order.item, lead, late, order.robot),
+            )
+            self._roster.delete(order.item)
+        else:
+            order.state, order.robot = OrderState.WAITING, ""
+            self._tell()
+
+    def _close(self, order: Order, state: OrderState, event: Callable[[], OrderDelivered | OrderLost]) -> None:
+        order.state, order.ended = state, self._env.now
+        if state is OrderState.LOST:
+            self.totals.lost += 1
+        del self.open[order.name], self._by_item[order.item]
+        self.closed.append(order)
+        if order.name in self._due:
+            self._env.cancel(self._due.pop(order.name))
+        self._publisher.publish(event)
+        self._tell()
+        if order.demand in self._held_back:
+            self._expect(self._held_back.pop(order.demand))
+
+    def _tell(self) -> None:
+        self._publisher.emit(OrdersChanged())
