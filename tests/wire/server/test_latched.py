@@ -77,7 +77,7 @@ def test_the_status_can_be_got_before_and_after_a_goal(fast, wait):
 @pytest.mark.parametrize(
     ("pattern", "keys"),
     [
-        ("_world/*", {"_world/info", "_world/route_graph", "_world/scene", "_world/view", "_world/clock"}),
+        ("_world/*", {f"_world/{name}" for name in ("info", "route_graph", "demand", "scene", "view", "clock")}),
         ("*/odom", {"wall_e/odom", "eve/odom", "cart/odom"}),
         ("eve/wait/_action/*", {"eve/wait/_action/status"}),
         ("*/pickup/**", {"wall_e/pickup/_action/status", "eve/pickup/_action/status"}),
