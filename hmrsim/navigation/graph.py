@@ -13,39 +13,45 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import SAME_PLACE, Point, distance
+from hmrsim.geometry import SAME_PLACE, Point, between, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.kept import Kept
-from hmrsim.navigation.lanes import START, Lanes
-from hmrsim.navigation.planner import Planner
+from hmrsim.navigation.closed_doors import ClosedDoors
+from hmrsim.navigation.ground import ground_of
+from hmrsim.navigation.lanes import START
+from hmrsim.navigation.planners import Lane
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.route_graph import route_ids
 
 if TYPE_CHECKING:
+    from array import array
+
+    from hmrsim.navigation.planner import Planner
     from hmrsim.world.model import World
     from hmrsim.world.route_graph import RouteIds
 
-_KEPT_PLANNERS = 16
-"""Planners that are cached, one for each set of lanes to avoid; the least recently used one is dropped."""
-
-Lane = tuple[str, str]
-"""A lane in one direction, by the waypoints where it begins and ends."""
+__all__ = ["Lane", "WaypointGraph"]
 
 
 class WaypointGraph:
-    """Waypoints, lanes, and what stands around them.
+    """Waypoints, lanes, and what stands around them, as they are in one run.
 
     Args:
         world: Where they are. Its names must have been checked.
+
+    Attributes:
+        lanes: What no run changes of them.
+        doors: The doors that are closed now.
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
         self.waypoints = world.points
-        self.lanes = Lanes(world)
+        self._ground = ground_of(world)
+        self._planners = self._ground.planners()
+        self.lanes = self._ground.lanes
+        self.doors = ClosedDoors()
         self._closed: frozenset[Lane] = frozenset()
         self._current: Planner | None = None
-        self._planners: Kept[frozenset[Lane], Planner] = Kept(_KEPT_PLANNERS)
 
     @cached_property
     def ids(self) -> RouteIds:
@@ -66,18 +72,23 @@ class WaypointGraph:
     def _planner(self) -> Planner:
         """The planner without the closed lanes; made when it is needed, as many lanes may close at one instant."""
         if self._current is None:
-            self._current = self._planner_without(self._closed)
+            self._current = self._planners.without(self._closed)
         return self._current
 
     def speed_limit(self, lane: Lane) -> float:
         """Return the speed limit of a lane; infinite without one."""
         return self.lanes.edges[self.lanes.numbers[lane]].speed_limit
 
-    def _planner_without(self, lanes: frozenset[Lane]) -> Planner:
-        numbers = self.lanes.numbers
-        return self._planners.get(
-            lanes, lambda: Planner(self.lanes, {numbers[lane] for lane in lanes if lane in numbers})
-        )
+    def avoid(self, ways: Sequence[int], factor: float) -> None:
+        """Have routes count these ways so many times as long as they take."""
+        self._planners, self._current = self._ground.planners(ways, factor), None
+
+    def seconds(self, speed: float) -> array[float]:
+        """Return how long each way counts for a robot of this greatest speed, by its number: as long as it takes.
+
+        Ways that are avoided count for longer.
+        """
+        return self._planners.durations.at(speed)
 
     def plan(self, start: Point, goal: Point, speed: float, avoid: Collection[Lane] = ()) -> Route:
         """Return the quickest route for a robot of this greatest *speed*, without the lanes that it is to *avoid*.
@@ -89,7 +100,7 @@ class WaypointGraph:
         Raises:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
         """
-        planner = self._planner_without(self._closed.union(avoid)) if avoid else self._planner
+        planner = self._planners.without(self._closed.union(avoid)) if avoid else self._planner
         return planner.plan(start, goal, speed)
 
     def detour(
@@ -104,7 +115,7 @@ class WaypointGraph:
         """
         if start not in self.lanes.at:
             return self.plan(start, goal, speed, [*closed, *avoid])
-        planner = self._planner_without(self._closed.union(closed)) if closed else self._planner
+        planner = self._planners.without(self._closed.union(closed)) if closed else self._planner
         route = planner.detour(start, goal, speed, {*avoid})
         if route is None:
             raise NoRoute(ComputePathToPose.Result.NO_VALID_PATH, "no other route")
@@ -142,6 +153,27 @@ class WaypointGraph:
             NoRoute: It is outside the map (203) or inside an obstacle (205).
         """
         self.lanes.check(point, START)
+        if self.doors.obstacles.occupy(point):
+            raise NoRoute(START.occupied, f"{START.noun} ({point[0]:g}, {point[1]:g}) is in a closed door")
+
+    def clear_now(self, a: Point, b: Point) -> bool:
+        """Return whether nothing stands on the straight line from *a* to *b* now: no wall, and no closed door."""
+        return not (self.lanes.blocked(a, b) or self.doors.obstacles.block(a, b))
+
+    def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
+        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".
+
+        On a lane only closed doors do, and nothing on the ground stops a robot that *flies*.
+        """
+        on_map = self.lanes.share_on_map(a, b)
+        free = 1.0 if flies else self.doors.obstacles.free(a, b)
+        lane = self.lanes.edge_between(a, b)
+        if not flies and (lane is None or lane.ride):
+            free = min(free, self.lanes.free(a, b))
+        if min(on_map, free) >= 1.0:
+            return b, ""
+        x, y = end = between(a, b, min(on_map, free))
+        return end, f"{'an obstacle' if free < on_map else 'the edge of the map'} at ({x:g}, {y:g})"
 
     def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
         """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
@@ -153,7 +185,7 @@ class WaypointGraph:
             if distance(a, b) <= SAME_PLACE:
                 continue
             if flies:
-                blocked = self.lanes.reach(a, b, flies=True)[1]
+                blocked = self.reach(a, b, flies=True)[1]
                 if blocked:
                     return self.lanes.route(legs), blocked
                 legs.append(Leg(a, b, distance(a, b)))
@@ -164,7 +196,7 @@ class WaypointGraph:
             except NoRoute as wrong:
                 if edge is None:
                     return self.lanes.route(legs), str(wrong)
-            if edge is None and not self.lanes.clear_now(a, b):
+            if edge is None and not self.clear_now(a, b):
                 between = f"({a[0]:g}, {a[1]:g}) and ({b[0]:g}, {b[1]:g})"
                 return self.lanes.route(legs), f"an obstacle stands between {between}"
             legs.append(self.lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from struct import pack
 from typing import Generic, TypeVar
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
+
+
+def exact(*numbers: float) -> bytes:
+    """Return numbers as a key that tells -0.0 from 0.0: they are equal, but what is kept for one shows the other's."""
+    return pack(f"{len(numbers)}d", *numbers)
 
 
 class Kept(Generic[K, V]):
@@ -28,9 +34,14 @@ class Kept(Generic[K, V]):
     def get(self, key: K, make: Callable[[], V]) -> V:
         """Return the value of a key, made now unless it is kept."""
         values = self._values
-        if key in values:
+        try:
+            value = values[key]
+            # Another thread may have dropped it by now.
             values.move_to_end(key)
-            return values[key]
+        except KeyError:
+            pass
+        else:
+            return value
         value = values[key] = make()
         if len(values) > self._most:
             values.popitem(last=False)

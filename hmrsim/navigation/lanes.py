@@ -1,4 +1,4 @@
-"""The lanes of a world with the obstacles around them: the data that planning works on."""
+"""The lanes of a map with the obstacles around them: the data that planning works on, and that no run changes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, between, distance, foot
+from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Adjacency, Numbers
 from hmrsim.navigation.kept import Kept
@@ -18,15 +18,10 @@ from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
-    from array import array
-
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
-
-_KEPT_SPEEDS = 16
-"""Speeds for which it is kept how long each lane takes."""
 
 _HAIR = 2 * SAME_PLACE
 """Distance from a lane that is looked at more closely."""
@@ -125,8 +120,6 @@ class Lanes:
         self._walls = Obstacles(walls, solids)
         # A door off the lanes is a wall for a later position: whether it will be open then is not known.
         self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
-        self._closed: dict[tuple[Point, Point], None] = {}
-        self._doors: Obstacles | None = None
         self.ways = ways = Adjacency(world)
         self.names, self.points, self.numbers = ways.names, ways.points, Numbers(ways)
         self.legs = Legs(ways)
@@ -144,9 +137,6 @@ class Lanes:
         self.apart = len(self.at) == len(touched)
         self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
-        self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
-        self._avoided: Sequence[int] = ()
-        self._factor = 1.0
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
@@ -154,23 +144,6 @@ class Lanes:
         ways = self.ways
         ends = (sorted((ways.starts[number], ways.ends[number])) for number in ways.tracks[1])
         return [(self.names[a], self.names[b]) for a, b in ends]
-
-    def seconds(self, speed: float) -> array[float]:
-        """Return how long each way counts for a robot of this greatest speed, by its number: as long as it takes.
-
-        Ways that are avoided count for longer.
-        """
-        return self._kept_seconds.get(speed, lambda: self._counted(speed))
-
-    def _counted(self, speed: float) -> array[float]:
-        seconds = self.ways.seconds(speed)
-        for number in self._avoided:
-            seconds[number] *= self._factor
-        return seconds
-
-    def avoid(self, ways: Sequence[int], factor: float) -> None:
-        """Have routes count these ways so many times as long as they take; no route may have been planned yet."""
-        self._avoided, self._factor = ways, factor
 
     def segment(self, number: int) -> tuple[Point, Point]:
         """Return where a way begins, and where it ends."""
@@ -204,48 +177,20 @@ class Lanes:
                 )
         if self._walls.occupy(point):
             raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is inside an obstacle")
-        if end is START and self._closed_doors.occupy(point):
-            raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is in a closed door")
 
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing ever stands on the straight line from *a* to *b*: no wall, and no door."""
         return not self._obstacles.block(a, b)
 
-    def clear_now(self, a: Point, b: Point) -> bool:
-        """Return whether nothing stands there now: no wall, and no closed door."""
-        return not (self._walls.block(a, b) or self._closed_doors.block(a, b))
+    def free(self, a: Point, b: Point) -> float:
+        """Return the share of the straight line from *a* to *b* that is free of walls."""
+        return self._walls.free(a, b)
 
-    def set_door(self, at: tuple[Point, Point], *, is_open: bool) -> None:
-        """Take note that a door is open now, or closed; it is known by where its jambs are."""
-        if is_open:
-            self._closed.pop(at, None)
-        else:
-            self._closed[at] = None
-        self._doors = None
+    def blocked(self, a: Point, b: Point) -> bool:
+        """Return whether a wall stands on the straight line from *a* to *b*."""
+        return self._walls.block(a, b)
 
-    @property
-    def _closed_doors(self) -> Obstacles:
-        """The doors that are closed now; made when they are asked for, as many may close at one instant."""
-        if self._doors is None:
-            self._doors = Obstacles(self._closed, ())
-        return self._doors
-
-    def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
-        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".
-
-        On a lane only closed doors do, and nothing on the ground stops a robot that *flies*.
-        """
-        on_map = self._share_on_map(a, b)
-        free = 1.0 if flies else self._closed_doors.free(a, b)
-        lane = self.edge_between(a, b)
-        if not flies and (lane is None or lane.ride):
-            free = min(free, self._walls.free(a, b))
-        if min(on_map, free) >= 1.0:
-            return b, ""
-        x, y = end = between(a, b, min(on_map, free))
-        return end, f"{'an obstacle' if free < on_map else 'the edge of the map'} at ({x:g}, {y:g})"
-
-    def _share_on_map(self, a: Point, b: Point) -> float:
+    def share_on_map(self, a: Point, b: Point) -> float:
         """Return the share of the line from *a*, which is on the map, to *b* that is on it, too."""
         x0, y0, x1, y1 = self._bounds or (-MAX_COORDINATE, -MAX_COORDINATE, MAX_COORDINATE, MAX_COORDINATE)
         shares = [1.0]

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.kept import Kept, exact
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
+    from hmrsim.navigation.durations import Durations
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.search import Tree
 
@@ -41,14 +42,16 @@ class Planner:
     """Plans routes.
 
     Args:
+        durations: How long each lane counts for.
         closed: The numbers of the edges that no robot may enter; a robot on one may leave it.
     """
 
-    def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:
+    def __init__(self, lanes: Lanes, durations: Durations, closed: Collection[int] = ()) -> None:
         self._lanes = lanes
+        self._durations = durations
         self._closed = closed
-        self._trees = Trees(lanes, closed)
-        self._entrances: Kept[tuple[Point, Point, float], list[Leg] | None] = Kept(_KEPT_ROUTES)
+        self._trees = Trees(lanes, durations, closed)
+        self._entrances: Kept[bytes, list[Leg] | None] = Kept(_KEPT_ROUTES)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
@@ -91,7 +94,7 @@ class Planner:
                 # Whole lanes, each of which leads somewhere.
                 return Route(tuple(legs), goal)
         else:
-            legs = self._entrances.get((start, goal, speed), lambda: self._enter(start, goal, speed))
+            legs = self._entrances.get(exact(*start, *goal, speed), lambda: self._enter(start, goal, speed))
         if legs is None:
             raise NoRoute(
                 ComputePathToPose.Result.NO_VALID_PATH,
@@ -106,7 +109,7 @@ class Planner:
         """
         speed = speed if self._lanes.limited else 1.0
         avoided = {self._lanes.numbers[lane] for lane in avoid} | {*self._closed}
-        tree, at, takes = self._trees.to(goal, speed), self._lanes.at[start], self._lanes.seconds(speed)
+        tree, at, takes = self._trees.to(goal, speed), self._lanes.at[start], self._durations.at(speed)
         came: dict[int, int] = {}
         heap = [(tree.cost[at], 0.0, at, -1)]
         while heap:

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import Point, distance
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.kept import Kept, exact
 
 if TYPE_CHECKING:
+    from hmrsim.navigation.durations import Durations
     from hmrsim.navigation.lanes import Lanes
 
 _TIE = 1e-9
@@ -54,19 +55,22 @@ class Trees:
     """The trees of the destinations that were asked for last.
 
     Args:
+        durations: How long each lane counts for.
         closed: The numbers of the edges that are not to be taken.
     """
 
-    def __init__(self, lanes: Lanes, closed: Collection[int] = ()) -> None:
+    def __init__(self, lanes: Lanes, durations: Durations, closed: Collection[int] = ()) -> None:
         self._lanes = lanes
+        self._durations = durations
         self._closed = closed
         self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
         most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
-        self._trees: Kept[tuple[Point, float], Tree] = Kept(most)
+        self._trees: Kept[bytes, Tree] = Kept(most)
 
     def __contains__(self, key: tuple[Point, float]) -> bool:
         """Return whether the tree of a destination and a speed is there."""
-        return key in self._trees
+        goal, speed = key
+        return exact(*goal, speed) in self._trees
 
     def to(self, goal: Point, speed: float) -> Tree:
         """Return the tree of a destination, made now or kept from before.
@@ -74,7 +78,7 @@ class Trees:
         Raises:
             NoRoute: The goal is outside the map (204), or inside an obstacle (206).
         """
-        return self._trees.get((goal, speed), lambda: self._search(goal, speed))
+        return self._trees.get(exact(*goal, speed), lambda: self._search(goal, speed))
 
     def _search(self, goal: Point, speed: float) -> Tree:
         """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
@@ -113,13 +117,9 @@ class Trees:
 
     def _seconds(self, speed: float) -> array[float]:
         """Return how long each lane takes at this greatest speed, by its number; infinitely long where it is closed."""
-        return self._kept_seconds.get(speed, lambda: self._open(speed)) if self._closed else self._lanes.seconds(speed)
-
-    def _open(self, speed: float) -> array[float]:
-        takes = self._lanes.seconds(speed)[:]
-        for number in self._closed:
-            takes[number] = math.inf
-        return takes
+        if not self._closed:
+            return self._durations.at(speed)
+        return self._kept_seconds.get(speed, lambda: self._durations.without(self._closed, speed))
 
     def _leaving(self, number: int, leave: Point, goal: Point, speed: float) -> _Entry:
         """Return what to do at the start of a lane that is left at a point for the destination."""

@@ -90,7 +90,7 @@ class MobileBase(DrivingVehicle):
 
     def reach(self, point: Point) -> tuple[Point, str]:
         """Return how far it gets straight towards *point*, and what stops it before; or ""."""
-        return self._graph.lanes.reach(self.pose().point, point, flies=self.flies)
+        return self._graph.reach(self.pose().point, point, flies=self.flies)
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.

@@ -101,7 +101,7 @@ class Detections:
         }
         if not looking:
             return ()
-        hidden = not self._roster.admission.graph.lanes.clear_now(here.point, there)
+        hidden = not self._roster.admission.graph.clear_now(here.point, there)
         return tuple(name for name, sensor in looking.items() if sensor.through_walls or not hidden)
 
     def message(self, robot: Robot, seen: list[Seen]) -> Sampled:

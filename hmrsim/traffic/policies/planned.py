@@ -86,7 +86,7 @@ class Planned(Priority):
         super().__init__(admission, settings)
         self._lanes = lanes = admission.graph.lanes
         if settings.one_way:
-            lanes.avoid(against(lanes.ways), 1.0 + settings.one_way)
+            admission.graph.avoid(against(lanes.ways), 1.0 + settings.one_way)
         self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
         self._turned_off: dict[Vehicle, None] = {}
         # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.
@@ -161,7 +161,7 @@ class Planned(Priority):
         if costs is None or leg.lane is None or robot in self._turned_off or len(held) != 1 or held[0] >= len(costs):
             return False
         node, speed = held[0], self._speed(robot)
-        here, takes = costs[node], self._lanes.seconds(speed)
+        here, takes = costs[node], self.admission.graph.seconds(speed)
         most, found = here + leg.seconds(speed), []
         for edge in self._lanes.out[node]:
             total = takes[edge.number] + costs[edge.end]
@@ -296,7 +296,7 @@ class Planned(Priority):
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
         costs = self._costs(robot)
         speed = self._speed(robot)
-        takes = self._lanes.seconds(speed)
+        takes = self.admission.graph.seconds(speed)
         found = []
         place = slots.held(robot)[-1]
         wait = None if robot.may_yield else self.admission.waits.get(robot)

@@ -409,7 +409,7 @@ class TestOffTheLanes:
         """The graph tells, of now."""
         run = simulate(world(open=state == "open"))
 
-        assert clear is run.simulator.graph.lanes.clear_now((0.0, 0.5), (10.0, 0.5))
+        assert clear is run.simulator.graph.clear_now((0.0, 0.5), (10.0, 0.5))
 
     def test_no_robot_is_put_into_a_closed_door(self):
         """The service refuses it."""

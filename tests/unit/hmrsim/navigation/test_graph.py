@@ -240,15 +240,13 @@ def test_a_lane_is_left_where_nothing_is_in_the_way(walls, goal):
         "walls": [list(w) for w in walls if w[0] != w[1]],
     }
     ways = graph(**world)
-    seen = any(
-        all(ways.lanes.clear_now((x / 10 + near, 1.0), goal) for near in (-0.005, 0.0, 0.005)) for x in range(1, 100)
-    )
+    seen = any(all(ways.clear_now((x / 10 + near, 1.0), goal) for near in (-0.005, 0.0, 0.005)) for x in range(1, 100))
     try:
         last = ways.plan((0, 1), goal, 1.0).legs[-1]
     except NoRoute:
         last = None
 
-    assert (not seen) if last is None else ways.lanes.clear_now(last.start, goal)
+    assert (not seen) if last is None else ways.clear_now(last.start, goal)
 
 
 def test_plans_are_kept_for_each_destination():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import weakref
 
+from hmrsim.navigation.durations import Durations
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.planner import Planner
@@ -26,7 +27,7 @@ def test_a_value_is_made_once():
 def test_a_planner_is_gone_with_its_last_use():
     """It is in no cycle, for which the garbage collector would have to come."""
     graph = WaypointGraph(World.model_validate(SMALL_WORLD))
-    planner = Planner(graph.lanes)
+    planner = Planner(graph.lanes, Durations(graph.lanes.ways))
     first, last, *_ = graph.waypoints.values()
     planner.plan(first, last, 1.0)
     planner.plan((first[0] + 0.1, first[1]), last, 1.0)

@@ -1,0 +1,81 @@
+"""What follows from a world's map alone: its lanes, and the routes that were planned on them.
+
+Worlds with the same map share it within a process, so that the next run finds what the one before has found. Nothing in
+it depends on a run: what a run changes, such as which doors are closed, stands in `hmrsim.navigation.graph`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.lanes import Lanes
+from hmrsim.navigation.planners import Planners
+from hmrsim.world.model import Door, World
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_KEPT_MAPS = 4
+"""Maps whose ground is kept; the least recently used one is dropped."""
+
+_MOST_WAYPOINTS = 20_000
+"""Waypoints of the largest map whose ground is kept, which is some 10 MB and as much again for routes."""
+
+_KEPT_STREETS = 4
+"""Sets of ways to avoid for which planners are kept: policies take them from the map and their settings."""
+
+
+class Ground:
+    """The lanes of a map, and planners on them.
+
+    Args:
+        world: A world with the map; nothing else of it is looked at.
+
+    Attributes:
+        lanes: The lanes.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.lanes = Lanes(world)
+        self._planners: Kept[tuple[tuple[int, ...], float], Planners] = Kept(_KEPT_STREETS)
+
+    def planners(self, avoided: Sequence[int] = (), factor: float = 1.0) -> Planners:
+        """Return the planners for which some ways count for so many times as long as they take."""
+        key = (*avoided,), factor
+        return self._planners.get(key, lambda: Planners(self.lanes, *key))
+
+
+@dataclass(frozen=True)
+class _Map:
+    """The map of a world, by its text: numbers that are equal but spelled differently, as 0 and -0, are told apart.
+
+    Attributes:
+        world: A world with the map and nothing else, so that nothing else can get into what is kept.
+    """
+
+    text: str
+    world: World = field(compare=False)
+
+
+def ground_of(world: World) -> Ground:
+    """Return the ground of a world, that of a world with the same map if it is kept."""
+    doors = {name: Door.model_construct(at=door.at) for name, door in world.doors.items()}
+    bare = World.model_construct(
+        bounds=world.bounds,
+        waypoints=world.waypoints,
+        lanes=world.lanes,
+        walls=world.walls,
+        doors=doors,
+        lifts=world.lifts,
+    )
+    if len(bare.waypoints) > _MOST_WAYPOINTS:
+        return Ground(bare)
+    return _ground(_Map(bare.model_dump_json(exclude_unset=True), bare))
+
+
+@lru_cache(_KEPT_MAPS)
+def _ground(at: _Map) -> Ground:
+    return Ground(at.world)
