@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 _KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
+
+_KEPT_FEET = 500_000
+"""Nearest points of lanes that are kept, of all points together."""
+
+_KEPT_LINES = 16_384
+"""Straight lines, and lanes seen from points, for which it is kept what is in the way."""
 
 _HAIR = 2 * SAME_PLACE
 """Distance from a lane that is looked at more closely."""
@@ -137,6 +143,10 @@ class Lanes:
         self.apart = len(self.at) == len(touched)
         self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
+        points = min(_KEPT_POINTS, _KEPT_FEET // max(1, len(self.driven)))
+        self._kept_feet: Kept[Point, tuple[bool, Sequence[tuple[int, Point]]]] = Kept(points)
+        self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
+        self._kept_seen: Kept[tuple[Point, int], Sequence[Point]] = Kept(_KEPT_LINES)
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
@@ -180,7 +190,7 @@ class Lanes:
 
     def clear(self, a: Point, b: Point) -> bool:
         """Return whether nothing ever stands on the straight line from *a* to *b*: no wall, and no door."""
-        return not self._obstacles.block(a, b)
+        return self._kept_clear.get((a, b), lambda: not self._obstacles.block(a, b))
 
     def free(self, a: Point, b: Point) -> float:
         """Return the share of the straight line from *a* to *b* that is free of walls."""
@@ -300,24 +310,27 @@ class Lanes:
         here = self._on(point)
         return bool(here), [(self.edges[number], at) for number, at in here]
 
-    def approaches(self, point: Point) -> tuple[bool, Iterable[tuple[int, Point]]]:
+    def approaches(self, point: Point) -> tuple[bool, Sequence[tuple[int, Point]]]:
         """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
 
         Lanes are told by their numbers.
         """
+        return self._kept_feet.get(point, lambda: self._approaches(point))
+
+    def _approaches(self, point: Point) -> tuple[bool, Sequence[tuple[int, Point]]]:
         here = self._on(point)
-        return bool(here), here or ((number, self.foot(point, number)) for number in self.driven)
+        return bool(here), here or [(number, self.foot(point, number)) for number in self.driven]
 
     def _on(self, point: Point) -> list[tuple[int, Point]]:
         """Return the lanes on which a point is, by their numbers, with their points that are nearest to it."""
         feet = ((number, self.foot(point, number)) for number in self._around(point))
         return [(number, at) for number, at in feet if distance(point, at) <= SAME_PLACE]
 
-    def seen(self, eye: Point, number: int, hidden: Point) -> list[Point]:
+    def seen(self, eye: Point, number: int, hidden: Point) -> Sequence[Point]:
         """Return the points of a lane that are next best to its foot, if that is what is hidden."""
         if hidden != self.foot(eye, number):
             return []
-        return self._obstacles.edges_of_shadow(eye, *self.segment(number))
+        return self._kept_seen.get((eye, number), lambda: self._obstacles.edges_of_shadow(eye, *self.segment(number)))
 
 
 def _edge(ways: Adjacency, legs: Legs, number: int) -> Edge:
