@@ -189,6 +189,21 @@ Command = (
 )
 
 
+UNRECORDED = (GetResult, StopWaiting, ForgetResult, Read, InterestChanged)
+"""Commands that change nothing of the world, so that traces do without."""
+
+
+def without_receivers(command: Command) -> Command:
+    """Return a command that is recorded without the objects that its answers go to: some end when nobody has them."""
+    match command:
+        case SendGoal():
+            return command._replace(reply_to=None, result_to=None)
+        case CancelGoal() | ChangeState() | CallService():
+            return command._replace(reply_to=None)
+        case _:
+            return command
+
+
 class Unreadable(NamedTuple):
     """A command of an advance that can't be read, or that its sender may not give.
 

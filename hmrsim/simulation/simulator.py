@@ -28,6 +28,7 @@ from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import (
+    UNRECORDED,
     CallService,
     CancelGoal,
     ChangeState,
@@ -78,10 +79,6 @@ _ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
 
 _BEGINNING = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
 """Commands of which something may come that is due at once."""
-
-
-_UNRECORDED = (GetResult, StopWaiting, ForgetResult, Read, InterestChanged)
-"""Commands that change nothing of the world, so that traces do without."""
 
 
 class Service(Protocol):
@@ -260,7 +257,7 @@ class Simulator:
         command that a sink submits is applied at once, in the middle of an instant.
         *by* is the participant that sent it, if it takes part in lockstep.
         """
-        if not (self._busy or isinstance(command, _UNRECORDED)):
+        if not (self._busy or isinstance(command, UNRECORDED)):
             self.finish_instant()
         if isinstance(command, CallService):
             service = self._service(command.service)
@@ -301,7 +298,7 @@ class Simulator:
     def _replayed(self, command: Command) -> bool:
         if isinstance(command, CallService):
             return self._service(command.service).changes_world
-        return not isinstance(command, _UNRECORDED)
+        return not isinstance(command, UNRECORDED)
 
     def _command_failed(self, command: Command, bug: BaseException, *, replayed: bool) -> None:
         part = f"service {command.service}" if isinstance(command, CallService) else type(command).__name__

@@ -72,7 +72,7 @@ class Record:
     def __init__(self, where: Callable[[str], str]) -> None:
         self._where = where
         self.goals: dict[tuple[str, str, str], Goal] = {}
-        self._events: list[tuple[int, Event]] = []
+        self._kept: list[GoalChanged | EventStamped] = []
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages are wanted: events, and no samples."""
@@ -82,9 +82,9 @@ class Record:
         """Keep a goal, or an event."""
         if isinstance(output, GoalChanged):
             self._note_goal(output)
-            self._events.append((output.stamp, output.event()))
+            self._kept.append(output)
         elif isinstance(output, EventStamped):
-            self._events.append((output.stamp, output.event))
+            self._kept.append(output)
 
     def _note_goal(self, output: GoalChanged) -> None:
         key, now = (output.robot, output.action, output.goal_id), output.stamp / NANOSECONDS
@@ -99,7 +99,7 @@ class Record:
     def happenings(self, wanted: Callable[[Event], bool]) -> list[Happening]:
         """Return the events that are wanted, in order."""
         return [
-            Happening(stamp / NANOSECONDS, event.kind, event.as_dict(), event.describe())
-            for stamp, event in self._events
-            if wanted(event)
+            Happening(kept.stamp / NANOSECONDS, event.kind, event.as_dict(), event.describe())
+            for kept in self._kept
+            if wanted(event := kept.event() if isinstance(kept, GoalChanged) else kept.event)
         ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
+from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,7 +16,7 @@ from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing.record import Goal, Happening, Record
-from hmrsim.trace.writer import Header, Trace
+from hmrsim.trace.late import LateTrace
 from hmrsim.world.model import World
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world_checks import load_world
@@ -94,12 +95,11 @@ class Run:
     def __init__(self, world: World, plan: Plan | None, robots: Sequence[str] | None, settings: RunSettings) -> None:
         self._plan = plan
         self._robots = robots
-        self._pieces: list[str] = []
         self._record = Record(self.where)
+        self._trace = LateTrace(world, settings)
+        self._named: tuple[World | None, Sequence[str], Sequence[Point]] = (None, (), ())
         self._stack = ExitStack()
-        trace = Trace(Header.of(world, settings), self._pieces.append)
-        self._host = self._stack.enter_context(LoopbackHost(world, settings, sinks=[trace, self._record]))
-        self._trace = trace
+        self._host = self._stack.enter_context(LoopbackHost(world, settings, sinks=[self._trace, self._record]))
         self.simulator: Simulator = self._host.simulator
         self.client = self.open_client(_FLEET)
         self.outcome: Outcome | None = None
@@ -151,8 +151,7 @@ class Run:
     @property
     def trace(self) -> str:
         """The trace so far: the same bytes as ``--trace`` writes for such a run over Zenoh."""
-        self._trace.flush()
-        return "".join(self._pieces)
+        return self._trace.text
 
     def goals(
         self, robot: str | None = None, action: str | None = None, status: GoalStatus | str | None = None
@@ -208,12 +207,20 @@ class Run:
         """
         if name == WORLD:
             return ""
-        at, world = self.position(name), self.simulator.world
-        named = {**world.points, **{dock: world.dock_point(dock) for dock in world.docks}}
-        named = {**{place: each.at for place, each in world.places.items()}, **named}
-        if not named:
+        at, (names, points) = self.position(name), self._places()
+        if not names:
             raise ValueError("the world has no places, docks or waypoints")
-        return min(named, key=lambda each: math.dist(named[each], at))
+        away = [*map(math.dist, points, repeat(at))]
+        return names[away.index(min(away))]
+
+    def _places(self) -> tuple[Sequence[str], Sequence[Point]]:
+        """Return what has a name, in the order in which it counts, and where it is."""
+        before, world = self._named[0], self.simulator.world
+        if before is not world:
+            docks = {dock: world.dock_point(dock) for dock in world.docks}
+            named = {**{place: each.at for place, each in world.places.items()}, **world.points, **docks}
+            self._named = world, [*named], [*named.values()]
+        return self._named[1:]
 
     def carrier(self, item: str) -> str | None:
         """Return the robot that carries an item; None if it lies somewhere."""

@@ -1,0 +1,66 @@
+"""A trace that is written when it is asked for: most runs of a test are never looked at that closely."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hmrsim.protocol.commands import UNRECORDED, without_receivers
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+from hmrsim.trace.writer import Header, Trace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.world.model import World
+
+
+class LateTrace:
+    """A sink that keeps what a trace says, as all of that is immutable, and has a `Trace` write it upon request.
+
+    Args:
+        world: What is run.
+        settings: How.
+    """
+
+    def __init__(self, world: World, settings: RunSettings) -> None:
+        self._world, self._settings = world, settings
+        self._kept: list[Callable[[Trace], None]] = []
+        self._pieces: list[str] = []
+        self._trace: Trace | None = None
+
+    @property
+    def text(self) -> str:
+        """The trace so far."""
+        trace = self._trace = self._trace or Trace(Header.of(self._world, self._settings), self._pieces.append)
+        kept, self._kept = self._kept, []
+        for write in kept:
+            write(trace)
+        trace.flush()
+        return "".join(self._pieces)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it takes a topic: what happens, but no samples."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Keep an event."""
+        if isinstance(output, (GoalChanged, EventStamped)):
+            self._kept.append(partial(_emit, output=output))
+
+    def commanded(self, command: Command, by: str, now: float) -> None:
+        """Keep a command."""
+        if not isinstance(command, UNRECORDED):
+            self._kept.append(partial(_commanded, command=without_receivers(command), by=by, now=now))
+
+
+def _emit(trace: Trace, output: Output) -> None:
+    trace.emit(output)
+
+
+def _commanded(trace: Trace, command: Command, by: str, now: float) -> None:
+    trace.commanded(command, by, now)
