@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.events import batteries
@@ -42,6 +42,9 @@ class Level(IntEnum):
     LOW = 1
     CRITICAL = 2
     EMPTY = 3
+
+
+_LOWEST_FIRST: Final = (Level.EMPTY, Level.CRITICAL, Level.LOW)
 
 
 class PoweredRobot(Protocol):
@@ -104,6 +107,8 @@ class Energy:
         self._alarm_at = self._due = math.inf
         self._target = 0.0
         self._observers: list[Callable[[], None]] = []
+        settings = battery.settings
+        self._shares = (math.inf, settings.low, settings.critical, settings.stops_below)
         battery.rebase(env.now)
         self.level = self._level()
         self.switch()
@@ -194,13 +199,11 @@ class Energy:
         """Return the level of the present charge, which may differ from the last published one."""
         battery, now = self.battery, self._env.now
         charge = battery.charge(now)
-        return next((level for level in reversed(Level) if charge <= self._upper_end(level)), Level.GOOD)
+        return next((level for level in _LOWEST_FIRST if charge <= self._upper_end(level)), Level.GOOD)
 
-    def _upper_end(self, level: Level) -> float:
+    def _upper_end(self, level: int) -> float:
         """Return the units of energy at which a level begins."""
-        settings = self.battery.settings
-        shares = {Level.LOW: settings.low, Level.CRITICAL: settings.critical, Level.EMPTY: settings.stops_below}
-        return self.battery.usable * shares.get(level, math.inf)
+        return self.battery.usable * self._shares[level]
 
     @property
     def _revived_at(self) -> float:
@@ -216,7 +219,7 @@ class Energy:
             self._due = math.inf
             return
         else:
-            self._target = self._upper_end(Level(self.level + 1))
+            self._target = self._upper_end(self.level + 1)
             if battery.charge(now) <= self._target:
                 # What changes now comes first.
                 self._env.call_soon(self._publish_levels)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Literal, TypeVar
 
 import zenoh
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import to_json
 
 from hmrsim_zenoh.client.link import Call, Link, Port
@@ -65,9 +65,9 @@ class Grant(BaseModel):
     epoch: int
     now: float
     reason: str
-    accepted: list[dict[str, Any] | None] = []
-    events: list[Happening] = []
-    met: list[str] = []
+    accepted: list[dict[str, Any] | None] = Field(default_factory=list)
+    events: list[Happening] = Field(default_factory=list)
+    met: list[str] = Field(default_factory=list)
     over: str = ""
 
 
