@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
-from hmrsim_zenoh.wire.envelopes import plain, read
+from hmrsim_zenoh.wire.envelopes import plain, read_often
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import Pose
@@ -39,6 +39,6 @@ class NamedPlaces:
         if self._known is None:
             key = self._client.keys.world("get_named_poses")
             answer = self._client.get(key, payload=json.dumps({}).encode())
-            response: GetNamedPoses.Response = read(plain(GetNamedPoses.Response), answer)
+            response: GetNamedPoses.Response = read_often(plain(GetNamedPoses.Response), answer)
             self._known = {named.name: named.pose for named in response.poses}
         return self._known

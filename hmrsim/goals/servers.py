@@ -9,6 +9,7 @@ import itertools
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -108,7 +109,7 @@ class ServedGoal:
             return
         try:
             text = kept.model_dump_json(warnings=False).encode()
-            type(kept).model_validate_json(text)
+            _check_readable(type(kept), text)
         except BUGS:
             # The type is a plug-in's, and need not be as strict with what it is made of.
             return
@@ -129,6 +130,12 @@ class ServedGoal:
         if self.listed is None or self.listed.status is not self.status:
             self.listed = GoalEntry(self.goal_id, self.stamp, self.status)
         return self.listed
+
+
+@lru_cache(256)
+def _check_readable(kind: type[Message], text: bytes) -> None:
+    """Check that a text can be read as a message of a type; most results of an action have the same text."""
+    kind.model_validate_json(text)
 
 
 @dataclass(eq=False, slots=True)

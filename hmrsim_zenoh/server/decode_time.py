@@ -22,7 +22,16 @@ from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, dump, plain, read, unreadable, unreadable_at
+from hmrsim_zenoh.wire.envelopes import (
+    Envelope,
+    UnreadableError,
+    dump,
+    plain,
+    read,
+    read_often,
+    unreadable,
+    unreadable_at,
+)
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
@@ -222,7 +231,7 @@ class TimeRequests:
         kind: type[Message] = action.goal
         payload = to_json(goal, inf_nan_mode="constants")
         try:
-            message = read(plain(kind), payload, max_payload=self._max_payload)
+            message = read_often(plain(kind), payload, max_payload=self._max_payload)
             check_texts(message, len(payload))
         except UnreadableError as error:
             raise error.below("goal") from None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -167,6 +167,22 @@ def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAY
         return reader.validate_json(payload)
     except ValidationError as error:
         raise unreadable(error) from None
+
+
+def read_often(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
+    """Return likewise what is sent again and again, such as a goal; all that read it share one immutable model."""
+    if len(payload) > min(_MAX_KEPT, max_payload):
+        return read(reader, payload, max_payload=max_payload)
+    return _kept(reader, payload)
+
+
+_MAX_KEPT = 16_384
+"""Bytes of the largest payload whose model is kept."""
+
+
+@lru_cache(256)
+def _kept(reader: TypeAdapter[Any], payload: bytes) -> Any:
+    return read(reader, payload)
 
 
 def unreadable(error: ValidationError) -> UnreadableError:
