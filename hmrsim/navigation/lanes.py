@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Adjacency, Numbers
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.kept import Kept, exact
 from hmrsim.navigation.made import Made
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
@@ -20,11 +20,16 @@ from hmrsim.world.segments import SegmentGrid
 if TYPE_CHECKING:
     from hmrsim.world.model import World
 
+T = TypeVar("T")
+
 _KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
 
 _KEPT_FEET = 500_000
 """Nearest points of lanes that are kept, of all points together."""
+
+_KEPT_DERIVED = 8
+"""Values that others derive from the lanes."""
 
 _KEPT_LINES = 16_384
 """Straight lines, and lanes seen from points, for which it is kept what is in the way."""
@@ -147,6 +152,8 @@ class Lanes:
         self._kept_feet: Kept[Point, tuple[bool, Sequence[tuple[int, Point]]]] = Kept(points)
         self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
         self._kept_seen: Kept[tuple[Point, int], Sequence[Point]] = Kept(_KEPT_LINES)
+        self._kept_entrances: Kept[bytes, Point] = Kept(_KEPT_POINTS)
+        self._derived: Kept[Hashable, Any] = Kept(_KEPT_DERIVED)
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
@@ -154,6 +161,11 @@ class Lanes:
         ways = self.ways
         ends = (sorted((ways.starts[number], ways.ends[number])) for number in ways.tracks[1])
         return [(self.names[a], self.names[b]) for a, b in ends]
+
+    def derived(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what follows from the lanes and a *key* alone, made now or kept; nobody may change it."""
+        value: T = self._derived.get(key, make)
+        return value
 
     def segment(self, number: int) -> tuple[Point, Point]:
         """Return where a way begins, and where it ends."""
@@ -320,6 +332,20 @@ class Lanes:
     def _approaches(self, point: Point) -> tuple[bool, Sequence[tuple[int, Point]]]:
         here = self._on(point)
         return bool(here), here or [(number, self.foot(point, number)) for number in self.driven]
+
+    def nearest_seen(self, point: Point) -> Point:
+        """Return the nearest point of a lane with a free line of sight to a point; the point itself if there is none.
+
+        That is the point itself where it is on a lane, too.
+        """
+        return self._kept_entrances.get(exact(*point), lambda: self._nearest_seen(point))
+
+    def _nearest_seen(self, point: Point) -> Point:
+        on_lane, feet = self.approaches(point)
+        if on_lane:
+            return point
+        nearest = sorted((distance(at, point), at) for _, at in feet)
+        return next((at for _, at in nearest if self.clear(at, point)), point)
 
     def _on(self, point: Point) -> list[tuple[int, Point]]:
         """Return the lanes on which a point is, by their numbers, with their points that are nearest to it."""

@@ -86,7 +86,8 @@ class Planned(Priority):
         super().__init__(admission, settings)
         self._lanes = lanes = admission.graph.lanes
         if settings.one_way:
-            admission.graph.avoid(against(lanes.ways), 1.0 + settings.one_way)
+            ways = lanes.derived(against, lambda: against(lanes.ways))
+            admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
         self._turned_off: dict[Vehicle, None] = {}
         # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.

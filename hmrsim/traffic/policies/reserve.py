@@ -247,10 +247,14 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
 
 def _near(world: World, lanes: Lanes, capacities: Sequence[float]) -> Near:
     """Return which slots are too near each other, but for those with room for any number, where no one has a place."""
+    compared, reach = tuple(slot for slot, room in enumerate(capacities) if room < math.inf), widest(world)
+    return lanes.derived((near_slots, compared, reach), lambda: _near_among(lanes, compared, reach))
+
+
+def _near_among(lanes: Lanes, compared: Sequence[int], reach: float) -> Near:
     at = {name: slot for slot, name in enumerate(lanes.names)}
     ends = [*((slot, slot) for slot in at.values()), *((at[a], at[b]) for a, b in lanes.tracks)]
-    compared = {slot: two for slot, two in enumerate(ends) if capacities[slot] < math.inf}
-    return near_slots(lanes.points, compared, widest(world))
+    return near_slots(lanes.points, {slot: ends[slot] for slot in compared}, reach)
 
 
 POLICY = Policy(name="reserve", settings=ReserveSettings, rule=Reserve)
