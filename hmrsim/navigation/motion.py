@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.events.robots import MotionBegan
@@ -29,23 +29,23 @@ class Trapezoid:
     """Driving a distance from rest to rest, with a greatest speed and an acceleration.
 
     Where the distance is too short to reach the speed, the trapezoid is a triangle.
+
+    Attributes:
+        duration: Seconds from rest to rest.
     """
 
     distance: float
     speed: float
     acceleration: float
+    duration: float = field(init=False, compare=False, repr=False)
+    _ramp: tuple[float, float] = field(init=False, compare=False, repr=False)
 
-    @property
-    def _ramp(self) -> tuple[float, float]:
-        """Seconds and distance of speeding up, which are those of slowing down."""
+    def __post_init__(self) -> None:
+        """Work out how long it takes, and the seconds and distance of speeding up, which are those of slowing down."""
         reached = min(self.speed, math.sqrt(self.distance * self.acceleration))
-        return reached / self.acceleration, reached * reached / (2 * self.acceleration)
-
-    @property
-    def duration(self) -> float:
-        """Seconds from rest to rest."""
-        seconds, length = self._ramp
-        return 2 * seconds + (self.distance - 2 * length) / self.speed
+        seconds, length = reached / self.acceleration, reached * reached / (2 * self.acceleration)
+        object.__setattr__(self, "_ramp", (seconds, length))
+        object.__setattr__(self, "duration", 2 * seconds + (self.distance - 2 * length) / self.speed)
 
     def time(self, distance: float) -> float:
         """Return the seconds after which *distance* has been driven."""
