@@ -249,12 +249,12 @@ def test_a_lane_is_left_where_nothing_is_in_the_way(walls, goal):
     assert (not seen) if last is None else ways.clear_now(last.start, goal)
 
 
-def test_plans_are_kept_for_each_destination():
+def test_plans_are_kept_for_each_destination(monkeypatch):
     """A second plan to a place searches nothing."""
     square = graph(**SQUARE)
     square.plan((0, 0), (4, 4), 1.0)
     searched = []
-    square._planner._trees._search = lambda *args: searched.append(args)
+    monkeypatch.setattr(square._planner._trees, "_search", lambda *args: searched.append(args))
 
     square.plan((0, 4), (4, 4), 1.0)
 
