@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -25,7 +25,7 @@ T = TypeVar("T")
 _KEPT_POINTS = 1_024
 """Points whose nearest lanes are kept."""
 
-_KEPT_FEET = 500_000
+_KEPT_FEET = 100_000
 """Nearest points of lanes that are kept, of all points together."""
 
 _KEPT_DERIVED = 8
@@ -49,6 +49,26 @@ class End(NamedTuple):
 _CODES = ComputePathToPose.Result
 START = End("start", _CODES.START_OUTSIDE_MAP, _CODES.START_OCCUPIED)
 TARGET = End("target", _CODES.GOAL_OUTSIDE_MAP, _CODES.GOAL_OCCUPIED)
+
+
+class Foot(NamedTuple):
+    """A point of a lane, seen from a point beside it.
+
+    Attributes:
+        at: The point.
+        number: The lane's.
+        away: How far it is from the point beside the lane, in the world's unit.
+        along: How far it is from where the lane begins.
+        left: How far it is from where the lane ends.
+        nearest: Whether it is the nearest point of the lane, so that others are next best if it is hidden.
+    """
+
+    at: Point
+    number: int
+    away: float
+    along: float
+    left: float
+    nearest: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +169,9 @@ class Lanes:
         self.limited = bool(ways.limits or ways.rides)
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
         points = min(_KEPT_POINTS, _KEPT_FEET // max(1, len(self.driven)))
-        self._kept_feet: Kept[Point, tuple[bool, Sequence[tuple[int, Point]]]] = Kept(points)
+        self._kept_feet: Kept[Point, tuple[bool, Mapping[int, Foot]]] = Kept(points)
         self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
-        self._kept_seen: Kept[tuple[Point, int], Sequence[Point]] = Kept(_KEPT_LINES)
+        self._kept_seen: Kept[tuple[Point, int], Sequence[Foot]] = Kept(_KEPT_LINES)
         self._kept_entrances: Kept[bytes, Point] = Kept(_KEPT_POINTS)
         self._derived: Kept[Hashable, Any] = Kept(_KEPT_DERIVED)
 
@@ -322,16 +342,21 @@ class Lanes:
         here = self._on(point)
         return bool(here), [(self.edges[number], at) for number, at in here]
 
-    def approaches(self, point: Point) -> tuple[bool, Sequence[tuple[int, Point]]]:
+    def approaches(self, point: Point) -> tuple[bool, Mapping[int, Foot]]:
         """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
 
-        Lanes are told by their numbers.
+        Lanes are told by their numbers, in order.
         """
         return self._kept_feet.get(point, lambda: self._approaches(point))
 
-    def _approaches(self, point: Point) -> tuple[bool, Sequence[tuple[int, Point]]]:
+    def _approaches(self, point: Point) -> tuple[bool, Mapping[int, Foot]]:
         here = self._on(point)
-        return bool(here), here or [(number, self.foot(point, number)) for number in self.driven]
+        feet = here or ((number, self.foot(point, number)) for number in self.driven)
+        return bool(here), {number: self._foot(point, number, at, nearest=True) for number, at in feet}
+
+    def _foot(self, beside: Point, number: int, at: Point, *, nearest: bool) -> Foot:
+        begin, end = self.segment(number)
+        return Foot(at, number, distance(beside, at), distance(begin, at), distance(at, end), nearest)
 
     def nearest_seen(self, point: Point) -> Point:
         """Return the nearest point of a lane with a free line of sight to a point; the point itself if there is none.
@@ -344,7 +369,7 @@ class Lanes:
         on_lane, feet = self.approaches(point)
         if on_lane:
             return point
-        nearest = sorted((distance(at, point), at) for _, at in feet)
+        nearest = sorted((foot.away, foot.at) for foot in feet.values())
         return next((at for _, at in nearest if self.clear(at, point)), point)
 
     def _on(self, point: Point) -> list[tuple[int, Point]]:
@@ -352,11 +377,15 @@ class Lanes:
         feet = ((number, self.foot(point, number)) for number in self._around(point))
         return [(number, at) for number, at in feet if distance(point, at) <= SAME_PLACE]
 
-    def seen(self, eye: Point, number: int, hidden: Point) -> Sequence[Point]:
-        """Return the points of a lane that are next best to its foot, if that is what is hidden."""
-        if hidden != self.foot(eye, number):
-            return []
-        return self._kept_seen.get((eye, number), lambda: self._obstacles.edges_of_shadow(eye, *self.segment(number)))
+    def seen(self, eye: Point, hidden: Foot) -> Sequence[Foot]:
+        """Return the points of a lane that are next best to its nearest one, if that is what is hidden."""
+        if not hidden.nearest:
+            return ()
+        return self._kept_seen.get((eye, hidden.number), lambda: self._seen(eye, hidden.number))
+
+    def _seen(self, eye: Point, number: int) -> Sequence[Foot]:
+        edges = self._obstacles.edges_of_shadow(eye, *self.segment(number))
+        return [self._foot(eye, number, at, nearest=False) for at in edges]
 
 
 def _edge(ways: Adjacency, legs: Legs, number: int) -> Edge:

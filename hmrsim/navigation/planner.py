@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
     from hmrsim.navigation.durations import Durations
-    from hmrsim.navigation.lanes import Lanes
+    from hmrsim.navigation.lanes import Foot, Lanes
     from hmrsim.navigation.search import Tree
 
 _KEPT_ROUTES = 256
@@ -146,42 +146,48 @@ class Planner:
         """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
         tree = self._trees.to(goal, speed)
         on_lanes, feet = self._lanes.approaches(start)
-        ways: list[tuple[float, int, Point, _Step]] = []
+        ways: list[tuple[float, int, Foot, Foot | None]] = []
         order = count()
 
-        def offer(point: Point, how: _Step) -> None:
-            seconds = self._seconds(start, point, how, tree, speed)
+        def offer(enter: Foot, leave: Foot | None) -> None:
+            seconds = self._seconds(enter, leave, tree, speed)
             if seconds < math.inf:
-                heapq.heappush(ways, (seconds, next(order), point, how))
+                heapq.heappush(ways, (seconds, next(order), enter, leave))
 
-        for number, point in feet:
-            if number in self._closed and not on_lanes:
-                continue
-            offer(point, _Step(number))
-            offer(point, _Step(number, self._lanes.foot(tree.goal, number)))
+        _, leaves = self._lanes.approaches(goal)
+        for enter in feet.values() if on_lanes else self._open(feet):
+            offer(enter, None)
+            if enter.number in leaves:
+                offer(enter, leaves[enter.number])
         while ways:
-            _, _, point, how = heapq.heappop(ways)
-            if not (on_lanes or self._lanes.clear(start, point)):
-                for seen in self._lanes.seen(start, how.way, point):
-                    offer(seen, how)
-            elif not (how.leave is None or tree.on_lanes or self._lanes.clear(how.leave, tree.goal)):
-                for seen in self._lanes.seen(tree.goal, how.way, how.leave):
-                    offer(point, _Step(how.way, seen))
+            _, _, enter, leave = heapq.heappop(ways)
+            if not (on_lanes or self._lanes.clear(start, enter.at)):
+                for seen in self._lanes.seen(start, enter):
+                    offer(seen, leave)
+            elif not (leave is None or tree.on_lanes or self._lanes.clear(leave.at, tree.goal)):
+                for seen in self._lanes.seen(tree.goal, leave):
+                    offer(enter, seen)
             else:
-                return _cut([Leg(start, point, distance(start, point)), *self._take(point, how, tree)])
+                how = _Step(enter.number, None if leave is None else leave.at)
+                return _cut([Leg(start, enter.at, enter.away), *self._take(enter.at, how, tree)])
         return None
 
-    def _seconds(self, start: Point, point: Point, how: _Step, tree: Tree, speed: float) -> float:
-        """Return how long it takes by way of *point* on a lane; infinite if that leads nowhere, or backwards."""
-        ways, leave = self._lanes.ways, how.leave
-        begin, end = self._lanes.segment(how.way)
-        to_lane, lane_speed = distance(start, point) / speed, min(speed, ways.limits.get(how.way, math.inf))
+    def _open(self, feet: Mapping[int, Foot]) -> Iterator[Foot]:
+        """Yield those of some points that are on lanes which are not closed."""
+        return (foot for number, foot in feet.items() if number not in self._closed)
+
+    def _seconds(self, enter: Foot, leave: Foot | None, tree: Tree, speed: float) -> float:
+        """Return how long it takes from one point of a lane to another; infinite if that leads nowhere, or backwards.
+
+        *leave* is where one leaves the lane for the destination; None to drive it to its end.
+        """
+        ways, number = self._lanes.ways, enter.number
+        to_lane, lane_speed = enter.away / speed, min(speed, ways.limits.get(number, math.inf))
         if leave is None:
-            return to_lane + distance(point, end) / lane_speed + tree.cost[ways.ends[how.way]]
-        last = distance(leave, tree.goal)
-        if distance(begin, leave) < distance(begin, point) or (tree.on_lanes and last > SAME_PLACE):
+            return to_lane + enter.left / lane_speed + tree.cost[ways.ends[number]]
+        if leave.along < enter.along or (tree.on_lanes and leave.away > SAME_PLACE):
             return math.inf
-        return to_lane + distance(point, leave) / lane_speed + last / speed
+        return to_lane + distance(enter.at, leave.at) / lane_speed + leave.away / speed
 
     def _take(self, start: Point, how: _Step, tree: Tree) -> list[Leg]:
         """Return the legs from a point of a lane to the destination, when *how* is what to do there."""

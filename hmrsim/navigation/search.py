@@ -9,12 +9,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from hmrsim.geometry import Point, distance
 from hmrsim.navigation.kept import Kept, exact
 
 if TYPE_CHECKING:
+    from hmrsim.geometry import Point
     from hmrsim.navigation.durations import Durations
-    from hmrsim.navigation.lanes import Lanes
+    from hmrsim.navigation.lanes import Foot, Lanes
 
 _TIE = 1e-9
 """Trips whose times differ by less than this share take equally long."""
@@ -47,7 +47,7 @@ class Tree:
     leave: dict[int, Point]
 
 
-_Entry = tuple[float, int, int, int, Point | None]
+_Entry = tuple[float, int, int, int, "Foot | None"]
 """Seconds, a waypoint, what keeps entries apart, and what to do there: which lane to take, and where to leave it."""
 
 
@@ -92,7 +92,7 @@ class Trees:
         else:
             on_lane, feet = self._lanes.approaches(goal)
             tree = replace(tree, on_lanes=on_lane)
-            heap = [self._leaving(number, point, goal, speed) for number, point in feet if number not in self._closed]
+            heap = [self._leaving(foot, speed) for number, foot in feet.items() if number not in self._closed]
             heapq.heapify(heap)
         while heap:
             seconds, node, _, number, leave = heapq.heappop(heap)
@@ -100,11 +100,11 @@ class Trees:
                 continue
             if leave:
                 # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
-                if not (tree.on_lanes or self._lanes.clear(leave, goal)):
-                    for seen in self._lanes.seen(goal, number, leave):
-                        heapq.heappush(heap, self._leaving(number, seen, goal, speed))
+                if not (tree.on_lanes or self._lanes.clear(leave.at, goal)):
+                    for seen in self._lanes.seen(goal, leave):
+                        heapq.heappush(heap, self._leaving(seen, speed))
                     continue
-                tree.leave[node] = leave
+                tree.leave[node] = leave.at
             cost[node], tree.step[node] = seconds, number
             for way in into[begins[node] : begins[node + 1]]:
                 total = seconds + takes[way]
@@ -121,11 +121,11 @@ class Trees:
             return self._durations.at(speed)
         return self._kept_seconds.get(speed, lambda: self._durations.without(self._closed, speed))
 
-    def _leaving(self, number: int, leave: Point, goal: Point, speed: float) -> _Entry:
+    def _leaving(self, leave: Foot, speed: float) -> _Entry:
         """Return what to do at the start of a lane that is left at a point for the destination."""
-        ways, (begin, _) = self._lanes.ways, self._lanes.segment(number)
-        along = distance(begin, leave) / min(speed, ways.limits.get(number, math.inf))
-        return along + distance(leave, goal) / speed, ways.starts[number], 2 * number + 1, number, leave
+        ways, number = self._lanes.ways, leave.number
+        along = leave.along / min(speed, ways.limits.get(number, math.inf))
+        return along + leave.away / speed, ways.starts[number], 2 * number + 1, number, leave
 
     def _settle_ties(self, tree: Tree, speed: float) -> None:
         """Where several ways take equally long, choose the next waypoint that comes first by name."""
