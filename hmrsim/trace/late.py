@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hmrsim.protocol.commands import UNRECORDED, without_receivers
-from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
 from hmrsim.trace.writer import Header, Trace
 
@@ -49,7 +49,7 @@ class LateTrace:
 
     def emit(self, output: Output) -> None:
         """Keep an event."""
-        if isinstance(output, (GoalChanged, EventStamped)):
+        if isinstance(output, (GoalChanged, EventStamped, TimeRestarted)):
             self._kept.append(partial(_emit, output=output))
 
     def commanded(self, command: Command, by: str, now: float) -> None:
