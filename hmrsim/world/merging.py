@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import Finding, dotted, shown
 from hmrsim.errors import Problem
+from hmrsim.world.formats import Document
 from hmrsim.world.pairs import Pairs
 
 if TYPE_CHECKING:
     import pathlib
 
     from hmrsim.diagnostics import Path
-    from hmrsim.world.formats import Document
 
 _MAPS = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots", "remap")
+_NOT_OF_WORLDS = ("include", "overlay")
+"""Keys that say how files become a world."""
+
 _LISTS = ("lanes", "walls", "faults", "demand")
 
 
@@ -52,6 +55,7 @@ class Merged:
         data: The top-level keys of a world.
         problems: The problems of the files themselves.
         paths: The files themselves.
+        overlays: What the files lay over all of them, the last one first.
         complete: Whether all files could be read, so that a missing name is an error.
     """
 
@@ -59,6 +63,7 @@ class Merged:
     data: dict[str, Any] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     paths: set[pathlib.Path] = field(default_factory=set)
+    overlays: list[Source] = field(default_factory=list)
     complete: bool = True
     _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
     _laid: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
@@ -99,7 +104,9 @@ class Merged:
         for key, said in source.document.data.items():
             # Lanes of a grid stay what they are only as long as they are the only ones.
             value = [*said] if isinstance(said, Pairs) and key in self.data else said
-            if key == "include":
+            if key == "overlay":
+                self._keep_overlay(value, source)
+            if key in _NOT_OF_WORLDS:
                 continue
             if key in _MAPS and isinstance(value, dict) and isinstance(self.data.get(key, {}), dict):
                 self._unite(key, value, source)
@@ -112,6 +119,14 @@ class Merged:
                 other = self._owner((key,))[0].file
                 message = f"{shown(value)} can't be joined with {shown(self.data[key])} of {other}"
                 self.problems.append(source.problem(Finding((key,), message, value)))
+
+    def _keep_overlay(self, value: Any, source: Source) -> None:
+        if not isinstance(value, dict):
+            message = f"expected a mapping of paths to values, got {shown(value)}"
+            self.problems.append(source.problem(Finding(("overlay",), message, value)))
+            return
+        line = source.document.line
+        self.overlays.append(Source(source.file, Document(value, lambda path: line(("overlay", *path)))))
 
     def _unite(self, key: str, value: dict[str, Any], source: Source) -> None:
         if key not in self.data:

@@ -23,6 +23,7 @@ from pydantic import (
     SerializerFunctionWrapHandler,
     Tag,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     WrapSerializer,
     WrapValidator,
     model_validator,
@@ -375,7 +376,15 @@ def _as_list(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value
 
 
-Places = Annotated[tuple[Name, ...], BeforeValidator(_as_list), Field(min_length=1, max_length=1_000)]
+_NAME_SCHEMA: dict[str, Any] = {"type": "string", "minLength": 1, "maxLength": 100}
+Places = Annotated[
+    tuple[Name, ...],
+    BeforeValidator(_as_list),
+    Field(min_length=1, max_length=1_000),
+    WithJsonSchema(
+        {"anyOf": [_NAME_SCHEMA, {"type": "array", "items": _NAME_SCHEMA, "minItems": 1, "maxItems": 1_000}]}
+    ),
+]
 """Names of places, docks or waypoints; in a file also one of them."""
 
 
@@ -461,6 +470,9 @@ class World(Model):
         Field(description="Least x, least y, greatest x, greatest y; without it nothing is outside the map."),
     ] = None
     include: tuple[str, ...] = Field(default=(), description="Other files of any format, beside or below this one.")
+    overlay: dict[str, Any] = Field(
+        default={}, description="Changes by path that are laid over this file and what it includes."
+    )
     waypoints: dict[Name, PointOrWaypoint] = {}
     lanes: Lanes = ()
     walls: tuple[Wall, ...] = ()

@@ -20,6 +20,7 @@ from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.model import Lane, PlainLanes, Waypoint
 from hmrsim.world.options import AS_IT_IS, ReadOptions
+from hmrsim.world.overlays.overlay import Overlay
 from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.validation import Lost, validate
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from hmrsim.diagnostics import Finding
     from hmrsim.world.model import World
-    from hmrsim.world.overlays.overlay import Overlay
 
 
 _PIECE = 10_000
@@ -84,7 +84,7 @@ def load_world(
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:
             problems += _added(text, parse, merged.add)
-    for overlay in overlays:
+    for overlay in (*map(Overlay, reversed(merged.overlays)), *overlays):
         overlay.lay_over(merged)
     valid = validate(merged.data)
     lost = valid.lost
@@ -112,7 +112,7 @@ def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()
         WorldError: Something is wrong; it has all errors.
     """
     merged = Merged(Source(source, Document(data)))
-    for overlay in overlays:
+    for overlay in (*map(Overlay, reversed(merged.overlays)), *overlays):
         overlay.lay_over(merged)
     valid = validate(merged.data)
     findings = list(valid.findings)

@@ -33,9 +33,11 @@ def lay(data: dict[str, Any], change: Change) -> list[Path]:
     *way, last = change.steps
     changed: list[Path] = []
     appends = last == APPEND and not last.quoted and not change.removes
+    several = any(step.is_pattern for step in way)
     for holder, path in _holders(data, tuple(way), (), [] if appends else {}):
         if change.removes:
-            _take_away(holder, path, last)
+            if not several or last.is_pattern or last in holder:
+                _take_away(holder, path, last)
         elif isinstance(holder, list) and appends:
             changed += _added(holder, path, change.value)
         else:

@@ -18,7 +18,18 @@ pytestmark = pytest.mark.uncovered  # whole runs, of lines that other tests cove
 NAVIGATE = registry()["navigate_to_pose"]
 
 
-@pytest.fixture(params=["hospital", "hospital_fleet", "scenario1", "scenario2", "warehouse"], scope="module")
+@pytest.fixture(
+    params=[
+        "hospital",
+        "hospital_fleet",
+        "hospital_logistics",
+        "scenario1",
+        "scenario2",
+        "warehouse",
+        "warehouse_orders",
+    ],
+    scope="module",
+)
 def name(request):
     """Return the bare name of a shipped world."""
     return request.param
@@ -48,9 +59,11 @@ def test_what_is_shipped():
     assert [
         "hospital",
         "hospital_fleet",
+        "hospital_logistics",
         "scenario1",
         "scenario2",
         "warehouse",
+        "warehouse_orders",
         *(f"zoo/{name}" for name in zoo),
     ] == list(shipped_maps())
 

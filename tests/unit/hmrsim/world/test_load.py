@@ -31,13 +31,13 @@ seed: 7
 seed: 8
 """
 
-KEYS = "name, units, bounds, include, waypoints, lanes, walls, places"
+KEYS = "name, units, bounds, include, overlay, waypoints, lanes, walls"
 
 
 def test_all_errors_are_told_at_once_with_their_lines(errors_of):
     """Errors of every kind, in file order; none that only follows from another."""
     assert errors_of(MANY) == [
-        f"2: colour: unknown key 'colour'; there are {KEYS} and 11 more",
+        f"2: colour: unknown key 'colour'; there are {KEYS} and 12 more",
         "3: waypoints.door.1: expected a number, got 'x'",
         "6: lanes.1.speed_limit: must be at least 1e-09, got -1",
         "6: lanes.1.to: no waypoint 'shelv'; did you mean 'shelf'?",

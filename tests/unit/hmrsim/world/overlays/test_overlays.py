@@ -194,3 +194,18 @@ def test_an_option_that_is_none_is_refused_and_so_are_all_others(text: str) -> N
     with pytest.raises(WorldError) as error:
         overlays_of(["/nowhere/over.yaml"], ["seed=1", text])
     assert [problem.file for problem in error.value.problems] == ["/nowhere/over.yaml", f"--set {text}"]
+
+
+def test_a_file_lays_its_own_overlay_over_what_it_includes(tmp_path: Path) -> None:
+    """Those of included files come first, and those of the command line last; mistakes have its line."""
+    (tmp_path / "base.yaml").write_text(str(TWO).replace("'", '"'), encoding="utf-8")
+    (tmp_path / "mid.yaml").write_text("include: [base.yaml]\noverlay: {seed: 1, name: mid}\n", encoding="utf-8")
+    (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay:\n  name: top\n  ~items.*:\n", encoding="utf-8")
+    world = load_world(tmp_path / "top.yaml", overlays=[setting("faults=[]")]).world
+    assert (world.seed, world.name, dict(world.items), world.faults) == (1, "top", {}, ())
+    (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay:\n  robots.nobody.yaw: 1\n", encoding="utf-8")
+    with pytest.raises(WorldError, match=r"top\.yaml:3: robots\.nobody\.yaw: there is no 'nobody'"):
+        load_world(tmp_path / "top.yaml")
+    (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay: 3\n", encoding="utf-8")
+    with pytest.raises(WorldError, match=r"top\.yaml:2: overlay: expected a mapping"):
+        load_world(tmp_path / "top.yaml")
