@@ -5,6 +5,8 @@
     HmrsimError
     ├── WorldError              a world file can't be read or is invalid; carries every problem found
     ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
+    ├── ExperimentError         the file of an experiment can't be read or is invalid; carries every problem found
+    ├── ResultsError            results of an experiment can't be read, or are of another one
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
     ├── OutputError             a file is none to write to, such as one that is being read
@@ -83,6 +85,14 @@ class WorldError(_FileError):
 
 class SettingsError(_FileError):
     """A settings file can't be read or is not valid; *problems* lists all problems in file order."""
+
+
+class ExperimentError(_FileError):
+    """The file of an experiment can't be read or is not valid; *problems* lists all problems in file order."""
+
+
+class ResultsError(HmrsimError):
+    """The results of an experiment can't be read, or are of another one; the text says where and what would do."""
 
 
 class TraceError(HmrsimError):

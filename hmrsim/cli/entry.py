@@ -26,6 +26,7 @@ _COMMANDS: Final = {
     "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",
     "report": "report on a trace or a recording, as a page, as JSON or as tables",
     "map": "check, inspect, convert and draw world files; plan routes on them",
+    "experiment": "run a world many times, with what is varied, measured and compared",
     "completion": "print a script for shell completion",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""

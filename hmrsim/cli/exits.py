@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
-from hmrsim.errors import HmrsimError, OutputError, RecordingError, SettingsError, TraceError, WorldError, printable
+from hmrsim.errors import (
+    ExperimentError,
+    HmrsimError,
+    OutputError,
+    RecordingError,
+    SettingsError,
+    TraceError,
+    WorldError,
+    printable,
+)
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -41,6 +50,7 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WrongUse: ExitCode.WRONG_USE,
     WorldError: ExitCode.WRONG_USE,
     SettingsError: ExitCode.WRONG_USE,
+    ExperimentError: ExitCode.WRONG_USE,
     TraceError: ExitCode.WRONG_USE,
     OutputError: ExitCode.WRONG_USE,
     RecordingError: ExitCode.WRONG_USE,
@@ -65,5 +75,5 @@ def text_of(error: HmrsimError) -> str:
 
     Control characters are escaped: parts of it may be from a file or from another process.
     """
-    prefix = "" if isinstance(error, (WorldError, SettingsError, WrongUse)) else "hmrsim: "
+    prefix = "" if isinstance(error, (WorldError, SettingsError, ExperimentError, WrongUse)) else "hmrsim: "
     return "\n".join(f"{prefix}{printable(line)}" for line in str(error).rstrip("\n").split("\n"))

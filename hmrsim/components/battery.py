@@ -129,6 +129,10 @@ class Battery:
         tapered = limit - (limit - max(taper, self._charge)) * math.exp((constant - elapsed) / slowness)
         return min(full, tapered)
 
+    def used(self, now: float) -> float:
+        """Return the units of energy drawn since the start."""
+        return self.drained + max(0.0, self._charge - self.charge(now))
+
     def share(self, now: float) -> float:
         """Return the charge as a share of the capacity, from 0 to 1."""
         return self.charge(now) / self.usable if self.usable else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 from pydantic import Field
 
@@ -37,6 +37,13 @@ class WorldLoaded(Event, kind="world_loaded", subject=(), text="the world {name}
     name: Annotated[str, Field(description="The world's name.")]
 
 
+class RunReported(Event, kind="run_reported", subject=(), text="a controller reports {label}", rest="values"):
+    """A controller reports how its run has ended, by `end_run`."""
+
+    label: Annotated[str, Field(description="How: a word of the controller's own.")]
+    values: Annotated[dict[str, Any], Field(description="Further values, by name.")]
+
+
 class SimulatorReturned(
     Event, kind="simulator_returned", severity="warning", subject=(), text="the simulator can be reached again"
 ):
@@ -56,5 +63,5 @@ class UntracedError(InternalError, severity="error", text="bug in {part}: {error
 
 
 EVENTS: Final = EventGroup(
-    "simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, SimulatorReturned, InternalError)
+    "simulation", (SimulationStateChanged, SimulationReset, WorldLoaded, RunReported, SimulatorReturned, InternalError)
 )

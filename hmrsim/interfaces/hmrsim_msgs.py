@@ -1,4 +1,4 @@
-"""Our own services, where ROS has none: what sensors see, what goes wrong, and what is to be brought where."""
+"""Our own services, where ROS has none: what sensors see, what goes wrong, orders, and how a run has ended."""
 
 from __future__ import annotations
 
@@ -195,3 +195,18 @@ class PlaceOrder:
 
         result: Result = Field(default_factory=Result)
         order: Order = Field(default_factory=Order)
+
+
+class EndRun:
+    """Report how a run has ended, for whoever judges it."""
+
+    class Request(Message):
+        """A word for how it has ended, and the text of a JSON object with further values, or nothing."""
+
+        label: String = ""
+        values: String = ""
+
+    class Response(Message):
+        """Whether that could be read."""
+
+        result: Result = Field(default_factory=Result)

@@ -48,6 +48,7 @@ class Demand:
         open: The orders that are still to be served, by name, in the order in which they came.
         closed: The last of the others, in the order in which they ended.
         totals: How many there were.
+        lead_times: Seconds from coming to delivery, of all that were delivered.
     """
 
     def __init__(self, env: Environment, roster: Roster, chance: Chance, publisher: EventPublisher) -> None:
@@ -58,6 +59,7 @@ class Demand:
         self.open: dict[str, Order] = {}
         self.closed: deque[Order] = deque(maxlen=_KEPT)
         self.totals = Totals()
+        self.lead_times: list[float] = []
         self._world: World | None = None
         self._by_item: dict[str, Order] = {}
         self._moved: dict[str, None] = {}
@@ -66,6 +68,11 @@ class Demand:
         self._held_back: dict[str, DemandSpec] = {}
         self._placed: Counter[str] = Counter()
         self._numbers: Counter[str] = Counter()
+
+    @property
+    def served(self) -> bool:
+        """Whether all orders have ended, and none will come."""
+        return not (self.open or self._coming or self._held_back)
 
     def has(self, item: str) -> bool:
         """Return whether an item is that of an open order."""
@@ -107,6 +114,7 @@ class Demand:
             known.clear()
         if self.totals.placed:
             self.closed.clear()
+            self.lead_times.clear()
             self.totals = Totals()
             self._tell()
 
@@ -213,6 +221,7 @@ class Demand:
             lead = self._env.now - order.placed
             late = max(0.0, self._env.now - order.due) if order.due is not None else 0.0
             self.totals.delivered += 1
+            self.lead_times.append(lead)
             self._close(
                 order,
                 OrderState.DELIVERED,

@@ -124,6 +124,16 @@ class Pacing:
             self._round()
         return not (self._inbox.closed or self._over)
 
+    @property
+    def over(self) -> bool:
+        """Whether the run has ended, or ends after this instant."""
+        return self._over
+
+    def finish_instant(self) -> None:
+        """Let the run be over after this instant, of which all is taken still; from within the simulation."""
+        self._over = True
+        self._simulator.halt()
+
     def end(self, reason: str) -> None:
         """End the run, and abort every goal with a reason; participants are told."""
         self._over = True

@@ -36,12 +36,20 @@ class LateTrace:
     @property
     def text(self) -> str:
         """The trace so far."""
+        self._written().flush()
+        return "".join(self._pieces)
+
+    def whole(self, now: float) -> str:
+        """Return the trace of a run that has ended at this time, in simulated seconds."""
+        self._written().close(now)
+        return "".join(self._pieces)
+
+    def _written(self) -> Trace:
         trace = self._trace = self._trace or Trace(Header.of(self._world, self._settings), self._pieces.append)
         kept, self._kept = self._kept, []
         for write in kept:
             write(trace)
-        trace.flush()
-        return "".join(self._pieces)
+        return trace
 
     def wants(self, topic: Topic) -> bool:
         """Return whether it takes a topic: what happens, but no samples."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -85,6 +86,13 @@ class Merged:
         source, start = self._owner(finding.path)
         path = (*start, *finding.path[len(start) :])
         return source.problem(Finding(path, finding.message, finding.value, finding.severity, finding.line))
+
+    def copied(self) -> Merged:
+        """Return a copy, to which other overlays are added."""
+        twin = copy(self)
+        twin.data, twin.problems, twin.paths = {**self.data}, [*self.problems], {*self.paths}
+        twin.overlays, twin._laid = [*self.overlays], {**self._laid}  # noqa: SLF001 - one of its own class
+        return twin
 
     def unshare(self) -> None:
         """Make all mappings and lists of the data its own, so that they can be changed in place."""

@@ -86,17 +86,23 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 }
 
 
-def explain(error: ValidationError, data: object, model: type[BaseModel] | None = None) -> list[Finding]:
+Parts = Mapping[tuple[str, ...], type[BaseModel]]
+"""The models of the parts of a file by their paths, in which ``*`` is any key or index."""
+
+
+def explain(
+    error: ValidationError, data: object, model: type[BaseModel] | None = None, parts: Parts = _PARTS
+) -> list[Finding]:
     """Return the errors of *data*, one finding a field; of hopeless data the first.
 
-    *model* is what it was validated as, if that is not a world.
+    *model* is what it was validated as, if that is neither a world nor another file with *parts*.
     """
     found: dict[Path, Finding] = {}
     too_short: set[Path] = set()
     for details in error.errors(include_url=False, include_input=False)[:MAX_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
         if path not in found:
-            found[path] = Finding(path, _message(details, path, value, model), value)
+            found[path] = Finding(path, _message(details, path, value, (model, parts)), value)
         if details["type"] in ("too_short", "too_long"):
             too_short.add(_follow(data, details["loc"], missing=False)[0])
     # Pydantic counts the parts that are left after the bad ones were taken out, which says nothing new.
@@ -123,11 +129,11 @@ def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple
     return tuple(path), value
 
 
-def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseModel] | None) -> str:
+def _message(details: ErrorDetails, path: Path, value: object, models: tuple[type[BaseModel] | None, Parts]) -> str:
     kind, context = details["type"], details.get("ctx", {})
     if kind == "extra_forbidden":
         loc = details["loc"]
-        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], model)
+        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], *models)
         text = f"unknown key {path[-1]!r}{instead(str(path[-1]), known)}"
     elif kind == "missing" and isinstance(value, (list, tuple)):
         text = f"expected {_count(details, path)}, got {len(value)}"
@@ -177,10 +183,14 @@ def _keys_of_distribution(loc: tuple[str | int, ...]) -> Iterable[str]:
     return [*(get_args(kind) or (kind,))[0].model_fields]
 
 
-def _known_keys(path: Path, model: type[BaseModel] | None) -> Iterable[str]:
+def _fits(pattern: str, step: str | int) -> bool:
+    return pattern in {"*", step}
+
+
+def _known_keys(path: Path, model: type[BaseModel] | None, parts: Parts) -> Iterable[str]:
     if model is None:
-        pattern: tuple[Any, ...] = tuple(step if i != 1 else "*" for i, step in enumerate(path))
-        model = _PARTS.get(pattern)
+        fits = (part for part in parts if len(part) == len(path) and all(map(_fits, part, path)))
+        model = parts.get(min(fits, key=lambda part: part.count("*"), default=("",)))
     else:
         for step in path:
             # A part of a component's settings may be a model of its own.

@@ -78,12 +78,24 @@ def load_world(
         WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
     """
     path = find(source)
-    file = str(path)
-    merged = read_all(path, file, options)
-    problems: list[Problem] = []
+    merged = read_all(path, str(path), options)
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:
-            problems += _added(text, parse, merged.add)
+            merged.problems += _added(text, parse, merged.add)
+    return _checked(merged, path, overlays, further)
+
+
+def _checked(
+    merged: Merged,
+    path: Path,
+    overlays: Sequence[Overlay],
+    further: Sequence[Callable[[World], Iterable[Finding]]] = (),
+) -> LoadedWorld:
+    """Return the world that files say, with changes laid over it.
+
+    Raises:
+        WorldError: Something is wrong; it has all errors.
+    """
     for overlay in (*map(Overlay, reversed(merged.overlays)), *overlays):
         overlay.lay_over(merged)
     valid = validate(merged.data)
@@ -93,14 +105,39 @@ def load_world(
     findings = list(valid.findings)
     if valid.world is not None:
         findings += [valid.original_of(finding) for finding in check(valid.world, lost)]
-    severities = {finding.severity for finding in findings} | {problem.severity for problem in problems}
+    severities = {finding.severity for finding in findings} | {problem.severity for problem in merged.problems}
     if valid.world is not None and not lost and "error" not in severities:
         findings += [finding for find in further for finding in islice(find(valid.world), MAX_FINDINGS)]
-    problems += [*merged.problems, *(merged.problem(finding) for finding in findings)]
-    problems = _in_order(problems, file)
+    problems = _in_order([*merged.problems, *(merged.problem(finding) for finding in findings)], str(path))
     if valid.world is None or any(problem.severity == "error" for problem in problems):
         raise WorldError(problems)
     return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
+
+
+class BaseWorld:
+    """A world file that is read once, for many worlds that differ by overlays.
+
+    Args:
+        source: A file of any format, or the bare name of a shipped world.
+
+    Attributes:
+        path: The file.
+
+    Raises:
+        WorldError: The file itself can't be read.
+    """
+
+    def __init__(self, source: str | Path) -> None:
+        self.path = find(source)
+        self._merged = read_all(self.path, str(self.path))
+
+    def load(self, overlays: Sequence[Overlay] = ()) -> LoadedWorld:
+        """Return the world with changes laid over it, checked.
+
+        Raises:
+            WorldError: Something is wrong; it has all errors.
+        """
+        return _checked(self._merged.copied(), self.path, overlays)
 
 
 def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()) -> World:

@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import atexit
+import json
 import logging
 import re
 import threading
@@ -156,6 +157,24 @@ class Client:
         before, self._run_id = self._run_id, run_id
         if before and run_id != before:
             _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
+
+    def end_run(self, label: str, timeout: float = 5.0, /, **values: float | str | bool) -> None:
+        """Report how the run has ended: to an experiment, which ends it then, and to whoever reads its events.
+
+        Args:
+            label: How: a word of the controller's own, such as ``no_skill``.
+            timeout: Wall seconds to wait for the answer.
+            values: Further numbers and texts, by name.
+
+        Raises:
+            RequestError: The label or a value is none.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: As `get`.
+        """
+        request = json.dumps({"label": label, "values": json.dumps(values)}).encode()
+        key = self.keys.world("end_run")
+        answer = json.loads(self.get(key, timeout, payload=request))
+        if why := answer.get("result", {}).get("error_message"):
+            raise RequestError(f"{key}: {why}")
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.

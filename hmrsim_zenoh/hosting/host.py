@@ -112,6 +112,15 @@ class Host:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
         return self._ended.wait(timeout)
 
+    def end(self, reason: str) -> None:
+        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+
+        Args:
+            reason: The message in the results of the active goals, and what clients are told.
+        """
+        self._reason = reason
+        self.pacing.finish_instant()
+
     def stop(self, reason: str = "the simulator was stopped") -> None:
         """End every goal, close the session and return within two seconds; from any thread except the simulation's.
 

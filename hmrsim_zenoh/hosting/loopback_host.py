@@ -80,6 +80,15 @@ class LoopbackHost:
         """Return a session with the simulation, which the caller closes; it passes for one of Zenoh's."""
         return open_session(self._exchange)
 
+    def end(self, reason: str) -> None:
+        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+
+        Args:
+            reason: The message in the results of the active goals, and what clients are told.
+        """
+        self._reason = reason
+        self.pacing.finish_instant()
+
     def stop(self, reason: str = "the simulator was stopped") -> None:
         """End every goal.
 

@@ -63,6 +63,24 @@ def in_key(key: str, names: Names) -> str:
     return str(_in_text(key, names)) if "$" in key else key
 
 
+def evaluate(expression: str, names: Names) -> Any:
+    """Return the value of an expression that stands alone, without ``${}``.
+
+    Raises:
+        OverlayFlaw: It has none; the text says why.
+    """
+    return _evaluated(_parsed(expression), names)
+
+
+def names_in(expression: str) -> frozenset[str]:
+    """Return the names that an expression asks for.
+
+    Raises:
+        OverlayFlaw: It is none.
+    """
+    return frozenset(node.id for node in ast.walk(_parsed(expression)) if isinstance(node, ast.Name))
+
+
 def _in_text(text: str, names: Names) -> Any:
     whole = _REFERENCE.fullmatch(text)
     if whole and not whole["escaped"]:
@@ -115,6 +133,8 @@ def _evaluated(node: ast.expr, names: Names) -> Any:
 
 
 def _number(value: object) -> int | float:
+    if value is None:
+        raise OverlayFlaw("there is no value to calculate with")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise OverlayFlaw(f"{shown(value)} is no number to calculate with")
     return value

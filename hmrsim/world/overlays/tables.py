@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import Finding, dotted, shown
@@ -42,6 +42,28 @@ def read_table(path: Path, file: str) -> Any:
     return value
 
 
+def as_rows(table: Any) -> list[dict[str, Any]]:
+    """Return a table as rows, of which the key of a row is no part; empty if it is no table.
+
+    A list of mappings is one, and a mapping of them; a CSV file's rows are read by `read_rows` with all columns.
+    """
+    rows = [*table.values()] if isinstance(table, Mapping) else table
+    if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Mapping) for row in rows):
+        return []
+    return [dict(row) for row in rows]
+
+
+def read_rows(path: Path, file: str) -> Any:
+    """Return the rows of a CSV file with all columns, or what `read_table` returns of another.
+
+    Raises:
+        WorldError: It can't be read.
+    """
+    if path.suffix.lower() != ".csv":
+        return read_table(path, file)
+    return [{name: plain(field) for name, field in row.items()} for _, row in _csv(read_text(path, file), file)]
+
+
 def read_tables(said: object, folder: Path) -> tuple[dict[str, Any], list[Path], list[Finding]]:
     """Return the tables that a file names, each ``name: file``, their files, and what is wrong with them.
 
@@ -71,22 +93,31 @@ def read_tables(said: object, folder: Path) -> tuple[dict[str, Any], list[Path],
 
 
 def _rows(text: str, file: str) -> dict[str, dict[str, object]]:
-    reader = csv.reader(io.StringIO(text), strict=True)
     rows: dict[str, dict[str, object]] = {}
+    for line, row in _csv(text, file):
+        first, *names = row
+        key = row[first]
+        if key in rows:
+            message = f"there is a row {shown(key)} already; the first column is the key"
+            raise WorldError([Problem(file, "", message, line)])
+        rows[key] = {name: plain(row[name]) for name in names}
+    return rows
+
+
+def _csv(text: str, file: str) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the rows of a CSV file, with their lines."""
+    reader = csv.reader(io.StringIO(text), strict=True)
     try:
         header = next(reader, [])
         if not header:
             raise WorldError([Problem(file, "", "is empty; expected a line with the names of the columns", 1)])
+        if len({*header}) < len(header):
+            raise WorldError([Problem(file, "", "two columns have the same name; give one of the two another", 1)])
         for row in reader:
-            if not row:
-                continue
-            if len(row) != len(header):
+            if row and len(row) != len(header):
                 message = f"the row has {len(row)} fields, the first line {len(header)}"
                 raise WorldError([Problem(file, "", message, reader.line_num)])
-            if row[0] in rows:
-                message = f"there is a row {shown(row[0])} already; the first column is the key"
-                raise WorldError([Problem(file, "", message, reader.line_num)])
-            rows[row[0]] = {name: plain(field) for name, field in zip(header[1:], row[1:], strict=True)}
+            if row:
+                yield reader.line_num, dict(zip(header, row, strict=True))
     except csv.Error as error:
         raise WorldError([Problem(file, "", f"is not CSV: {error}", reader.line_num)]) from None
-    return rows

@@ -1,0 +1,160 @@
+"""Checking and running experiments from the command line."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.store import FILE, Results
+from hmrsim.experiments.running.campaign import Campaign, Progress
+from hmrsim.experiments.running.checking import check_plan
+from hmrsim.experiments.running.executors import factory_of
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Plan
+
+_MINUTE: Final = 60.0
+_LOOK: Final = 0.2
+"""Wall seconds between two updates of the line on a terminal."""
+
+
+def check(args: argparse.Namespace) -> int:
+    """Check an experiment; return the exit code."""
+    plan = _checked(args)
+    about = _about(plan)
+    if args.json:
+        show_json(about)
+    else:
+        show(_said(plan))
+    return ExitCode.DONE
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make the runs of an experiment; return the exit code."""
+    make, workers = factory_of(args.executor, args.jobs)
+    plan = _checked(args)
+    folder = args.output or Path(plan.file.name)
+    with Results.create(folder, plan) as results:
+        teller = _JsonLines() if args.json else (_Line() if sys.stderr.isatty() else _Minutes())
+        campaign = Campaign(plan, results, make, workers, teller.tell)
+        if campaign.progress.done and not args.json:
+            warn(f"{folder}: goes on; {campaign.progress.done} of {campaign.progress.expected} runs have results")
+        progress = campaign.run()
+        teller.end(progress)
+        if not args.json:
+            _sum_up(folder, plan, results, progress)
+    return ExitCode.DONE
+
+
+def _checked(args: argparse.Namespace) -> Plan:
+    plan = read_plan(args.file, args.variant)
+    for problem in check_plan(plan):
+        warn(f"warning: {problem}")
+    return plan
+
+
+def _about(plan: Plan) -> dict[str, object]:
+    replications = plan.file.replications
+    return {
+        "name": plan.file.name,
+        "hash": plan.hash,
+        "scenarios": len(plan.scenarios),
+        "treatments": [*plan.treatments],
+        "replications": {"min": replications.min, "max": replications.max},
+        "runs": {"min": _runs(plan, replications.min), "max": _runs(plan, replications.max)},
+        "measures": [*plan.file.measures],
+    }
+
+
+def _runs(plan: Plan, replications: int) -> int:
+    return len(plan.scenarios) * len(plan.treatments) * replications
+
+
+def _said(plan: Plan) -> str:
+    replications = plan.file.replications
+    least, most = (
+        _runs(plan, replications.min if replications.until else replications.max),
+        _runs(plan, replications.max),
+    )
+    count = f"{most:,} runs" if least == most else f"{least:,} to {most:,} runs"
+    scenarios, treatments = len(plan.scenarios), len(plan.treatments)
+    return (
+        f"{plan.file.name}: {count}: {scenarios} scenario{'s' * (scenarios != 1)}, "
+        f"{treatments} treatment{'s' * (treatments != 1)} ({', '.join(plan.treatments)})"
+    )
+
+
+def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> None:
+    seconds = time.monotonic() - progress.began
+    pace = f", {progress.made / seconds:,.1f} runs/s" if progress.made else ""
+    show(f"{plan.file.name}: {progress.done:,} runs, {progress.made:,} of them now in {seconds:.1f} s{pace}")
+    for ending, count in results.count("ending").items():
+        show(f"  {ending}: {count:,}")
+    show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
+
+
+class _Minutes:
+    """Tells how far it is once a minute."""
+
+    def __init__(self) -> None:
+        self._told = time.monotonic()
+
+    def tell(self, progress: Progress) -> None:
+        """Tell, if a minute is over."""
+        if time.monotonic() - self._told >= _MINUTE:
+            self._told = time.monotonic()
+            warn(_text(progress))
+
+    def end(self, _progress: Progress) -> None:
+        """Tell nothing more."""
+
+
+class _Line:
+    """Tells how far it is on one line of a terminal."""
+
+    def __init__(self) -> None:
+        self._told = 0.0
+
+    def tell(self, progress: Progress) -> None:
+        """Write the line again, if it was not just written."""
+        if time.monotonic() - self._told >= _LOOK:
+            self._told = time.monotonic()
+            sys.stderr.write(f"\r\x1b[K{_text(progress)}")
+            sys.stderr.flush()
+
+    def end(self, _progress: Progress) -> None:
+        """Take the line away."""
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+
+class _JsonLines:
+    """Tells how far it is as JSON."""
+
+    def tell(self, progress: Progress) -> None:
+        """Write a line."""
+        show_json({"done": progress.done, "expected": progress.expected, "failed": progress.failed})
+
+    def end(self, progress: Progress) -> None:
+        """Write the last line."""
+        show_json({"done": progress.done, "expected": progress.expected, "failed": progress.failed, "over": True})
+
+
+def _text(progress: Progress) -> str:
+    left = progress.seconds_left
+    time_left = "" if left is None else f", {_duration(left)} left"
+    share = f"{progress.done / progress.expected:.0%}" if progress.expected else ""
+    failed = f", {progress.failed:,} without success" if progress.failed else ""
+    return f"{progress.done:,} of {progress.expected:,} runs ({share}){failed}{time_left}"
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

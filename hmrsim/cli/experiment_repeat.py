@@ -1,0 +1,69 @@
+"""Repeating one run of an experiment."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.errors import ResultsError
+from hmrsim.experiments.file.plan import Plan
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.program.outputs import check_outputs
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.running.row import Row
+
+
+def again(args: argparse.Namespace) -> int:
+    """Repeat a run; return the exit code."""
+    with Results(args.results) as results:
+        before = next(results.rows(where={"number": args.run}), None)
+        plan = _plan(results)
+    if args.trace:
+        check_outputs([("--trace", args.trace)], [plan.path])
+    run = plan.run_of(args.run)
+    if run is None:
+        raise ResultsError(f"{args.results}: there is no run {args.run}")
+    keep = plan.file.keep.model_copy(update={"traces": "all" if args.trace else "none"})
+    row = execute_run(_with(plan, plan.file.model_copy(update={"keep": keep})), run)
+    if args.trace:
+        args.trace.write_text(row.trace, encoding="utf-8")
+    now = _values(plan, row)
+    if args.json:
+        show_json({"run": args.run, **now, "same": before is None or not _different(before, now)})
+    else:
+        for name, value in now.items():
+            show(f"{name}: {value}")
+    if before is None:
+        warn(f"run {args.run} has no result yet to compare with")
+        return ExitCode.DONE
+    different = _different(before, now)
+    for name in different:
+        warn(f"{name} was {before[name]!r} and is {now[name]!r} now")
+    return ExitCode.FAILED if different else ExitCode.DONE
+
+
+def _with(plan: Plan, file: Any) -> Plan:
+    return Plan(plan.path, file, plan.scenarios, plan.overlays, plan.tables, plan.source, plan.variant)
+
+
+def _plan(results: Results) -> Plan:
+    about = results.about
+    plan = read_plan(about["path"], about["variant"])
+    if plan.hash != about["hash"]:
+        raise ResultsError(f"{about['path']}: has changed since these results; repeat them, or take the file as it was")
+    return plan
+
+
+def _values(plan: Plan, row: Row) -> dict[str, Any]:
+    levels = plan.scenarios[row.run.scenario]
+    judged = {"ending": row.ending, "cause": row.cause, "at": row.at}
+    return {"treatment": row.run.treatment, "seed": row.run.seed, **levels, **judged, **row.measures}
+
+
+def _different(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    return [name for name, value in now.items() if name != "cause" and before[name] != value]

@@ -1,0 +1,136 @@
+"""The results of an experiment as tables on a terminal, and for other programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any, Final
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show as say
+from hmrsim.cli.output import show_json
+from hmrsim.errors import ResultsError, printable
+from hmrsim.experiments.results.groups import Group, groups_of
+from hmrsim.experiments.results.store import FILE, TRACES, Results
+from hmrsim.experiments.results.table import write_csv, write_json, write_table
+from hmrsim.program.outputs import check_outputs
+from hmrsim.report.wording import UNKNOWN
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.statistics.intervals import Interval
+
+_MAX_FAILED: Final = 10
+_WIDTH: Final = 200
+
+
+def status(args: argparse.Namespace) -> int:
+    """Show how far an experiment is; return the exit code."""
+    with Results(args.results) as results:
+        about, endings = results.about, results.count("ending")
+    done = sum(endings.values())
+    cells = about["scenarios"] * len(about["treatments"])
+    least, most = (cells * about["replications"][key] for key in ("min", "max"))
+    if about["replications"]["until"] is None:
+        least = most
+    if args.json:
+        show_json({"name": about["name"], "done": done, "min": least, "max": most, "endings": endings})
+        return ExitCode.DONE
+    wanted = f"{most:,}" if least == most else f"{least:,} to {most:,}"
+    say(f"{about['name']}: {done:,} of {wanted} runs have a result")
+    for ending, count in endings.items():
+        say(f"  {ending}: {count:,}")
+    return ExitCode.DONE
+
+
+def show(args: argparse.Namespace) -> int:
+    """Show the results of an experiment, or of one run; return the exit code."""
+    with Results(args.results) as results:
+        if args.run is not None:
+            return _show_run(args, results)
+        groups = groups_of(results)
+        failed = [*results.rows(["number", "treatment", "ending", "cause"], {"success": 0})]
+        about = results.about
+    if args.json:
+        show_json({"name": about["name"], "treatments": [_values(group) for group in groups.values()]})
+        return ExitCode.DONE
+    console = Console(width=None if Console().is_terminal else _WIDTH)
+    console.print(_table(groups, [*about["measures"]]))
+    for row in failed[:_MAX_FAILED]:
+        cause = f": {row['cause']}" if row["cause"] else ""
+        say(printable(f"run {row['number']} ({row['treatment']}) {row['ending']}{cause}"))
+        say(f"  hmrsim experiment again {args.results} {row['number']} --trace run_{row['number']}.jsonl")
+    if len(failed) > _MAX_FAILED:
+        say(f"… and {len(failed) - _MAX_FAILED} more without success; see `hmrsim experiment export {args.results}`")
+    return ExitCode.DONE
+
+
+def export(args: argparse.Namespace) -> int:
+    """Write the table of runs; return the exit code."""
+    with Results(args.results) as results:
+        if args.output is None:
+            write_json(results, sys.stdout) if args.json else write_csv(results, sys.stdout)
+        else:
+            check_outputs([("--output", args.output)], [args.results / FILE])
+            write_table(results, args.output)
+    return ExitCode.DONE
+
+
+def _show_run(args: argparse.Namespace, results: Results) -> int:
+    row = next(results.rows(where={"number": args.run}), None)
+    if row is None:
+        raise ResultsError(f"{args.results}: there is no run {args.run}; `hmrsim experiment status` tells how many are")
+    trace = args.results / TRACES / f"{args.run}.jsonl"
+    if args.json:
+        show_json({**row, "trace": str(trace) if trace.is_file() else None})
+        return ExitCode.DONE
+    for name, value in row.items():
+        say(printable(f"{name}: {value}") if name != "output" else f"output:\n{printable_lines(str(value))}")
+    if trace.is_file():
+        say(f"trace: {trace}")
+    say(f"again: hmrsim experiment again {args.results} {args.run} --trace run_{args.run}.jsonl")
+    return ExitCode.DONE
+
+
+def printable_lines(text: str) -> str:
+    """Return the lines of a text, each indented and without control characters."""
+    return "\n".join(f"  {printable(line)}" for line in text.splitlines())
+
+
+def _table(groups: dict[str, Group], measures: list[str]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for heading in ("treatment", "runs", "success", *measures):
+        table.add_column(heading, justify="left" if heading == "treatment" else "right")
+    for group in groups.values():
+        rate = group.rate()
+        means = [_interval(group.mean(measure)) for measure in measures]
+        table.add_row(Text(group.name), f"{group.runs:,}", _interval(rate, share=True), *means)
+    return table
+
+
+def _interval(interval: Interval, *, share: bool = False) -> str:
+    """Return an estimate with its 95 % interval."""
+    if interval.estimate is None:
+        return UNKNOWN
+    form = ".1%" if share else ".4g"
+    if interval.low is None or interval.high is None:
+        return format(interval.estimate, form)
+    return f"{interval.estimate:{form}} [{interval.low:{form}}, {interval.high:{form}}]"
+
+
+def _values(group: Group) -> dict[str, Any]:
+    means = {measure: _plain(group.mean(measure)) for measure in group.values}
+    return {
+        "name": group.name,
+        "runs": group.runs,
+        "success": _plain(group.rate()),
+        "endings": dict(group.endings),
+        "measures": means,
+    }
+
+
+def _plain(interval: Interval) -> dict[str, Any]:
+    return {"estimate": interval.estimate, "low": interval.low, "high": interval.high, "n": interval.n}

@@ -1,0 +1,258 @@
+"""The model of an experiment's file."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+_MAX_COUNT: Final = 10_000_000
+_MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
+_BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
+
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
+Count = Annotated[int, Field(strict=True, ge=1, le=_MAX_COUNT)]
+Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+Level = str | int | float | bool
+
+
+class Part(BaseModel):
+    """A part of an experiment's file: unknown keys, NaN and infinity are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Range(Part):
+    """A factor that takes any number between two; only a Latin hypercube draws from it.
+
+    Attributes:
+        low: The least.
+        high: The greatest.
+        whole: Whether it takes whole numbers only.
+    """
+
+    low: float
+    high: float
+    whole: bool = False
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low {self.low:g} is not less than high {self.high:g}")
+        return self
+
+
+class Design(Part):
+    """Which combinations of levels are run; one of the fields.
+
+    Attributes:
+        latin_hypercube: So many scenarios, in which each factor takes each part of its range as often.
+        list: The scenarios themselves: rows of a table, or its file, whose columns are factors.
+    """
+
+    latin_hypercube: Count | None = None
+    list: str | tuple[dict[str, Level], ...] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if len(self.model_fields_set) != 1:
+            raise ValueError("expected full, one_at_a_time, {latin_hypercube: 60} or {list: trials.csv}")
+        return self
+
+
+class Treatment(Part):
+    """A controller under test.
+
+    Attributes:
+        tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
+        python: A function that is given a `hmrsim_zenoh.Client`, likewise in the process.
+        command: A command line; it is started for each run, with an endpoint of its own in its environment.
+        set: Texts on the blackboard of a tree, or variables of a command's environment.
+        robots: The robots of a tree; None for all.
+        nodes: Modules with further nodes for trees in XML.
+        tree_id: Which tree of an XML file.
+        name: Under which name it takes part; goals' ids depend on it.
+    """
+
+    tree: str | None = None
+    python: str | None = None
+    command: str | tuple[str, ...] | None = None
+    set: dict[str, Level] = {}
+    robots: tuple[str, ...] | None = None
+    nodes: tuple[str, ...] = ()
+    tree_id: str | None = None
+    name: Identifier = "bt_controller"
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if sum(each is not None for each in (self.tree, self.python, self.command)) != 1:
+            raise ValueError("expected one of tree, python and command")
+        return self
+
+    @property
+    def in_process(self) -> bool:
+        """Whether it runs in the worker's process."""
+        return self.command is None
+
+
+class Until(Part):
+    """When enough replications were run.
+
+    Attributes:
+        measure: The measure whose mean has to be known.
+        relative_error: Half the width of its confidence interval, as a share of the mean.
+        error: The same of a measure of yes and no, as a share of 1.
+        confidence: Of the interval.
+    """
+
+    measure: Identifier
+    relative_error: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = None
+    error: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = None
+    confidence: Annotated[float, Field(strict=True, gt=0, lt=1)] = 0.95
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.relative_error is None) == (self.error is None):
+            raise ValueError("expected one of relative_error and error")
+        return self
+
+
+def _replications(value: Any) -> Any:
+    return {"min": value, "max": value} if isinstance(value, int) else value
+
+
+class Replications(Part):
+    """How often each scenario is run with each treatment, each time under another seed.
+
+    Attributes:
+        min: At least.
+        max: At most.
+        until: When that is enough; None for always *max*.
+    """
+
+    min: Count = 1
+    max: Count = 1
+    until: Until | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.min > self.max:
+            raise ValueError(f"min {self.min} is more than max {self.max}")
+        return self
+
+
+def _bytes(value: Any) -> Any:
+    match = _MEMORY.fullmatch(value) if isinstance(value, str) else None
+    return int(float(match[1]) * _BYTES[match[2]]) if match else value
+
+
+class Limits(Part):
+    """What a run may take.
+
+    Attributes:
+        simulated: Seconds of simulated time, after which it ends as ``timeout``.
+        wall: Seconds of the wall's clock.
+        memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
+    """
+
+    simulated: Seconds = 3600.0
+    wall: Seconds = 300.0
+    memory: Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)] | None = None
+
+
+class Ending(Part):
+    """When a run ends, judged by the simulator; all of what is said must hold.
+
+    Attributes:
+        item: An item is *at* a place; *carried* says whether a robot holds it.
+        robot: A robot is *at* a place.
+        at: The name of a place, dock or waypoint.
+        carried: Whether the item is held; None for either.
+        event: An event of this kind comes, with the fields in *where*.
+        where: Fields of the event and their values.
+        reported: A controller has reported this word by `end_run`.
+        orders: ``served``: so many orders were delivered as *count* says, or all that will come.
+        count: How many orders.
+        controller: The controller has ended: ``succeeded`` or ``failed``.
+    """
+
+    item: str | None = None
+    robot: str | None = None
+    at: str | None = None
+    carried: bool | None = None
+    event: str | None = None
+    where: dict[str, Any] = {}
+    reported: str | None = None
+    orders: Literal["served"] | None = None
+    count: Count | None = None
+    controller: Literal["succeeded", "failed"] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        said = [name for name in ("item", "robot", "event", "reported", "orders", "controller") if getattr(self, name)]
+        if len(said) != 1:
+            raise ValueError("expected one of item, robot, event, reported, orders and controller")
+        if said[0] in {"item", "robot"} and self.at is None:
+            raise ValueError(f"{said[0]} needs a place: at")
+        return self
+
+
+class Measure(Part):
+    """What is measured at the end of a run.
+
+    Attributes:
+        value: An expression such as ``end.at`` or ``energy / orders.delivered``.
+        better: Which values are better, for comparisons.
+        margin: Differences of the means up to this count as none; None to find no equivalence.
+        relative: Whether *margin* is a share of the first treatment's mean.
+    """
+
+    value: str
+    better: Literal["smaller", "larger"] = "smaller"
+    margin: Annotated[float, Field(strict=True, ge=0)] | None = None
+    relative: bool = False
+
+
+def _measure(value: Any) -> Any:
+    return {"value": value} if isinstance(value, str) else value
+
+
+class Keep(Part):
+    """Which files of runs are kept.
+
+    Attributes:
+        traces: Of which runs: ``none``, ``failed`` or ``all``.
+    """
+
+    traces: Literal["none", "failed", "all"] = "none"
+
+
+def _design(value: Any) -> str:
+    return "name" if isinstance(value, str) else "mapping"
+
+
+def _one_or_several(value: Any) -> Any:
+    return (value,) if isinstance(value, dict) else value
+
+
+class ExperimentFile(Part):
+    """An experiment: scenarios, treatments, replications, endings, measures."""
+
+    name: Identifier
+    world: str = Field(description="A world file, from the folder of this file, or the name of a shipped world.")
+    tables: dict[Identifier, Any] = Field(default={}, description="Named tables in YAML, JSON or CSV, or written out.")
+    levels: str | dict[str, Any] | None = Field(default=None, description="A table of this name, as in `tables`.")
+    factors: dict[Identifier, tuple[Level, ...] | Range] = Field(default={}, description="What is varied, by name.")
+    design: Literal["full", "one_at_a_time"] | Design = "full"
+    treatments: dict[Identifier, Treatment] = Field(min_length=1)
+    replications: Annotated[Replications, BeforeValidator(_replications)] = Replications()
+    seed: Annotated[int, Field(strict=True)] = 0
+    overlay: dict[str, Any] = Field(default={}, description="Laid over the world, with the factors' levels as names.")
+    variants: dict[Identifier, dict[str, Any]] = Field(default={}, description="Further overlays, by name.")
+    limits: Limits = Limits()
+    ends: dict[Identifier, Annotated[tuple[Ending, ...], BeforeValidator(_one_or_several)]] = Field(
+        default={}, description="The first that holds ends a run; one that holds for several conditions has a list."
+    )
+    measures: dict[Identifier, Annotated[Measure, BeforeValidator(_measure)]] = {}
+    keep: Keep = Keep()

@@ -1,0 +1,128 @@
+"""The plan of an experiment: its scenarios, runs and seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.world.overlays.overlay import Overlay
+from hmrsim.world_checks.loading import BaseWorld
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from hmrsim.experiments.file.designs import Levels
+    from hmrsim.experiments.file.model import ExperimentFile, Treatment
+    from hmrsim.world.merging import Source
+    from hmrsim.world_checks import LoadedWorld
+
+_KEPT_WORLDS: Final = 256
+"""Worlds of scenarios that a process keeps."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run.
+
+    Attributes:
+        number: Its number in the experiment, from 0.
+        scenario: The number of its scenario, from 0.
+        treatment: The name of its treatment.
+        replication: The number of its replication, from 0.
+        seed: The seed of its world; the same for all treatments.
+    """
+
+    number: int
+    scenario: int
+    treatment: str
+    replication: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An experiment that can be run.
+
+    Attributes:
+        path: Its file.
+        file: What the file says.
+        scenarios: The levels of each scenario.
+        overlays: What is laid over the world, without values for the names of factors.
+        tables: The values of its tables, by name.
+        source: The file of the world, or the name of a shipped one.
+        variant: The names of the variants that were chosen.
+    """
+
+    path: Path
+    file: ExperimentFile
+    scenarios: Sequence[Levels]
+    overlays: Sequence[Source]
+    tables: Mapping[str, Any]
+    source: str
+    variant: tuple[str, ...] = ()
+    _worlds: dict[str, LoadedWorld] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def treatments(self) -> dict[str, Treatment]:
+        """The treatments, by name."""
+        return self.file.treatments
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of what decides the results: the file's text and tables, and the variants."""
+        said: dict[str, Any] = {
+            "file": self.file.model_dump(mode="json"),
+            "tables": self.tables,
+            "variant": self.variant,
+        }
+        said["scenarios"] = list(self.scenarios)
+        return hashlib.sha256(json.dumps(said, sort_keys=True, default=str).encode()).hexdigest()
+
+    def run(self, scenario: int, treatment: str, replication: int) -> Run:
+        """Return a run; its number is the same whatever is run beside it."""
+        names = [*self.treatments]
+        number = (replication * len(self.scenarios) + scenario) * len(names) + names.index(treatment)
+        return Run(number, scenario, treatment, replication, self._seed(scenario, replication))
+
+    def run_of(self, number: int) -> Run | None:
+        """Return the run of a number; None if there is none."""
+        names = [*self.treatments]
+        cell, treatment = divmod(number, len(names))
+        replication, scenario = divmod(cell, len(self.scenarios))
+        if number < 0 or replication >= self.file.replications.max:
+            return None
+        return self.run(scenario, names[treatment], replication)
+
+    def names(self, scenario: int) -> dict[str, Any]:
+        """Return the values that expressions may ask for in a scenario: tables, and a level for each factor."""
+        return {**self.tables, **self.scenarios[scenario]}
+
+    def world(self, scenario: int) -> LoadedWorld:
+        """Return the world of a scenario; it is read once.
+
+        Raises:
+            WorldError: Something is wrong with it.
+        """
+        key = json.dumps(self.scenarios[scenario], sort_keys=True, default=str)
+        loaded = self._worlds.get(key)
+        if loaded is None:
+            names = self.names(scenario)
+            loaded = self._base.load([Overlay(each, names) for each in self.overlays])
+            while len(self._worlds) >= _KEPT_WORLDS:
+                del self._worlds[next(iter(self._worlds))]
+            self._worlds[key] = loaded
+        return loaded
+
+    @cached_property
+    def _base(self) -> BaseWorld:
+        return BaseWorld(self.source)
+
+    def _seed(self, scenario: int, replication: int) -> int:
+        """Return a seed that depends on the experiment, the scenario's levels and the replication alone."""
+        levels = json.dumps(self.scenarios[scenario], sort_keys=True, default=str)
+        text = f"{self.file.name}/{self.file.seed}/{levels}/{replication}".encode()
+        return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest()) >> 33

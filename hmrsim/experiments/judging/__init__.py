@@ -1,0 +1,1 @@
+"""Judging a run from the truth: how it has ended, and what was measured."""

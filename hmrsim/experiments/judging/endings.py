@@ -1,0 +1,163 @@
+"""How a run has ended: a sink that looks whether an ending holds where something has happened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.events import registry
+from hmrsim.events.entities import Teleported
+from hmrsim.events.items import ItemEvent
+from hmrsim.events.orders import OrderDelivered
+from hmrsim.events.simulation import RunReported
+from hmrsim.geometry import distance
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.demand import NEAR
+
+if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.experiments.file.model import Ending
+    from hmrsim.geometry import Point
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.simulator import Simulator
+
+SUCCESSES: Final = ("success", "succeeded")
+"""The labels of endings that count as success."""
+
+Check = Callable[["Simulator", Any], bool]
+
+
+class Judge:
+    """A sink that ends a run as soon as one of its endings holds; of several at one instant the first in the file.
+
+    Args:
+        endings: By label, the conditions of which one must hold.
+
+    Attributes:
+        label: How it has ended; empty while it has not.
+        at: When, in simulated seconds.
+        reported: What controllers have reported: values by name, and the last label under ``label``.
+        counts: How many goals have ended, by status, and how many were accepted.
+    """
+
+    def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
+        self.label = ""
+        self.at = 0.0
+        self.reported: dict[str, Any] = {}
+        self.counts: dict[str, int] = {"accepted": 0, **{status.name.lower(): 0 for status in _ENDED}}
+        self._endings = endings
+        self._checks = [
+            (label, kinds, check)
+            for label, conditions in endings.items()
+            for condition in conditions
+            for kinds, check in [_check(condition)]
+            if kinds
+        ]
+        self._simulator: Simulator | None = None
+        self._end: Callable[[str], None] = lambda _reason: None
+
+    def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
+        """Begin to judge.
+
+        Args:
+            simulator: The simulator.
+            end: Ends the run after this instant, for a reason.
+        """
+        self._simulator, self._end = simulator, end
+
+    def controller_ended(self, *, succeeded: bool, now: float) -> None:
+        """Note that the controller has ended, if nothing has ended the run before."""
+        outcome = "succeeded" if succeeded else "failed"
+        for label, conditions in self._endings.items():
+            if any(condition.controller == outcome for condition in conditions):
+                self.end(label, now)
+        self.end(outcome, now)
+
+    def end(self, label: str, now: float) -> None:
+        """End the run, if it has not ended."""
+        if not self.label:
+            self.label, self.at = label, now
+            self._end(f"the run has ended: {label}")
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic's messages are wanted: events."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Look at what has happened."""
+        if isinstance(output, GoalChanged):
+            self._count(output.status)
+            if output.status.terminal:
+                self._look(output)
+        elif isinstance(output, EventStamped) and not self.label:
+            event = output.event
+            if isinstance(event, RunReported):
+                self.reported |= {**event.values, "label": event.label}
+            self._look(event)
+
+    def _look(self, event: Any) -> None:
+        """Look which endings hold where an event, or the end of a goal, may have brought one."""
+        simulator = self._simulator
+        if simulator is None or self.label:
+            return
+        for label, kinds, check in self._checks:
+            if isinstance(event, kinds) and check(simulator, event):
+                self.end(label, simulator.now)
+                return
+
+    def _count(self, status: GoalStatus) -> None:
+        if status is GoalStatus.ACCEPTED:
+            self.counts["accepted"] += 1
+        elif status.terminal:
+            self.counts[status.name.lower()] += 1
+
+
+_ENDED: Final = tuple(status for status in GoalStatus if status.terminal)
+
+
+def _check(condition: Ending) -> tuple[tuple[type, ...], Check]:
+    """Return at which events to look whether a condition holds, and how; none for those that no event brings."""
+    if condition.event is not None:
+        return (registry()[condition.event],), partial(_is_event, condition.where)
+    if condition.reported is not None:
+        return (RunReported,), lambda _simulator, event: bool(event.label == condition.reported)
+    if condition.item is not None:
+        return (ItemEvent, Teleported), partial(_item_is_there, condition)
+    if condition.robot is not None:
+        return (GoalChanged, Teleported), partial(_robot_is_there, condition)
+    if condition.orders is not None:
+        return (OrderDelivered,), partial(_orders_are_served, condition.count)
+    return (), lambda _simulator, _event: False
+
+
+def _is_event(where: Mapping[str, Any], _simulator: Simulator, event: Event) -> bool:
+    if not where:
+        return True
+    fields = event.as_dict()
+    return all(fields.get(name) == value for name, value in where.items())
+
+
+def _item_is_there(condition: Ending, simulator: Simulator, _event: object) -> bool:
+    item = simulator.items.get(condition.item or "")
+    if item is None or (condition.carried is not None and condition.carried is not (item.carrier is not None)):
+        return False
+    return _near(simulator, item.position, condition.at or "")
+
+
+def _robot_is_there(condition: Ending, simulator: Simulator, _event: object) -> bool:
+    robot = simulator.robots.get(condition.robot or "")
+    return robot is not None and _near(simulator, robot.pose().point, condition.at or "")
+
+
+def _near(simulator: Simulator, point: Point, place: str) -> bool:
+    world = simulator.world
+    return distance(point, world.point(place)) <= NEAR[world.units]
+
+
+def _orders_are_served(count: int | None, simulator: Simulator, _event: object) -> bool:
+    demand = simulator.demand
+    # The event is told before the order is closed.
+    return demand.totals.delivered >= count if count is not None else demand.served

@@ -1,0 +1,138 @@
+"""What is measured at the end of a run: expressions over what the simulator knows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.report.orders import quantile
+from hmrsim.world.overlays.expressions import evaluate, names_in
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.model import ExperimentFile
+    from hmrsim.experiments.judging.endings import Judge
+    from hmrsim.simulation.simulator import Simulator
+
+Value = float | str | None
+
+REPORT: Final = "report"
+"""The name under which expressions find the run's report, as `hmrsim report --json` has it."""
+
+NAMES: Final = ("end", "ends", "energy", "recoveries", "goals", "orders", "robots", "items", "reported", REPORT)
+"""What expressions may ask for."""
+
+
+def measures_of(
+    file: ExperimentFile, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]
+) -> tuple[dict[str, Value], list[str]]:
+    """Return the measures of a run that has ended, and why some have no value.
+
+    Args:
+        file: The experiment.
+        judge: How the run has ended.
+        simulator: The simulator, as it is at the end.
+        report: Makes the run's report.
+    """
+    names = _Names(judge, simulator, report, [*file.ends])
+    found: dict[str, Value] = {}
+    flaws: list[str] = []
+    for name, measure in file.measures.items():
+        try:
+            value = evaluate(measure.value, names)
+        except ValueError as error:
+            value = None
+            flaws.append(f"{name}: {error}")
+        found[name] = _plain(value)
+    return found, flaws
+
+
+def needs_report(file: ExperimentFile) -> bool:
+    """Return whether a measure asks for the report, which takes time to make."""
+    return any(REPORT in names_in(measure.value) for measure in file.measures.values())
+
+
+def _plain(value: Any) -> Value:
+    if isinstance(value, bool):
+        return float(value)
+    if isinstance(value, (int, float)):
+        return float(value) if math.isfinite(value) else None
+    return value if isinstance(value, str) else None
+
+
+class _Names(Mapping[str, Any]):
+    """The values of expressions, each made when it is asked for."""
+
+    def __init__(
+        self, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]], labels: list[str]
+    ) -> None:
+        self._made: dict[str, Callable[[], Any]] = {
+            "end": lambda: {"label": judge.label, "at": judge.at},
+            "ends": lambda: {**dict.fromkeys(labels, 0), **dict.fromkeys(_BUILT_IN, 0), judge.label: 1},
+            "energy": lambda: math.fsum(_energy(simulator)),
+            "recoveries": lambda: sum(robot.recoveries for robot in simulator.robots.values()),
+            "goals": lambda: judge.counts,
+            "orders": lambda: _orders(simulator),
+            "robots": lambda: {name: _robot(simulator, name) for name in simulator.robots},
+            "items": lambda: {
+                name: {"x": item.position[0], "y": item.position[1]} for name, item in simulator.items.items()
+            },
+            "reported": lambda: judge.reported,
+            REPORT: report,
+        }
+        self._get = cache(lambda name: self._made[name]())
+
+    def __getitem__(self, name: str) -> Any:
+        return self._get(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._made
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._made)
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+
+_BUILT_IN: Final = ("succeeded", "failed", "timeout")
+
+
+def _energy(simulator: Simulator) -> Iterator[float]:
+    for robot in simulator.robots.values():
+        if robot.energy is not None:
+            yield robot.energy.battery.used(simulator.now)
+
+
+def _robot(simulator: Simulator, name: str) -> dict[str, Any]:
+    robot = simulator.robots[name]
+    x, y = robot.pose().point
+    battery = robot.energy.battery if robot.energy else None
+    return {
+        "x": x,
+        "y": y,
+        "recoveries": robot.recoveries,
+        "disabled": bool(robot.disabled_reasons),
+        "battery": battery.share(simulator.now) if battery else None,
+        "energy": battery.used(simulator.now) if battery else 0.0,
+    }
+
+
+def _orders(simulator: Simulator) -> dict[str, Any]:
+    demand = simulator.demand
+    totals = demand.totals
+    leads = sorted(demand.lead_times)
+    return {
+        "placed": totals.placed,
+        "delivered": totals.delivered,
+        "late": totals.late,
+        "lost": totals.lost,
+        "open": len(demand.open),
+        "lead_time": {
+            "mean": math.fsum(leads) / len(leads) if leads else None,
+            "p50": quantile(leads, 0.5),
+            "p95": quantile(leads, 0.95),
+            "max": leads[-1] if leads else None,
+        },
+    }

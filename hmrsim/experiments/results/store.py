@@ -1,0 +1,238 @@
+"""The file of results: a table of runs, and what they are results of."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import platform
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from hmrsim import __version__
+from hmrsim.errors import ResultsError, reason_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hmrsim.experiments.file.plan import Plan
+    from hmrsim.experiments.running.row import Row
+
+FILE: Final = "results.sqlite"
+"""The name of the file in the folder of an experiment's results."""
+TRACES: Final = "traces"
+"""The folder of the traces that are kept."""
+
+_FORMAT: Final = 1
+_FIXED: Final = {
+    "number": "INTEGER PRIMARY KEY",
+    "scenario": "INTEGER NOT NULL",
+    "treatment": "TEXT NOT NULL",
+    "replication": "INTEGER NOT NULL",
+    "seed": "INTEGER NOT NULL",
+}
+_JUDGED: Final = {
+    "ending": "TEXT NOT NULL",
+    "success": "INTEGER NOT NULL",
+    "cause": "TEXT NOT NULL",
+    "at": "REAL",
+    "wall": "REAL NOT NULL",
+    "reported": "TEXT NOT NULL",
+    "output": "TEXT NOT NULL",
+}
+
+
+class Results:
+    """The results of an experiment: a folder with one SQLite file, of which one process at a time adds rows.
+
+    Args:
+        folder: The folder.
+
+    Attributes:
+        about: What they are results of: the experiment's name, file, hash, factors, measures, treatments, versions.
+
+    Raises:
+        ResultsError: There are none, or they can't be read.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._path = folder / FILE
+        if not self._path.is_file():
+            raise ResultsError(f"{folder}: there are no results; `hmrsim experiment run FILE -o {folder}` makes them")
+        try:
+            self._db = sqlite3.connect(self._path)
+            rows = self._db.execute("SELECT key, value FROM about").fetchall()
+        except sqlite3.Error as error:
+            raise ResultsError(f"{self._path}: can't be read: {error}") from None
+        self.about: dict[str, Any] = {key: json.loads(value) for key, value in rows}
+        if self.about.get("format") != _FORMAT:
+            raise ResultsError(
+                f"{self._path}: is of format {self.about.get('format')}, and this version reads {_FORMAT}"
+            )
+
+    @classmethod
+    def create(cls, folder: Path, plan: Plan) -> Results:
+        """Return the results of a plan, those that there are if it was begun.
+
+        Raises:
+            ResultsError: The folder has results of another experiment, or can't be written.
+        """
+        path = folder / FILE
+        if path.is_file():
+            found = cls(folder)
+            if found.about["hash"] != plan.hash:
+                raise ResultsError(
+                    f"{folder}: has results of another experiment, or of this file as it was; choose another folder"
+                )
+            return found
+        begun = folder / f"{FILE}.new"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            begun.unlink(missing_ok=True)
+            db = sqlite3.connect(begun)
+            with db:
+                db.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
+                db.executemany("INSERT INTO about VALUES (?, ?)", [(k, json.dumps(v)) for k, v in _about(plan).items()])
+                columns = [f"{_quoted(name)} {kind}" for name, kind in _columns(plan).items()]
+                db.execute(f"CREATE TABLE runs ({', '.join(columns)})")
+            db.close()
+            begun.rename(path)
+        except (OSError, sqlite3.Error) as error:
+            why = reason_of(error) if isinstance(error, OSError) else error
+            raise ResultsError(f"{folder}: results can't be written: {why}") from None
+        return cls(folder)
+
+    def __enter__(self) -> Self:
+        """Return the results."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """Close the file."""
+        self._db.close()
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep other processes from adding rows.
+
+        Raises:
+            ResultsError: Another one does already.
+        """
+        with (self.folder / "lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise ResultsError(f"{self.folder}: another process runs this experiment") from None
+            self._db.execute("PRAGMA journal_mode=WAL")
+            self._db.execute("PRAGMA synchronous=NORMAL")
+            yield
+
+    def add(self, plan: Plan, rows: Iterable[Row]) -> None:
+        """Add the results of some runs, all or none of them.
+
+        Raises:
+            ResultsError: They can't be written, as on a full disk.
+        """
+        names = [*_columns(plan)]
+        insert = f"INSERT INTO runs VALUES ({', '.join('?' * len(names))})"  # noqa: S608 - question marks
+        values = [self._values(plan, row) for row in rows]
+        try:
+            with self._db:
+                self._db.executemany(insert, [[each[name] for name in names] for each in values])
+        except sqlite3.Error as error:
+            raise ResultsError(
+                f"{self._path}: results can't be written: {error}; those before are kept, and the same command goes on"
+            ) from None
+
+    def _values(self, plan: Plan, row: Row) -> dict[str, Any]:
+        run, cause = row.run, row.cause
+        if row.trace and (why := self._keep(row)):
+            cause = "; ".join(filter(None, [cause, f"its trace can't be kept: {why}"]))
+        return {
+            "number": run.number,
+            "scenario": run.scenario,
+            "treatment": run.treatment,
+            "replication": run.replication,
+            "seed": run.seed,
+            **plan.scenarios[run.scenario],
+            **{name: row.measures.get(name) for name in plan.file.measures},
+            "ending": row.ending,
+            "success": int(row.success),
+            "cause": cause,
+            "at": row.at,
+            "wall": row.wall,
+            "reported": json.dumps(dict(row.reported), sort_keys=True),
+            "output": row.output,
+        }
+
+    def _keep(self, row: Row) -> str:
+        """Keep a trace; return why that is impossible, or ""."""
+        folder = self.folder / TRACES
+        path = folder / f"{row.run.number}.jsonl"
+        try:
+            folder.mkdir(exist_ok=True)
+            path.write_text(row.trace, encoding="utf-8")
+        except OSError as error:
+            path.unlink(missing_ok=True)
+            return reason_of(error)
+        return ""
+
+    def numbers(self) -> set[int]:
+        """Return the numbers of the runs that have a result."""
+        return {number for (number,) in self._db.execute("SELECT number FROM runs")}
+
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+        return [row[1] for row in self._db.execute("PRAGMA table_info(runs)")]
+
+    def rows(
+        self, columns: Sequence[str] | None = None, where: Mapping[str, Any] | None = None
+    ) -> Iterator[dict[str, Any]]:
+        """Yield rows in order of their numbers, one at a time.
+
+        Args:
+            columns: The columns; all if None.
+            where: Values that columns must have.
+        """
+        names = [*(self.columns() if columns is None else columns)]
+        wanted = where or {}
+        condition = " AND ".join(f"{_quoted(name)} IS ?" for name in wanted)
+        query = f"SELECT {', '.join(map(_quoted, names))} FROM runs{f' WHERE {condition}' if condition else ''}"  # noqa: S608 - quoted names
+        for row in self._db.execute(query + " ORDER BY number", [*wanted.values()]):
+            yield dict(zip(names, row, strict=True))
+
+    def count(self, by: str) -> dict[Any, int]:
+        """Return how many rows there are by the values of a column."""
+        query = f"SELECT {_quoted(by)}, COUNT(*) FROM runs GROUP BY 1 ORDER BY 2 DESC, 1"  # noqa: S608 - a quoted name
+        return dict(self._db.execute(query))
+
+
+def _columns(plan: Plan) -> dict[str, str]:
+    factors = dict.fromkeys(plan.scenarios[0] if plan.scenarios else (), "")
+    return {**_FIXED, **factors, **_JUDGED, **dict.fromkeys(plan.file.measures, "REAL")}
+
+
+def _about(plan: Plan) -> dict[str, Any]:
+    file = plan.file
+    return {
+        "format": _FORMAT,
+        "name": file.name,
+        "hash": plan.hash,
+        "path": str(plan.path),
+        "text": plan.path.read_text(encoding="utf-8"),
+        "variant": list(plan.variant),
+        "world": plan.world(0).hash,
+        "factors": list(plan.scenarios[0]) if plan.scenarios else [],
+        "scenarios": len(plan.scenarios),
+        "treatments": list(file.treatments),
+        "measures": {name: measure.model_dump() for name, measure in file.measures.items()},
+        "replications": file.replications.model_dump(),
+        "hmrsim": __version__,
+        "python": platform.python_version(),
+        "host": platform.node(),
+    }
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'

@@ -1,0 +1,1 @@
+"""Executing runs: one in a worker, many on an executor."""

@@ -1,0 +1,168 @@
+"""Making all runs of an experiment on an executor, whatever becomes of single ones."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.errors import HmrsimError
+from hmrsim.experiments.running.row import DIED, Row
+from hmrsim.experiments.running.schedule import Schedule
+from hmrsim.experiments.running.tasks import Task, execute
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.results.store import Results
+
+_AHEAD: Final = 2
+"""Tasks for each worker that are submitted before they are begun."""
+_TASK_SECONDS: Final = 0.3
+"""Wall seconds that the runs of a task shall take together: to send one costs half a millisecond."""
+_MAX_CHUNK: Final = 64
+_UNKNOWN: Final = 16
+"""Tasks at once on a cluster whose size is not known."""
+
+
+@dataclass
+class Progress:
+    """How far an experiment is.
+
+    Attributes:
+        done: Runs that have a result.
+        expected: How many there will be, as far as is known.
+        made: Runs that were made by this process.
+        failed: Runs that did not end as a success, of those.
+        began: When it began, by the wall's clock.
+    """
+
+    done: int = 0
+    expected: int = 0
+    made: int = 0
+    failed: int = 0
+    began: float = field(default_factory=time.monotonic)
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Wall seconds until the end, at the pace so far; None while there is none."""
+        if not self.made:
+            return None
+        return (self.expected - self.done) * (time.monotonic() - self.began) / self.made
+
+
+class Campaign:
+    """Makes the runs of a plan that have no result yet.
+
+    Args:
+        plan: The experiment.
+        results: Where results go, as they come.
+        make: Makes an executor; called again when one has broken.
+        workers: How many runs it executes at once; 0 if that is not known.
+        tell: Called whenever there are new results.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        results: Results,
+        make: Callable[[], Executor],
+        workers: int,
+        tell: Callable[[Progress], None] = lambda _progress: None,
+    ) -> None:
+        self._plan, self._results, self._make, self._tell = plan, results, make, tell
+        until = plan.file.replications.until
+        columns = ["number", until.measure] if until else ["number", "seed"]
+        done = {int(row["number"]): row[columns[1]] for row in results.rows(columns)}
+        self._schedule = Schedule(plan, done)
+        self._workers = workers or _UNKNOWN
+        self._suspects: list[Run] = []
+        self._chunk = 1
+        self.progress = Progress(self._schedule.done, self._schedule.expected)
+
+    def run(self) -> Progress:
+        """Make all runs; return how far it is at the end.
+
+        Raises:
+            ResultsError: Results can't be written.
+            ExperimentError: The file has changed meanwhile.
+        """
+        with self._results.writing():
+            while self._schedule.done < self._schedule.expected:
+                executor = self._make()
+                try:
+                    self._run_on(executor)
+                except BaseException:
+                    _stop(executor)
+                    raise
+                executor.shutdown(wait=True, cancel_futures=True)
+        return self.progress
+
+    def _run_on(self, executor: Executor) -> None:
+        """Make runs until none is left or the executor has broken."""
+        waiting: dict[Future[list[Row]], list[Run]] = {}
+        while True:
+            # Runs of which one may have broken the executor are made alone.
+            most = 1 if self._suspects else self._workers * _AHEAD
+            while len(waiting) < most and (runs := self._next()):
+                waiting[executor.submit(execute, self._task(runs))] = runs
+            if not waiting:
+                return
+            ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            rows: list[Row] = []
+            lost: list[list[Run]] = []
+            for future in ended:
+                runs = waiting.pop(future)
+                error = future.exception()
+                if error is None:
+                    rows += future.result()
+                elif isinstance(error, HmrsimError):
+                    raise error
+                else:
+                    lost.append(runs)
+            self._note(rows)
+            if lost:
+                self._note(self._lose([*lost, *waiting.values()], alone=most == 1))
+                return
+
+    def _next(self) -> list[Run]:
+        if self._suspects:
+            return [self._suspects.pop()]
+        return self._schedule.next(self._chunk)
+
+    def _task(self, runs: list[Run]) -> Task:
+        plan = self._plan
+        return Task(str(plan.path), plan.variant, plan.hash, tuple(run.number for run in runs))
+
+    def _lose(self, lost: list[list[Run]], *, alone: bool) -> list[Row]:
+        """Note that an executor has broken; return the result of the run that has broken it, if that is known."""
+        runs = [run for each in lost for run in each]
+        if alone and len(runs) == 1:
+            return [Row(runs[0], DIED, "its worker has died, as of a segmentation fault or of too little memory")]
+        self._suspects += sorted(runs, key=lambda run: -run.number)
+        return []
+
+    def _note(self, rows: list[Row]) -> None:
+        if not rows:
+            return
+        self._results.add(self._plan, rows)
+        measure = self._schedule.measure
+        for row in rows:
+            self._schedule.note(row.run, row.measures.get(measure) if measure else None)
+        progress = self.progress
+        progress.done, progress.expected = self._schedule.done, self._schedule.expected
+        progress.made += len(rows)
+        progress.failed += sum(not row.success for row in rows)
+        pace = sum(row.wall for row in rows) / len(rows)
+        self._chunk = max(1, min(_MAX_CHUNK, int(_TASK_SECONDS / max(pace, 1e-3))))
+        left = (progress.expected - progress.done) // (self._workers * _AHEAD)
+        self._chunk = max(1, min(self._chunk, left))
+        self._tell(progress)
+
+
+def _stop(executor: Executor) -> None:
+    """End an executor with what it does."""
+    for process in [*(getattr(executor, "_processes", None) or {}).values()]:
+        process.terminate()
+    executor.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,119 @@
+"""Checking all that an experiment needs, without running anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.diagnostics import Finding, dotted, instead
+from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
+from hmrsim.events import registry as events
+from hmrsim.experiments.judging.measures import NAMES
+from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.world.files import read_text
+from hmrsim.world.overlays.expressions import names_in, substituted
+from hmrsim.world.yaml_text import line_of, read
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.model import Ending
+    from hmrsim.experiments.file.plan import Plan
+    from hmrsim.world.model import World
+
+
+def check_plan(plan: Plan, tell: Callable[[int], None] = lambda _scenario: None) -> list[Problem]:
+    """Return the warnings of the worlds of all scenarios; raise all errors.
+
+    Args:
+        plan: The experiment.
+        tell: Called with the number of each scenario whose world was checked.
+
+    Raises:
+        ExperimentError: Something is wrong; it has all errors.
+    """
+    problems: dict[Problem, None] = {}
+    warnings: dict[Problem, None] = {}
+    for scenario, levels in enumerate(plan.scenarios):
+        try:
+            warnings |= dict.fromkeys(plan.world(scenario).warnings)
+        except WorldError as error:
+            said = ", ".join(f"{name}={level}" for name, level in levels.items())
+            for problem in error.problems:
+                known = problem.severity == "error" and not any(_alike(problem, each) for each in problems)
+                if known:
+                    place = f"{problem.message} (scenario {scenario}{f': {said}' if said else ''})"
+                    problems[replace(problem, message=place)] = None
+        tell(scenario)
+    world = None if problems else plan.world(0).world
+    findings = [*_treatments(plan), *_measures(plan), *_endings(plan, world)]
+    if findings or problems:
+        _, lines, _ = read(read_text(plan.path, str(plan.path)))
+        line = partial(line_of, lines)
+        found = [Problem(str(plan.path), dotted(each.path), each.message, line(each.path)) for each in findings]
+        ordered = sorted([*problems, *found], key=lambda problem: (problem.file != str(plan.path), problem.line or 0))
+        raise ExperimentError(ordered)
+    return [*warnings]
+
+
+def _alike(problem: Problem, other: Problem) -> bool:
+    """Return whether a problem is that of another scenario."""
+    return (problem.file, problem.path, problem.line) == (
+        other.file,
+        other.path,
+        other.line,
+    ) and other.message.startswith(problem.message)
+
+
+def _treatments(plan: Plan) -> Iterator[Finding]:
+    for name, treatment in plan.treatments.items():
+        kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
+        said: dict[str, None] = {}
+        for scenario in range(len(plan.scenarios)):
+            names = plan.names(scenario)
+            try:
+                if treatment.in_process:
+                    controller_of(treatment, names, plan.path.parent)
+                else:
+                    substituted([treatment.command, *treatment.set.values()], names)
+            except (HmrsimError, ValueError) as error:
+                said.setdefault(str(error))
+        for why in said:
+            yield Finding(("treatments", name, kind), why)
+
+
+def _measures(plan: Plan) -> Iterator[Finding]:
+    for name, measure in plan.file.measures.items():
+        try:
+            unknown = sorted(names_in(measure.value) - {*NAMES})
+        except ValueError as error:
+            yield Finding(("measures", name), str(error), measure.value)
+            continue
+        for each in unknown:
+            yield Finding(("measures", name), f"there is no {each!r}{instead(each, NAMES)}", measure.value)
+
+
+def _endings(plan: Plan, world: World | None) -> Iterator[Finding]:
+    for label, conditions in plan.file.ends.items():
+        for i, condition in enumerate(conditions):
+            path = ("ends", label, i) if len(conditions) > 1 else ("ends", label)
+            for field, message in _flaws(condition, world):
+                yield Finding((*path, field), message)
+
+
+def _flaws(condition: Ending, world: World | None) -> Iterator[tuple[str, str]]:
+    if condition.event is not None and condition.event not in events():
+        yield "event", f"there is no kind of event {condition.event!r}{instead(condition.event, events())}"
+    if world is None:
+        return
+    places: Mapping[str, Any] = {**world.points, **world.places, **world.docks}
+    if condition.at is not None and condition.at not in places:
+        yield "at", f"no waypoint, place or dock {condition.at!r}{instead(condition.at, places)}"
+    if condition.robot is not None and condition.robot not in world.robots:
+        yield "robot", f"no robot {condition.robot!r}{instead(condition.robot, world.robots)}"
+    ordered = [spec.item or spec.name for spec in world.demand]
+    known = {*world.items, *ordered}
+    if condition.item is not None and not known & {condition.item, condition.item.rpartition("_")[0]}:
+        yield "item", f"no item {condition.item!r}{instead(condition.item, world.items)}"
+    if condition.orders is not None and not world.demand and condition.count is None:
+        yield "orders", "the world has no demand; say how many orders have to be delivered: count"

@@ -1,0 +1,166 @@
+"""One run whose controller is a command: any program, over Zenoh, with an endpoint of its own."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from hmrsim.errors import HmrsimError
+from hmrsim.experiments.judging.endings import Judge
+from hmrsim.experiments.judging.measures import needs_report
+from hmrsim.experiments.running.guards import Tail
+from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
+from hmrsim.experiments.running.single import result_of
+from hmrsim.report.live import LiveReport
+from hmrsim.settings.run import RunSettings
+from hmrsim.trace.late import LateTrace
+from hmrsim.world.overlays.expressions import substituted
+from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.wire.options import SessionOptions
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.model import Treatment
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.protocol.sinks import Sink
+
+_GRACE: Final = 2.0
+"""Wall seconds that a controller has to end by itself after the run has ended."""
+_POLL: Final = 0.002
+"""Wall seconds between two looks whether the controller, or the run, has ended."""
+_FAILED: Final = 1
+"""The exit code of a controller that has failed, and not crashed."""
+
+
+def run_command(plan: Plan, run: Run) -> Row:
+    """Return the result of a run whose controller is a command.
+
+    It is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in its
+    environment, in a process group of its own, which is killed when the run has ended. Exit code 0 is a success, 1 a
+    failure, and all others a crash.
+    """
+    began = time.monotonic()
+    treatment = plan.treatments[run.treatment]
+    try:
+        loaded = plan.world(run.scenario)
+        words = _words(treatment, plan.names(run.scenario))
+    except (HmrsimError, ValueError) as error:
+        return Row(run, ERROR, str(error), wall=time.monotonic() - began)
+    limits = plan.file.limits
+    settings = RunSettings(seed=run.seed, duration=limits.simulated, clock="lockstep", participant_timeout=limits.wall)
+    judge, trace = Judge(plan.file.ends), LateTrace(loaded.world, settings)
+    report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
+    sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
+    watchers = (lambda simulator, _pacing: [report.sink(simulator)]) if report else (lambda _simulator, _pacing: ())
+    options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    with Host(loaded, options, settings, sinks=sinks, watchers=watchers) as host:
+        judge.watch(host.simulator, host.end)
+        host.start()
+        try:
+            controller = _Controller(words, plan, run, host.endpoints[0])
+        except OSError as error:
+            return Row(run, ERROR, f"{words[0]}: {error.strerror or error}", wall=time.monotonic() - began)
+        with controller:
+            ending, cause = _follow(controller, host, began + limits.wall)
+        host.stop()
+        # Nothing runs any more: what the simulator knows can be read.
+        if ending in {"succeeded", "failed"} and not judge.label and host.pacing.over is False:
+            judge.controller_ended(succeeded=ending == "succeeded", now=host.simulator.now)
+        judged = bool(judge.label)
+        judge.end(TIMEOUT if ending in {"succeeded", "failed"} else ending, host.simulator.now)
+        values = (lambda: report.report(host.simulator).model_dump(mode="json")) if report else dict
+        row = result_of(plan, run, judge, host.simulator, values)
+    kept = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
+    return replace(
+        row,
+        cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
+        wall=time.monotonic() - began,
+        output=controller.output,
+        trace=trace.whole(host.simulator.now) if kept else "",
+    )
+
+
+def _words(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
+    command = treatment.command
+    parts = shlex.split(command) if isinstance(command, str) else list(command or ())
+    words = [str(substituted(part, names)) for part in parts]
+    if not words:
+        raise ValueError("the command is empty")
+    return words
+
+
+class _Controller:
+    """The process of a controller, and all that it starts; a context manager that kills them."""
+
+    def __init__(self, words: list[str], plan: Plan, run: Run, endpoint: str) -> None:
+        values = {key: str(substituted(each, plan.names(run.scenario))) for key, each in _set(plan, run).items()}
+        environment = os.environ | values
+        environment |= {"HMRSIM_CONNECT": endpoint, "HMRSIM_SEED": str(run.seed), "HMRSIM_RUN": str(run.number)}
+        self._tail = Tail()
+        self._process = subprocess.Popen(  # noqa: S603 - the user's own command
+            words,
+            cwd=plan.path.parent,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            text=True,
+            errors="replace",
+        )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        self._reader.join(_GRACE)
+
+    @property
+    def code(self) -> int | None:
+        """The exit code; None while it runs."""
+        return self._process.poll()
+
+    @property
+    def output(self) -> str:
+        """The end of what it has printed."""
+        return self._tail.text
+
+    def _read(self) -> None:
+        stream = self._process.stdout
+        with suppress(ValueError, OSError):
+            while stream is not None and (text := stream.read(4096)):
+                self._tail.write(text)
+
+
+def _set(plan: Plan, run: Run) -> Mapping[str, Any]:
+    return plan.treatments[run.treatment].set
+
+
+def _follow(controller: _Controller, host: Host, until: float) -> tuple[str, str]:
+    """Wait for the end of a controller, or of the run; return the ending if the judge finds none, and its cause."""
+    while controller.code is None:
+        if host.wait(_POLL):
+            deadline = min(until, time.monotonic() + _GRACE)
+            while controller.code is None and time.monotonic() < deadline:
+                time.sleep(_POLL)
+            return TIMEOUT, ""
+        if time.monotonic() > until:
+            return HUNG, "it takes too long by the wall's clock"
+    code = controller.code
+    if code == 0:
+        return "succeeded", ""
+    if code == _FAILED:
+        return "failed", ""
+    return CRASHED, f"the controller ended with {f'signal {-code}' if code < 0 else f'exit code {code}'}"

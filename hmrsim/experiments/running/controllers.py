@@ -1,0 +1,82 @@
+"""The controllers under test: trees and functions within the process."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from bt_controller.loading.named_functions import NamedFunction, find_function
+from bt_controller.loading.trees import Plan as TreePlan
+from bt_controller.loading.trees import load
+from bt_controller.running.run_tree import run_tree
+from hmrsim.world.overlays.expressions import substituted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from hmrsim.experiments.file.model import Treatment
+    from hmrsim_zenoh.client.client import Client
+
+Controller = Callable[["Client", "Sequence[str]"], bool]
+"""Controls the robots of a simulation to the end; returns whether that succeeded."""
+
+
+def controller_of(treatment: Treatment, names: Mapping[str, Any], folder: Path) -> Controller:
+    """Return a controller that runs in this process.
+
+    Args:
+        treatment: What is run; not a command.
+        names: The values that its expressions ask for.
+        folder: Where files are looked for, and modules, too.
+
+    Raises:
+        TreeError: There is none, or something is wrong with it.
+        ValueError: An expression has no value.
+    """
+    values = {key: _text(substituted(value, names)) for key, value in treatment.set.items()}
+    if treatment.tree is not None:
+        plan = _tree(
+            substituted(treatment.tree, names), treatment.tree_id, treatment.nodes, tuple(values.items()), folder
+        )
+        return lambda client, robots: run_tree(client, plan, treatment.robots or robots).succeeded
+    if treatment.python is None:
+        raise AssertionError
+    function = _function(substituted(treatment.python, names), folder)
+    return lambda client, _robots: function.applied(client) is not False
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+@lru_cache(maxsize=256)
+def _tree(
+    name: str, tree_id: str | None, nodes: tuple[str, ...], values: tuple[tuple[str, str], ...], folder: Path
+) -> TreePlan:
+    with _within(folder):
+        return load(_there(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
+
+
+@lru_cache(maxsize=256)
+def _function(name: str, folder: Path) -> NamedFunction:
+    with _within(folder):
+        return find_function(_there(name, folder))
+
+
+def _there(name: str, folder: Path) -> str:
+    """Return a name whose file, if it names one, is in the folder of the experiment."""
+    home, colon, rest = name.partition(":")
+    path = folder / home
+    return f"{path}{colon}{rest}" if home.endswith((".py", ".xml")) and path.is_file() else name
+
+
+@contextmanager
+def _within(folder: Path) -> Iterator[None]:
+    """Look for modules in a folder, too."""
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    yield

@@ -1,0 +1,97 @@
+"""What executes runs: any `concurrent.futures.Executor`."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import ExperimentError, Problem
+from hmrsim.experiments.running.tasks import prepare_worker
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+POOL, DASK = "pool", "dask"
+
+
+def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int]:
+    """Return what makes an executor, and how many runs it executes at once.
+
+    Args:
+        text: ``pool`` or ``pool:N``, ``dask``, ``dask://HOST:PORT`` or ``MODULE:FACTORY``.
+        jobs: How many processes; None for one a processor.
+
+    Raises:
+        ExperimentError: There is no such executor.
+    """
+    count = jobs or len(os.sched_getaffinity(0))
+    name, colon, rest = text.partition(":")
+    if name == POOL:
+        if colon and not (rest.isdecimal() and int(rest) > 0):
+            raise _error(text, f"expected a number of processes after pool:, got {rest!r}")
+        workers = int(rest) if colon else count
+        return lambda: _pool(workers), workers
+    if name == DASK:
+        distributed = _imported(text, "distributed", "; install hmrsim[cluster]")
+        address = f"tcp://{rest.removeprefix('//')}" if rest.startswith("//") else ""
+        return lambda: _dask(distributed, address, count), 0 if address else count
+    if colon and name and rest.isidentifier():
+        factory = getattr(_imported(text, name, ""), rest, None)
+        if not callable(factory):
+            raise _error(text, f"module {name!r} has no function {rest!r}")
+        return factory, count
+    raise _error(text, "expected pool, pool:N, dask, dask://HOST:PORT or MODULE:FACTORY")
+
+
+def _pool(workers: int) -> Executor:
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_worker)
+
+
+def _dask(distributed: Any, address: str, workers: int) -> Executor:
+    """Return the executor of a Dask cluster; one of this machine is made where no address is given."""
+    if address:
+        client = distributed.Client(address)
+    else:
+        cluster = distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs="ERROR"
+        )
+        client = distributed.Client(cluster)
+    executor: Executor = client.get_executor(pure=False, retries=0)
+    return _Closing(executor, client)
+
+
+class _Closing(Executor):
+    """An executor that closes its cluster with it."""
+
+    def __init__(self, executor: Executor, client: Any) -> None:
+        self._executor, self._client = executor, client
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+        """Submit a call."""
+        return self._executor.submit(function, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as of Executor
+        """End it, and the cluster if it was made for it."""
+        self._executor.shutdown(wait=wait, cancel_futures=cancel_futures)
+        with suppress(Exception):
+            self._client.close()
+        cluster = self._client.cluster
+        if cluster is not None:
+            with suppress(Exception):
+                cluster.close()
+
+
+def _imported(text: str, module: str, remedy: str) -> ModuleType:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise _error(text, f"{error}{remedy}") from None
+
+
+def _error(text: str, message: str) -> ExperimentError:
+    return ExperimentError([Problem(f"--executor {text}", "", message)])

@@ -1,0 +1,59 @@
+"""The result of one run: a row of the results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.experiments.judging.endings import SUCCESSES
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Run
+    from hmrsim.experiments.judging.measures import Value
+
+CRASHED: Final = "crashed"
+"""The ending of a run whose controller raised an error, or ended with an exit code other than 0 and 1."""
+TIMEOUT: Final = "timeout"
+"""The ending of a run that reached the limit of simulated time."""
+HUNG: Final = "hung"
+"""The ending of a run that took too long by the wall's clock."""
+MEMORY: Final = "out_of_memory"
+"""The ending of a run that took too much memory."""
+DIED: Final = "died"
+"""The ending of a run whose worker has died, as of a segmentation fault."""
+ERROR: Final = "error"
+"""The ending of a run that could not be made, as its world or its controller can't be loaded."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The result of a run.
+
+    Attributes:
+        run: Which one.
+        ending: How it has ended: one of the file's labels, ``succeeded`` or ``failed`` as the controller says, or one
+            of this module's.
+        cause: What the ending alone does not say, such as an error; empty for nothing.
+        at: When it ended, in simulated seconds; None if it did not begin.
+        wall: Wall seconds that it took.
+        measures: The measures, by name; None where one has no value.
+        reported: What controllers have reported.
+        output: The last lines that the controller printed.
+        trace: The trace, if it is to be kept.
+    """
+
+    run: Run
+    ending: str
+    cause: str = ""
+    at: float | None = None
+    wall: float = 0.0
+    measures: Mapping[str, Value] = field(default_factory=dict)
+    reported: Mapping[str, Any] = field(default_factory=dict)
+    output: str = ""
+    trace: str = ""
+
+    @property
+    def success(self) -> bool:
+        """Whether it counts as a success."""
+        return self.ending in SUCCESSES

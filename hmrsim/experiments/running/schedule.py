@@ -1,0 +1,118 @@
+"""Which runs are next: replication by replication, until each scenario has enough."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.judging.measures import Value
+
+_GROWTH: Final = 0.25
+"""Replications that are added at once, as a share of those that there are."""
+
+
+class Schedule:
+    """The runs of a plan that are still to be made.
+
+    Which they are depends on the results of whole replications alone, and not on the order in which they come.
+
+    Args:
+        done: The results that there are already: by number, the value of the measure that decides; see `until`.
+    """
+
+    def __init__(self, plan: Plan, done: dict[int, Value]) -> None:
+        self._plan = plan
+        self._done = dict(done)
+        replications = plan.file.replications
+        self._until = replications.until
+        first = replications.min if self._until else replications.max
+        count = len(plan.scenarios)
+        self._targets = [0] * count
+        self._missing = [0] * count
+        self._further: deque[Run] = deque()
+        self._fresh = (
+            plan.run(scenario, treatment, replication)
+            for replication in range(first)
+            for scenario in range(count)
+            for treatment in plan.treatments
+        )
+        for scenario in range(count):
+            self._aim(scenario, first)
+            self._extend(scenario)
+
+    @property
+    def measure(self) -> str | None:
+        """The name of the measure that decides how many replications there are; None for none."""
+        return self._until.measure if self._until else None
+
+    @property
+    def expected(self) -> int:
+        """How many runs there are in all, as far as is known."""
+        return sum(self._targets) * len(self._plan.treatments)
+
+    @property
+    def done(self) -> int:
+        """How many have a result."""
+        return len(self._done)
+
+    def next(self, most: int) -> list[Run]:
+        """Return some runs that are to be made now, the first replications of all scenarios first."""
+        found: list[Run] = []
+        while len(found) < most:
+            run = self._further.popleft() if self._further else next(self._fresh, None)
+            if run is None:
+                break
+            if run.number not in self._done:
+                found.append(run)
+        return found
+
+    def take_back(self, runs: Iterable[Run]) -> None:
+        """Note that runs were not made after all; they are next."""
+        self._further.extendleft(runs)
+
+    def note(self, run: Run, value: Value) -> None:
+        """Note the result of a run."""
+        if run.number not in self._done and run.replication < self._targets[run.scenario]:
+            self._missing[run.scenario] -= 1
+        self._done[run.number] = value
+        self._extend(run.scenario)
+
+    def _aim(self, scenario: int, target: int) -> list[Run]:
+        """Let a scenario have so many replications; return the further runs that are to be made."""
+        runs = [
+            run
+            for replication in range(self._targets[scenario], target)
+            for treatment in self._plan.treatments
+            if (run := self._plan.run(scenario, treatment, replication)).number not in self._done
+        ]
+        self._targets[scenario] = target
+        self._missing[scenario] += len(runs)
+        return runs
+
+    def _extend(self, scenario: int) -> None:
+        """Add replications to a scenario whose runs all have results, until there are enough."""
+        most = self._plan.file.replications.max
+        while self._until is not None and not self._missing[scenario] and self._targets[scenario] < most:
+            if all(self._enough(scenario, treatment) for treatment in self._plan.treatments):
+                return
+            target = self._targets[scenario]
+            self._further += self._aim(scenario, min(most, target + max(1, math.ceil(target * _GROWTH))))
+
+    def _enough(self, scenario: int, treatment: str) -> bool:
+        until = self._until
+        if until is None:
+            return True
+        numbers = (self._plan.run(scenario, treatment, each).number for each in range(self._targets[scenario]))
+        values = [value for number in numbers if isinstance(value := self._done[number], (int, float))]
+        minimum = self._plan.file.replications.min
+        error, of = (until.relative_error, MEAN) if until.relative_error is not None else (until.error, PROPORTION)
+        if error is None:
+            raise AssertionError
+        rule = StoppingRule(error, of, until.confidence, max(2, minimum), look_ahead=0)
+        return len(values) >= rule.minimum and enough(values, rule)

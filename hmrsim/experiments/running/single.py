@@ -1,0 +1,101 @@
+"""One run, within this process: a world, a controller, and the judge."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import HmrsimError
+from hmrsim.experiments.judging.endings import Judge
+from hmrsim.experiments.judging.measures import measures_of, needs_report
+from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, MEMORY, TIMEOUT, Row
+from hmrsim.report.live import LiveReport
+from hmrsim.settings.run import RunSettings
+from hmrsim.trace.late import LateTrace
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.errors import SimulatorGone
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.running.controllers import Controller
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+
+_SUCCEEDED, _FAILED = "succeeded", "failed"
+
+
+class WallLimit(BaseException):
+    """A run takes too long; not an Exception, so that a controller does not catch it by accident."""
+
+
+def run_in_process(plan: Plan, run: Run) -> Row:
+    """Return the result of a run whose controller is a tree or a function, with its trace if it may be kept."""
+    began = time.perf_counter()
+    try:
+        world = plan.world(run.scenario).world
+        controller = controller_of(plan.treatments[run.treatment], plan.names(run.scenario), plan.path.parent)
+    except (HmrsimError, ValueError) as error:
+        return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
+    settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated)
+    judge = Judge(plan.file.ends)
+    trace = LateTrace(world, settings.model_copy(update={"clock": "lockstep"}))
+    report = LiveReport(world, settings) if needs_report(plan.file) else None
+    sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
+    watchers = (lambda simulator, _pacing: [report.sink(simulator)]) if report else (lambda _simulator, _pacing: ())
+    with ExitStack() as stack:
+        host = stack.enter_context(LoopbackHost(world, settings, sinks=sinks, watchers=watchers))
+        simulator = host.simulator
+        judge.watch(simulator, host.end)
+        client = stack.enter_context(Client(session=host.open_session(), name=plan.treatments[run.treatment].name))
+        ending, cause = _control(controller, client, simulator)
+        if ending in {_SUCCEEDED, _FAILED} and not host.pacing.over:
+            judge.controller_ended(succeeded=ending == _SUCCEEDED, now=simulator.now)
+        # What the judge has found counts, also where a controller is confused by the end.
+        judged = bool(judge.label)
+        judge.end(TIMEOUT if ending in {_SUCCEEDED, _FAILED} else ending, simulator.now)
+        values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
+        row = result_of(plan, run, judge, simulator, values)
+    kept = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
+    causes = [row.cause] if judged else [cause, row.cause]
+    return replace(
+        row,
+        cause="; ".join(filter(None, causes)),
+        wall=time.perf_counter() - began,
+        trace=trace.whole(simulator.now) if kept else "",
+    )
+
+
+def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
+    """Return the result of a run that was judged; its cause says which measures have no value, and why."""
+    measures, flaws = measures_of(plan.file, judge, simulator, report)
+    return Row(run, judge.label, "; ".join(flaws), judge.at, measures=measures, reported=judge.reported)
+
+
+def _control(controller: Controller, client: Client, simulator: Simulator) -> tuple[str, str]:
+    """Let a controller control the robots; return the ending if the judge finds none, and its cause."""
+    try:
+        return (_SUCCEEDED if controller(client, [*simulator.robots]) else _FAILED), ""
+    except SimulatorGone:
+        return _FAILED, ""
+    except WallLimit as limit:
+        return HUNG, str(limit)
+    except MemoryError:
+        return MEMORY, "it takes more memory than its limit"
+    except HmrsimError as error:
+        return CRASHED, f"{type(error).__name__}: {error}"
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the user's code raises
+        return CRASHED, described(error)
+
+
+def described(error: BaseException) -> str:
+    """Return an error of the user's code as one line: the error and its place."""
+    import traceback  # noqa: PLC0415 - of runs that crash
+
+    text = f"{type(error).__name__}: {error}".splitlines()[0]
+    frames = traceback.extract_tb(error.__traceback__)
+    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text

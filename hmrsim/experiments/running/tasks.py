@@ -1,0 +1,85 @@
+"""What a worker does: some runs, one after the other, each within its limits."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.errors import ExperimentError
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.running.commands import run_command
+from hmrsim.experiments.running.guards import guarded
+from hmrsim.experiments.running.row import ERROR, HUNG, MEMORY, Row
+from hmrsim.experiments.running.single import WallLimit, described, run_in_process
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.file.plan import Plan, Run
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some runs of an experiment.
+
+    Attributes:
+        path: The experiment's file; a worker on another machine needs to see it, too.
+        variant: The variants that were chosen.
+        hash: The hash of the plan that is meant.
+        numbers: The numbers of the runs.
+    """
+
+    path: str
+    variant: tuple[str, ...]
+    hash: str
+    numbers: tuple[int, ...]
+
+
+def prepare_worker() -> None:
+    """Make a process of a pool ready: it says nothing, and leaves Ctrl-C to the one that has started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+    from hmrsim.cli.garbage import collect_rarely  # noqa: PLC0415 - a worker's own affair
+
+    collect_rarely()
+
+
+def execute(task: Task) -> list[Row]:
+    """Return the results of some runs, in order.
+
+    Raises:
+        ExperimentError: The file can't be read any more, or has changed.
+    """
+    plan = _plan(task.path, task.variant, task.hash)
+    return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]
+
+
+def execute_run(plan: Plan, run: Run) -> Row:
+    """Return the result of a run, whatever happens in it."""
+    try:
+        with guarded(plan.file.limits) as tail:
+            row = run_in_process(plan, run) if plan.treatments[run.treatment].in_process else run_command(plan, run)
+    except WallLimit as limit:
+        return Row(run, HUNG, str(limit) or "it takes too long", wall=plan.file.limits.wall, output=tail.text)
+    except MemoryError:
+        return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
+    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
+        return Row(run, ERROR, described(error), output=tail.text)
+    return replace(row, output=row.output or tail.text)
+
+
+@lru_cache(maxsize=4)
+def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
+    plan = read_plan(path, variant)
+    if plan.hash != hash_:
+        raise ExperimentError([_changed(path)])
+    return plan
+
+
+def _changed(path: str) -> Any:
+    from hmrsim.errors import Problem  # noqa: PLC0415 - only where a file has changed
+
+    return Problem(path, "", "has changed since the experiment was started; start it again")
