@@ -29,6 +29,7 @@ class Part(StrEnum):
     CLOSED_LANES = "closed_lanes"
     DEADLOCKS = "deadlocks"
     FAULTS = "faults"
+    ORDERS = "orders"
     PARTICIPANTS = "participants"
     PLANNER = "planner_present"
     STATE = "simulation_state"

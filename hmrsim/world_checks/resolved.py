@@ -107,6 +107,7 @@ def resolved(world: World) -> dict[str, Any]:
         ],
         "robot_types": [{"name": name, **_base(world, kind.base)} for name, kind in _types(world).items()],
         "robots": [_robot(world, name, robot) for name, robot in world.robots.items()],
+        "demand": [demand.name for demand in world.demand],
     }
 
 

@@ -8,6 +8,7 @@ async ([base, VIEW, prefix = '']) => {
   const { Tail } = await import(`${base}/model/tail.js`);
   const { Lines } = await import(`${base}/source/recording.js`);
   const { Playback } = await import(`${base}/source/playback.js`);
+  const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
   const { told, goalWords } = await import(`${base}/model/words.js`);
 
@@ -29,6 +30,9 @@ async ([base, VIEW, prefix = '']) => {
     const goal = { robot: 'wall_e', action: 'navigate_to_pose', goal_id: 'one' };
     return event(t, 'status', { ...goal, status: number, ...more });
   };
+  const ORDER = { order: 'food_1', item: 'soup' };
+  const placed = (t, more = {}) => event(t, 'order_placed', { ...ORDER, from: 'ward', to: 'charger', within: 30, ...more });
+  const delivered = (t, more = {}) => event(t, 'order_delivered', { ...ORDER, lead_time: t - 1, robot: 'eve', ...more });
   const modelOf = (...events) => {
     const model = new Model();
     model.loadView(VIEW);
@@ -341,6 +345,52 @@ async ([base, VIEW, prefix = '']) => {
         equal(before, [now.poseAt(3), now.driven, [...model.goals.keys()], model.events.length]);
         model.apply(drive(6, [10, 0, 0], [10, 10, 0]));
       }
+    },
+    'an order is open from its coming to its delivery'() {
+      const model = modelOf(placed(1));
+      const { demand } = model;
+      equal([['ward', 'charger', 1, 31, 'waiting']], [...demand.open.values()].map((each) => {
+        return [each.from, each.to, each.placed, each.due, each.state];
+      }));
+      model.apply(event(31, 'order_late', { ...ORDER, to: 'charger' }));
+      equal(true, demand.open.get('food_1').late);
+      model.apply(delivered(36, { late: 5 }));
+      equal([0, { placed: 1, delivered: 1, late: 1, lost: 0 }], [demand.open.size, demand.totals]);
+      equal(['ward', 'charger', 'eve', 36, 35, 5], ['from', 'to', 'robot', 'ended', 'lead', 'lateBy'].map((each) => demand.ended[0][each]));
+    },
+    'an order whose coming is not known is shown by what happens to it'() {
+      const { demand } = modelOf(event(5, 'order_picked_up', { ...ORDER, robot: 'eve' }), event(6, 'order_lost', { order: 'x', item: 'y' }));
+      equal(['soup', 'carried', 'eve', null], ['item', 'state', 'robot', 'placed'].map((each) => demand.open.get('food_1')[each]));
+      equal([['x', 'lost', '']], demand.ended.map(({ name, state, robot: by }) => [name, state, by]));
+    },
+    'an order whose item is put down on the way waits again'() {
+      const model = modelOf(placed(1), event(2, 'picked', { item: 'soup', robot: 'eve' }),
+        event(2, 'order_picked_up', { ...ORDER, robot: 'eve' }));
+      const how = () => Object.values(asItemIs(model.demand.open.get('food_1'), model.items)).slice(5, 7);
+      equal(['carried', 'eve'], how());
+      model.apply(event(3, 'dropped', { item: 'soup', robot: 'eve', at: [1, 1] }));
+      equal(['waiting', ''], how());
+    },
+    'what the simulator says of the orders counts, and what has happened since'() {
+      const model = modelOf(placed(1), event(5, 'order_lost', { order: 'x', item: 'y' }), placed(9, { order: 'food_9' }));
+      const orders = [{ name: 'food_1', item: 'soup', at: 'ward', to: 'charger', placed: stamp(1), due: null }, { name: 'old', item: 'tea' }];
+      const totals = { placed: 7, delivered: 4, late: 0, lost: 1 };
+      for (let i = 0; i < 2; i += 1) {
+        model.receive('_world/demand', { stamp: stamp(8), orders, totals });
+        equal([['food_1', 'old', 'food_9'], 8, 1], [[...model.demand.open.keys()], model.demand.totals.placed, model.demand.ended.length]);
+      }
+      equal([1, null, null], [...model.demand.open.values()].slice(0, 2).flatMap((each) => [each.placed, each.due]).slice(0, 3));
+      model.receive('_world/demand', { stamp: stamp(12), orders: [], totals: { ...totals, placed: 8, delivered: 7 } });
+      model.apply(delivered(11));
+      equal([0, 7, 'ward'], [model.demand.open.size, model.demand.totals.delivered, model.demand.ended.at(-1).from]);
+    },
+    'a reset takes all orders away, and what is saved comes back'() {
+      const model = modelOf(placed(1), placed(2, { order: 'food_2' }), delivered(3));
+      const saved = model.snapshot();
+      model.apply(event(4, 'reset', { scope: 2 }));
+      equal([0, 0, 0], [model.demand.open.size, model.demand.ended.length, model.demand.totals.placed]);
+      model.restore(saved);
+      equal([['food_2'], 1, 2], [[...model.demand.open.keys()], model.demand.ended.length, model.demand.totals.placed]);
     },
     'a tail keeps the last, and its beginnings come back'() {
       const tail = new Tail(4);

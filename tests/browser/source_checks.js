@@ -10,6 +10,7 @@ async ([base, VIEW]) => {
     '_world/info': { robots: [{ name: 'wall_e' }] },
     '_world/time/state': { now: 5, clock: 'realtime', real_time_factor: 1, paused: true, participants: [] },
     '_world/scene': { stamp: stamp(5), robots: [{ name: 'wall_e', pose: [0, 0, 0] }] },
+    '_world/demand': { stamp: stamp(5), orders: [{ name: 'food_1', item: 'soup' }], totals: { placed: 3 } },
   };
 
   /** A simulator that stands at 5 s. */
@@ -28,8 +29,8 @@ async ([base, VIEW]) => {
       this.dispatchEvent(new Event('asked'));
       return ANSWERS[key];
     }
-    async getAll() {
-      return [];
+    async getAll(key) {
+      return ANSWERS[key] ? [[key, await this.get(key)]] : [];
     }
     tell(kind, more = {}, t = 5) {
       this.heard.get('_world/events').tell({ stamp: stamp(t), kind, ...more });
@@ -40,7 +41,7 @@ async ([base, VIEW]) => {
   }
   const once = (target, holds) => new Promise((then) => {
     const look = () => holds() && then();
-    for (const kind of ['asked', 'state', 'events', 'scene', 'robots', 'unreadable']) target.addEventListener(kind, look);
+    for (const kind of ['asked', 'state', 'events', 'scene', 'robots', 'orders', 'unreadable']) target.addEventListener(kind, look);
     look();
   });
   const begun = async () => {
@@ -95,10 +96,23 @@ async ([base, VIEW]) => {
       made.asked.length = 0;
       made.heard.get('_world/events').lose();
       await once(model, () => made.asked.includes('_world/scene'));
-      equal(Object.keys(ANSWERS).sort(), [...made.asked].sort());
+      equal(Object.keys(ANSWERS).filter((key) => key !== '_world/demand').sort(), [...made.asked].sort());
       made.tell('after', {}, 5);
       await once(model, () => model.events.length);
       equal(['after'], model.events.map(({ kind }) => kind));
+    },
+    async 'orders are asked for while they are shown, and anew in another beginning'() {
+      const { made, model, live } = await begun();
+      const known = () => [model.demand.open.size, model.demand.totals.placed].join();
+      live.watchDemand(true);
+      await once(model, () => known() === '1,3');
+      made.tell('reset', { scope: 2 });
+      equal('0,0', known());
+      await once(model, () => known() === '1,3');
+      made.heard.get('_world/demand').tell({ stamp: stamp(5), orders: [], totals: { placed: 4 } });
+      await once(model, () => known() === '0,4');
+      live.watchDemand(false);
+      equal(false, made.heard.has('_world/demand'));
     },
     async 'a reset that comes before its kind is known leads to another scene'() {
       const made = new Made();

@@ -104,6 +104,10 @@ export const CHANGES = new Map(
       else model.faults.delete(known.name);
       model.setFaultActive(known, active, time);
     },
+    orders(model, event, time) {
+      model.demand.note(event, time);
+      model.touch('orders');
+    },
     participants(model, { participant, present }, time) {
       if (present) model.participants.set(participant, time);
       else model.participants.delete(participant);

@@ -8,7 +8,7 @@ import { State } from './state.js';
 import { World } from './world.js';
 
 /**
- * Dispatches 'world', 'scene', 'goals', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
+ * Dispatches 'world', 'scene', 'goals', 'orders', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
  *
  * Robots, goals, items, doors, lifts, docks and lanes are in maps by name; of what is in them only robots are ever
  * changed, the others are replaced.
@@ -92,7 +92,7 @@ export class Model extends State {
   }
 
   /**
-   * Know what happened before the first scene, which has to come next: for the log, and of goals.
+   * Know what happened before the first scene, which has to come next: for the log, and of goals and orders.
    * @param {Record<string, any>[]} events Oldest first.
    * @param {number} until The scene's time: what happened then comes as an event, too.
    */
@@ -103,9 +103,21 @@ export class Model extends State {
       event.t = secondsOf(event.stamp);
       if (i > begins && event.t >= until) return;
       this._events.push(event);
-      if (i > begins && partOf(event, this.texts) === 'robots.goals') change(this, event, event.t);
+      if (i > begins && LASTING.has(partOf(event, this.texts))) change(this, event, event.t);
     });
     this.touch('events');
+  }
+
+  /**
+   * Know the open orders as the simulator does; what has happened since then is not forgotten.
+   * @param {object} said `_world/demand`.
+   */
+  loadDemand(said) {
+    this.demand.load(said);
+    this.touch('orders');
+    const told = secondsOf(said.stamp);
+    const since = this.events.findLastIndex((event) => event.t <= told) + 1;
+    for (const event of this.events.slice(since)) if (partOf(event, this.texts) === 'orders') change(this, event, event.t);
   }
 
   /**
@@ -187,12 +199,15 @@ export class Model extends State {
 }
 
 const CHARGING = 1;
+/** What scenes don't tell all of. */
+const LASTING = new Set(['robots.goals', 'orders']);
 
 const FED = new Map([
   ['events', (model, event) => model.apply(event)],
   ['scene', (model, scene) => model.loadScene(scene)],
   ['view', (model, view) => model.loadView(view)],
   ['info', (model, info) => model.loadInfo(info)],
+  ['demand', (model, said) => model.loadDemand(said)],
 ]);
 const FED_BY_ROBOTS = new Map([
   ['battery_state', (model, robot, state) => model.setBattery(robot, state)],

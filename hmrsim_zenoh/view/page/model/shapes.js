@@ -42,6 +42,10 @@ const OF_PART = new Map([
   ...['robots.pose', 'robots.waiting', 'robots.battery', 'items.carrier', 'entities'].map((part) => [part, isAt]),
   ['robots.motion', isMotion],
   ['robots.goals', isLike({ robot: isName, action: isName })],
+  ['orders', isLike({
+    order: isName, item: isName,
+    ...maybe({ from: isName, to: isName, priority: isNumber, within: isNumber, lead_time: isNumber, late: isNumber }),
+  })],
   ['fixtures.lift', isLike(maybe({ from: isName, to: isName, stop: isName }))],
 ]);
 
@@ -82,17 +86,24 @@ const isWorld = isLike({
     places: isListOf(isThing), docks: isListOf(isThing), items: isListOf(isThing), robots: isListOf(isThing),
     lanes: isListOf(isLike({ from: isName, to: isName })), doors: isListOf(isLike({ name: isName, at: isListOf(isPoint) })),
     lifts: isListOf(isLike({ name: isName, stops: isNames, points: isListOf(isPoint) })),
-    robot_types: isListOf(isLike({ name: isName })),
+    robot_types: isListOf(isLike({ name: isName })), demand: isNames,
   }),
 });
 
 const isNode = isLike({ depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }) });
+
+const isOrder = isLike({
+  name: isName, item: isName,
+  ...maybe({ at: isName, to: isName, priority: isNumber, state: isName, robot: isName, placed: isStamp, due: isStamp }),
+});
+const isTotals = isLike(maybe({ placed: isNumber, delivered: isNumber, late: isNumber, lost: isNumber }));
 
 const OF_WORLD = new Map([
   ['events', isEvent],
   ['scene', isScene],
   ['view', isLike({ world: isWorld, actions: isOptional(isRecord), faults: isOptional(isRecord), events: isOptional(isTexts) })],
   ['info', isLike({ robots: isOptional(isListOf(isLike({ name: isName }))) })],
+  ['demand', isLike({ stamp: isStamp, orders: isListOf(isOrder), totals: isTotals })],
   ['clock', isLike({ clock: isStamp })],
   ['time/state', isLike({ now: isNumber, real_time_factor: isNumber, ...maybe({ participants: isNames, waiting_for: isNames }) })],
 ]);

@@ -1,5 +1,6 @@
 /** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
 
+import { Demand } from './demand.js';
 import { applyFault, lockDoors } from './faults.js';
 import { moved, newDock, newDoor, newLift } from './fixtures.js';
 import { Goals, isActive } from './goals.js';
@@ -57,6 +58,8 @@ export class State extends EventTarget {
     this.simulationState = null;
     /** @type {Goals} */
     this.goalList = new Goals();
+    /** @type {Demand} */
+    this.demand = new Demand();
     /** @type {Map<string, object>} The behaviour tree of each robot, as it came. */
     this.trees = new Map();
     /** @type {History} */
@@ -88,6 +91,7 @@ export class State extends EventTarget {
       robots: Array.from(this.robots.values(), (robot) => robot.saved()),
       maps: Object.fromEntries(MAPS.map((name) => [name, new Map(this[name])])),
       goals: this.goalList.saved(),
+      demand: this.demand.saved(),
       history: this.history.saved(),
       events: this._events.saved(),
     };
@@ -109,10 +113,11 @@ export class State extends EventTarget {
     }
     for (const name of MAPS) this[name] = new Map(saved.maps[name]);
     this.goalList.restore(saved.goals);
+    this.demand.restore(saved.demand);
     this.history.restore(saved.history);
     this._events.restore(saved.events);
     if (!sameWorld) this.touch('world');
-    this.touch('scene', 'robots', 'goals', 'events', 'trees', 'faults');
+    this.touch('scene', 'robots', 'goals', 'orders', 'events', 'trees', 'faults');
   }
 
   /** @param {...string} what */
@@ -261,13 +266,16 @@ export class State extends EventTarget {
     this.closedLanes = new Map();
     this.faults = new Map();
     this.deadlocks = [];
-    this.touch('scene', 'robots', 'faults');
+    this.demand.clear();
+    this.touch('scene', 'robots', 'orders', 'faults');
   }
 
   /** Have time begin anew: what was known over time is of another time. */
   beginTime(time) {
     this.time = time;
     this.history.clear();
+    this.demand.clear();
+    this.touch('orders');
     for (const robot of this.robots.values()) robot.forgetDriven();
   }
 

@@ -30,7 +30,7 @@ const HERE = 1e-4;
 /** A world before there is one. */
 const EMPTY = {
   name: 'world', units: 'm', bounds: null, walls: [], waypoints: [], lanes: [], places: [], docks: [], doors: [],
-  lifts: [], items: [], robot_types: [], robots: [],
+  lifts: [], items: [], robot_types: [], robots: [], demand: [],
 };
 
 export class World {
@@ -58,6 +58,8 @@ export class World {
     this.items = byName(all.items);
     /** @type {Map<string, RobotStart>} */
     this.robots = byName(all.robots);
+    /** @type {string[]} The names of what orders come of. */
+    this.demand = all.demand;
     /** @type {Lane[]} */
     this.lanes = all.lanes.map((lane) => {
       const [a, b] = [this.waypoints.get(lane.from).at, this.waypoints.get(lane.to).at];

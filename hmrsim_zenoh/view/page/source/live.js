@@ -27,7 +27,7 @@ export class Live extends EventTarget {
   /** @type {Model} */ #model;
   /** @type {SimClock} */ #clock;
   /** @type {() => Promise<any[]>} */ #getLog;
-  /** What is still to be shown, in order of time. @type {{at: number, event?: any, scene?: any}[]} */ #queue = [];
+  /** What is still to be shown, in order of time. @type {{at: number, key: string, payload: any}[]} */ #queue = [];
   #buffering = true; // there is no scene yet that events could be applied to
   /** What has to be asked for anew. @type {'scene' | 'all' | null} */ #wanted = null;
   #turn = 0; // counts the simulators that came and went: what was asked of another one is no answer
@@ -37,7 +37,7 @@ export class Live extends EventTarget {
   #dirty = false;
   /** @type {(() => void) | null} */ #scheduled = null;
   #scheduledHidden = false;
-  /** @type {Record<string, () => void>} */ #watches = {};
+  /** @type {Record<string, {begin: () => void, stop: () => void}>} */ #watches = {};
 
   /** @type {'connecting' | 'live' | 'lost' | 'no server'} */
   state = 'connecting';
@@ -86,6 +86,11 @@ export class Live extends EventTarget {
     this.#watch('trees', on ? '*/_tree' : null, 0.2);
   }
 
+  /** Follow the orders of the world, or don't. @param {boolean} on */
+  watchDemand(on) {
+    this.#watch('demand', on ? '_world/demand' : null, 0.2, (key, payload) => this.#await(key, payload));
+  }
+
   /** Follow what one robot's sensors see, or none. @param {string | null} robot */
   watchDetections(robot) {
     this.#watch('detections', robot && `${robot}/detections`, 0.1);
@@ -97,13 +102,13 @@ export class Live extends EventTarget {
   }
 
   /** Follow a key: its latest value, then what is published; in place of what *name* followed so far. */
-  #watch(name, key, every) {
-    this.#watches[name]?.();
+  #watch(name, key, every, take = (from, payload) => this.#change(from, payload)) {
+    this.#watches[name]?.stop();
     delete this.#watches[name];
     if (!key) return;
     const received = new Set();
     const connection = this.#connection;
-    const end = connection.subscribe(key, (payload, from) => (received.add(from), this.#change(from, payload)), {
+    const end = connection.subscribe(key, (payload, from) => (received.add(from), take(from, payload)), {
       latest: true,
       every,
       onLost: () => begin(),
@@ -111,14 +116,13 @@ export class Live extends EventTarget {
     const getLatest = async () => {
       // Feedback has no latest value; a robot without sensors or without a tree has none either.
       const replies = await connection.getAll(key).catch(() => []);
-      if (this.#watches[name] !== stop) return;
-      for (const [from, payload] of replies) if (!received.has(from)) this.#change(from, payload);
+      if (this.#watches[name] !== watch) return;
+      for (const [from, payload] of replies) if (!received.has(from)) take(from, payload);
     };
     const begin = () => (received.clear(), void getLatest());
-    const stop = () => (end(), connection.removeEventListener('alive', begin));
-    this.#watches[name] = stop;
-    connection.addEventListener('alive', begin);
-    if (connection.alive) begin();
+    const watch = { begin, stop: end };
+    this.#watches[name] = watch;
+    if (!this.#buffering) begin();
   }
 
   #receive(event) {
@@ -134,7 +138,7 @@ export class Live extends EventTarget {
     this.#clock.receive(at);
     // An event that is ahead of the others does not delay them.
     for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
-    this.#queue.push({ at, event });
+    this.#queue.push({ at, key: '_world/events', payload: event });
     const part = partOf(event, this.#model.texts);
     // What has come, gone or been moved is not told whole.
     if (part === 'entities') this.#resyncSoon();
@@ -216,7 +220,7 @@ export class Live extends EventTarget {
     const at = secondsOf(scene.stamp);
     if (view) {
       // One that came before anything was known of kinds: the scene may be of before it.
-      const stale = this.#queue.some(({ event }) => event && restarts(event, view.events ?? {}));
+      const stale = this.#queue.some(({ key, payload }) => key === '_world/events' && restarts(payload, view.events ?? {}));
       if (stale) this.#queue = [];
       if (stale || !this.#model.receive('_world/view', view)) return false;
       this.#model.receive('_world/info', info);
@@ -225,9 +229,10 @@ export class Live extends EventTarget {
       this.#queue = this.#queue.filter((item) => item.at >= at);
     }
     const index = this.#queue.findIndex((item) => item.at >= at);
-    this.#queue.splice(index < 0 ? this.#queue.length : index, 0, { at, scene });
+    this.#queue.splice(index < 0 ? this.#queue.length : index, 0, { at, key: '_world/scene', payload: scene });
     this.#clock.receive(at);
     this.#buffering = false;
+    if (view) for (const { begin } of Object.values(this.#watches)) begin();
     this.#play(this.#clock.now());
     this.#schedule();
     this.#become('live');
@@ -243,13 +248,26 @@ export class Live extends EventTarget {
     this.#schedule();
   }
 
+  /** Show what is so since its stamp when all before has been shown. @param {string} key @param {any} payload */
+  #await(key, payload) {
+    // Of a world that we don't know yet.
+    if (this.#buffering) return;
+    this.#model.guard(key, () => {
+      // Not later than all else that was heard: time may stand.
+      const at = Math.min(secondsOf(sound(key, payload).stamp), this.#clock.received ?? Infinity);
+      const index = this.#queue.findLastIndex((item) => item.at <= at) + 1;
+      this.#queue.splice(index, 0, { at, key, payload });
+    });
+    this.#schedule();
+  }
+
   /** Show what has happened by then. @param {number} until */
   #play(until) {
     if (this.#buffering) return;
     let count = 0;
     while (count < this.#queue.length && this.#queue[count].at <= until) {
-      const { event, scene } = this.#queue[count++];
-      this.#model.receive(scene ? '_world/scene' : '_world/events', scene ?? event);
+      const { key, payload } = this.#queue[count++];
+      this.#model.receive(key, payload);
     }
     this.#queue.splice(0, count);
     if (count || this.#dirty) this.#model.flush();

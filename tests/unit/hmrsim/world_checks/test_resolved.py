@@ -51,6 +51,13 @@ def test_nothing_counts_where_traffic_is_free():
     assert [None, 2] == [lane["capacity"] for lane in world["lanes"]]
 
 
+def test_demands_are_named():
+    """So that a program can say that there are none."""
+    world = resolved(World.model_validate(WORLD | {"demand": [{"name": "food", "at": "a", "to": "b", "arrives": 9}]}))
+
+    assert ["food"] == world["demand"]
+
+
 def test_defaults_are_applied(world):
     """Of a robot of which nothing is said, too; in pixels its speed is another."""
     eve = world["robots"][1]
