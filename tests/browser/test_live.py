@@ -105,6 +105,7 @@ def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
         "items": {f"item {evil}": {"at": [3, 3]}},
         "robot_types": {evil: {"components": {"claw": {"reach": 50}}}},
         "robots": {"wall_e": {"at": [0, 0], "type": evil}},
+        "demand": [{"name": "food", "at": evil, "to": f"place {evil}", "arrives": 1}],
     }
     file = tmp_path / "evil.yaml"
     file.write_text(yaml.safe_dump(world))
@@ -116,7 +117,7 @@ def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
 
     until(page, "[...hmrsim.model.goals.values()].some((goal) => goal.status === 6)")
     until(page, "hmrsim.model.faults.has('<img src=x>')")
-    for panel in ("goals", "events", "trees", "charts"):
+    for panel in ("goals", "orders", "events", "trees", "charts"):
         shown(page, f"{url}?panel={panel}&follow=wall_e")
         assert 0 == page.locator("img[src=x]").count()
     assert page.title() != "1"
@@ -131,6 +132,7 @@ _UNREADABLE = [
     {"kind": "waiting", "robot": "wall_e", "for": [{}]},
     {"kind": "status", "robot": "wall_e", "goal_id": "x", "status": 2},
     {"kind": "lane_closed", "lane": 5},
+    {"kind": "order_delivered", "order": "x_1", "item": "x", "lead_time": "long"},
     {"kind": {}},
 ]
 _STRANGE = [
@@ -141,10 +143,11 @@ _STRANGE = [
     {"kind": "fault_began", "name": "strange", "fault": "__proto__", "robot": "wall_e"},
     {"kind": "goal", "robot": "wall_e", "action": "wait", "goal_id": "z", "goal": {"time": 5}},
     {"kind": "door_closed", "door": "nowhere", "at": "noon"},
+    {"kind": "order_picked_up", "order": "__proto__", "item": "x"},
 ]
 
 
-@pytest.mark.parametrize("panel", ["goals", "events", "charts", "trees"])
+@pytest.mark.parametrize("panel", ["goals", "orders", "events", "charts", "trees"])
 def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
     """Events that are no events are left out, which the page says; what is only strange is shown; it all goes on."""
     endpoint, url = viewed("scenario1")

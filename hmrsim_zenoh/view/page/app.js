@@ -12,6 +12,7 @@ import { Keyboard } from './panels/keyboard.js';
 import { Legend } from './panels/legend.js';
 import { Menu } from './panels/menu.js';
 import { Orders } from './orders.js';
+import { OrdersPanel } from './panels/orders.js';
 import { Player } from './panels/player.js';
 import { RobotsPanel } from './panels/robots.js';
 import { Search } from './panels/search.js';
@@ -43,7 +44,8 @@ export class App {
     this.form = new FormDialog(this);
     this.hint = new Hint(this);
     this.panels = new Side(this, {
-      robots: new RobotsPanel(this), goals: new GoalsPanel(this), events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
+      robots: new RobotsPanel(this), goals: new GoalsPanel(this), orders: new OrdersPanel(this),
+      events: new EventsPanel(this), trees: new TreesPanel(this), charts: new ChartsPanel(this),
     });
     this.legendButton = button('layers', 'Legend and layers', () => this.legend.toggle(), { key: 'l' });
     this.legend = new Legend(this);

@@ -14,7 +14,7 @@ const KEYS = [
   [['f'], 'Follow the selected robot, or stop following', (app) => app.map.selected && app.follow(app.map.selected)],
   [['n', 'N'], 'Select the next or the previous robot', (app, key) => app.selectNext(key === 'n' ? 1 : -1)],
   [['ContextMenu'], 'Menu of the selected robot', (app) => app.openMenuOfSelected()],
-  [['r', 'g', 'e', 't', 'c'], 'Robots, goals, events, trees, charts', (app, key) => app.panels.toggle(PANELS[key])],
+  [['r', 'g', 'o', 'e', 't', 'c'], 'Robots, goals, orders, events, trees, charts', (app, key) => app.panels.toggle(PANELS[key])],
   [['l'], 'Legend and layers', (app) => app.legend.toggle()],
   [['0'], 'Show all of the map', (app) => app.fit()],
   [['+', '-'], 'Zoom in, zoom out', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
@@ -23,7 +23,7 @@ const KEYS = [
   [['Escape'], 'Cancel aiming, stop following, deselect', (app) => app.escape()],
   [['?'], 'Show the keyboard shortcuts', (app) => app.keyboard.help()],
 ];
-const PANELS = { r: 'robots', g: 'goals', e: 'events', t: 'trees', c: 'charts' };
+const PANELS = { r: 'robots', g: 'goals', o: 'orders', e: 'events', t: 'trees', c: 'charts' };
 const STEP = 90; // css pixels
 const WAYS = { ArrowLeft: [STEP, 0], ArrowRight: [-STEP, 0], ArrowUp: [0, STEP], ArrowDown: [0, -STEP] };
 const SHOWN = {

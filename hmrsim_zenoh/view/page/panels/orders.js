@@ -1,0 +1,151 @@
+// The orders of the world's demand: the open ones, the most urgent first, and the last that have ended.
+
+import { asItemIs } from '../model/demand.js';
+import { el, mark, say, sign } from './dom.js';
+import { clockWords, lastingWords } from './phrases.js';
+import { Rows } from './rows.js';
+
+const ROW = 58;
+const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
+/** The sign of a goal that is as far as an order is. */
+const SIGNS = { waiting: 'accepted', carried: 'executing', delivered: 'succeeded', lost: 'aborted' };
+/** Stands in the list where the ended ones begin. */
+const ENDED = { heading: 'Ended' };
+
+export class OrdersPanel {
+  /** @param {import('../app.js').App} app */
+  constructor(app) {
+    this.app = app;
+    this.title = 'Orders';
+    this.filter = el('input', {
+      type: 'search', class: 'field', placeholder: 'Item, place, robot, state', 'aria-label': 'Filter orders',
+      oninput: () => this.render(),
+    });
+    this.totals = new Map(TOTALS.map((word) => [word, el('dd', { text: '0' })]));
+    const totals = [...this.totals].map(([word, number]) => el('div', {}, el('dt', { text: word }), number));
+    this.tools = el('div', { class: 'tools' }, el('dl', { class: 'totals', 'aria-label': 'Totals' }, ...totals), this.filter);
+    this.rows = new Rows({ label: 'Orders', height: ROW, role: 'table', make: () => this.#row() });
+    this.empty = el('p', { class: 'empty' });
+    this.element = el('div', { class: 'panel-body' }, this.tools, this.empty, this.rows.element);
+  }
+
+  /** @param {boolean} seen Whether it is shown: only then are orders asked for. */
+  seen(seen) {
+    this.app.live?.watchDemand(seen);
+  }
+
+  render() {
+    const { demand } = this.app.model;
+    const totals = { ...demand.totals, open: demand.open.size };
+    for (const [word, number] of this.totals) say(number, String(totals[word]));
+    mark(this.totals.get('late'), 'data-some', String(totals.late > 0));
+    mark(this.totals.get('lost'), 'data-some', String(totals.lost > 0));
+    const open = this.#matching([...demand.open.values()]).sort(byUrgency);
+    const ended = this.#matching(demand.ended).reverse();
+    const shown = ended.length ? [...open, ENDED, ...ended] : open;
+    const none = demand.open.size === 0 && demand.ended.length === 0;
+    const known = !none || demand.totals.placed > 0;
+    this.tools.hidden = !known && this.app.model.world.demand.length === 0;
+    say(this.empty, shown.length ? '' : this.#nothing(none));
+    this.empty.hidden = shown.length > 0;
+    this.rows.element.hidden = shown.length === 0;
+    this.rows.show(shown);
+  }
+
+  #nothing(none) {
+    if (!none) return 'No order matches.';
+    return this.tools.hidden ? 'No orders: this world has no demand.' : 'No order is open.';
+  }
+
+  #matching(orders) {
+    const text = this.filter.value.trim().toLowerCase();
+    return orders.filter((order) => !text || this.#line(order).includes(text));
+  }
+
+  #line(order) {
+    const { name, item, from, to, state, robot, late } = asItemIs(order, this.app.model.items);
+    return `${name} ${item} ${from} ${to} ${state} ${robot} ${late ? 'late' : ''}`.toLowerCase();
+  }
+
+  #row() {
+    const parts = {
+      shape: sign('status', ''),
+      item: el('b', { class: 'name' }),
+      how: el('span', { class: 'detail' }),
+      way: el('span', { class: 'way' }),
+      more: el('span', { class: 'detail' }),
+      first: el('span'),
+      second: el('span'),
+    };
+    let order = null;
+    parts.press = el('button', { type: 'button', class: 'goal-name', onclick: () => this.#show(order) }, parts.item, parts.how);
+    const cells = [
+      el('div', { class: 'goal-sign', role: 'cell' }, parts.shape),
+      el('div', { class: 'goal-main', role: 'cell' }, parts.press, el('div', { class: 'goal-how' }, parts.way, parts.more)),
+      el('div', { class: 'order-times', role: 'cell' }, parts.first, parts.second),
+    ];
+    const heading = el('h3', { role: 'cell', text: ENDED.heading });
+    const row = el('div', { class: 'goal order' }, heading, ...cells);
+    row.fill = (given) => {
+      heading.hidden = given !== ENDED;
+      for (const cell of cells) cell.hidden = given === ENDED;
+      mark(row, 'data-heading', String(given === ENDED));
+      if (given === ENDED) return mark(row, 'data-selected', 'false');
+      order = given;
+      this.#fill(row, parts, asItemIs(order, this.app.model.items));
+    };
+    return row;
+  }
+
+  #fill(row, parts, order) {
+    mark(parts.shape, 'data-is', SIGNS[order.state] ?? 'unknown');
+    say(parts.item, order.item);
+    const open = order.ended === null;
+    const by = order.robot && `by ${order.robot}`;
+    const way = [order.from, order.to].map((name) => name || '…').join(' → ');
+    say(parts.how, [order.state, open && by].filter(Boolean).join(' '));
+    say(parts.way, way);
+    say(parts.more, open ? priorityWords(order) : by);
+    mark(parts.press, 'title', `${order.name}: ${order.item}, ${way}, ${order.state} ${by}`.trim());
+    const [first, second] = open ? this.#openTimes(order) : endedTimes(order);
+    say(parts.first, first);
+    say(parts.second, second);
+    mark(parts.first, 'data-late', String(open && order.late));
+    mark(parts.second, 'data-late', String(!open && order.late));
+    mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
+  }
+
+  /** Return how long there is until it is late, and how long ago it came. */
+  #openTimes({ due, placed }) {
+    const now = this.app.now();
+    const left = due === null ? null : due - now;
+    return [
+      left === null ? '' : left < 0 ? `${lastingWords(-left)} late` : `due in ${lastingWords(left)}`,
+      placed === null ? '' : `${lastingWords(Math.max(0, now - placed))} old`,
+    ];
+  }
+
+  /** Show the robot that carries the item, or has brought it, or else the item, or where it was to be brought. */
+  #show(order) {
+    const { model } = this.app;
+    const { robot, item, to, from } = asItemIs(order, model.items);
+    if (model.robots.has(robot)) this.app.select(robot, { center: true });
+    else this.app.centerOn([item, to, from].find((name) => this.app.pointOf(name)));
+  }
+}
+
+/** The one that is due next comes first, then those that are never late: of greater priority, then older. */
+function byUrgency(one, other) {
+  const dues = [one, other].map(({ due }) => due ?? Infinity);
+  if (dues[0] !== dues[1]) return dues[0] - dues[1];
+  return other.priority - one.priority || (one.placed ?? 0) - (other.placed ?? 0);
+}
+
+function priorityWords({ priority }) {
+  return priority ? `priority ${priority}` : '';
+}
+
+function endedTimes({ state, lead, late, lateBy, ended }) {
+  const took = state === 'delivered' && lead !== null ? `took ${lastingWords(lead)}` : '';
+  return [took, state === 'delivered' && late ? `${lastingWords(lateBy)} late` : `at ${clockWords(ended)}`];
+}
