@@ -25,8 +25,9 @@ _COMMANDS: Final = {
     "view": "show a simulation in a browser, live or recorded",
     "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",
     "report": "report on a trace or a recording, as a page, as JSON or as tables",
+    "experiment": "run a world many times, and say what came of it",
+    "compare": "compare two controllers run by run, or two traces line by line",
     "map": "check, inspect, convert and draw world files; plan routes on them",
-    "experiment": "run a world many times, with what is varied, measured and compared",
     "completion": "print a script for shell completion",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""

@@ -254,5 +254,8 @@ class ExperimentFile(Part):
     ends: dict[Identifier, Annotated[tuple[Ending, ...], BeforeValidator(_one_or_several)]] = Field(
         default={}, description="The first that holds ends a run; one that holds for several conditions has a list."
     )
+    successes: tuple[Identifier, ...] = Field(
+        default=("success", "succeeded"), description="The endings that count as a success."
+    )
     measures: dict[Identifier, Annotated[Measure, BeforeValidator(_measure)]] = {}
     keep: Keep = Keep()

@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
 
-SUCCESSES: Final = ("success", "succeeded")
-"""The labels of endings that count as success."""
-
 Check = Callable[["Simulator", Any], bool]
 
 

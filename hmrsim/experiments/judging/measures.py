@@ -78,7 +78,7 @@ class _Names(Mapping[str, Any]):
             "items": lambda: {
                 name: {"x": item.position[0], "y": item.position[1]} for name, item in simulator.items.items()
             },
-            "reported": lambda: judge.reported,
+            "reported": lambda: _Reported(judge.reported),
             REPORT: report,
         }
         self._get = cache(lambda name: self._made[name]())
@@ -94,6 +94,16 @@ class _Names(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._made)
+
+
+class _Reported(dict[str, Any]):
+    """What was reported; nothing where a controller has reported nothing."""
+
+    def __contains__(self, name: object) -> bool:
+        return True
+
+    def __missing__(self, name: str) -> None:
+        return None
 
 
 _BUILT_IN: Final = ("succeeded", "failed", "timeout")

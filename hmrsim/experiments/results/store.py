@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim import __version__
-from hmrsim.errors import ResultsError, reason_of
+from hmrsim.errors import OutputError, ResultsError, WriteError, reason_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,7 +77,8 @@ class Results:
         """Return the results of a plan, those that there are if it was begun.
 
         Raises:
-            ResultsError: The folder has results of another experiment, or can't be written.
+            ResultsError: The folder has results of another experiment.
+            OutputError: The folder can't be written.
         """
         path = folder / FILE
         if path.is_file():
@@ -101,7 +102,7 @@ class Results:
             begun.rename(path)
         except (OSError, sqlite3.Error) as error:
             why = reason_of(error) if isinstance(error, OSError) else error
-            raise ResultsError(f"{folder}: results can't be written: {why}") from None
+            raise OutputError(f"{folder}: results can't be written: {why}") from None
         return cls(folder)
 
     def __enter__(self) -> Self:
@@ -132,7 +133,7 @@ class Results:
         """Add the results of some runs, all or none of them.
 
         Raises:
-            ResultsError: They can't be written, as on a full disk.
+            WriteError: They can't be written, as on a full disk.
         """
         names = [*_columns(plan)]
         insert = f"INSERT INTO runs VALUES ({', '.join('?' * len(names))})"  # noqa: S608 - question marks
@@ -141,7 +142,7 @@ class Results:
             with self._db:
                 self._db.executemany(insert, [[each[name] for name in names] for each in values])
         except sqlite3.Error as error:
-            raise ResultsError(
+            raise WriteError(
                 f"{self._path}: results can't be written: {error}; those before are kept, and the same command goes on"
             ) from None
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.running.row import DIED, Row
+from hmrsim.experiments.running.row import DIED, HUNG, Row
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 
@@ -85,7 +85,7 @@ class Campaign:
         """Make all runs; return how far it is at the end.
 
         Raises:
-            ResultsError: Results can't be written.
+            WriteError: Results can't be written.
             ExperimentError: The file has changed meanwhile.
         """
         with self._results.writing():
@@ -106,9 +106,16 @@ class Campaign:
             # Runs of which one may have broken the executor are made alone.
             most = 1 if self._suspects else self._workers * _AHEAD
             while len(waiting) < most and (runs := self._next()):
-                waiting[executor.submit(execute, self._task(runs))] = runs
+                try:
+                    waiting[executor.submit(execute, self._task(runs))] = runs
+                except BrokenExecutor:
+                    # It broke just now; who has broken it is among those that were begun.
+                    self._schedule.take_back(runs)
+                    self._lose([*waiting.values()], alone=False)
+                    return
             if not waiting:
                 return
+            begun = time.monotonic()
             ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
             rows: list[Row] = []
             lost: list[list[Run]] = []
@@ -123,7 +130,7 @@ class Campaign:
                     lost.append(runs)
             self._note(rows)
             if lost:
-                self._note(self._lose([*lost, *waiting.values()], alone=most == 1))
+                self._note(self._lose([*lost, *waiting.values()], alone=most == 1, seconds=time.monotonic() - begun))
                 return
 
     def _next(self) -> list[Run]:
@@ -135,11 +142,21 @@ class Campaign:
         plan = self._plan
         return Task(str(plan.path), plan.variant, plan.hash, tuple(run.number for run in runs))
 
-    def _lose(self, lost: list[list[Run]], *, alone: bool) -> list[Row]:
-        """Note that an executor has broken; return the result of the run that has broken it, if that is known."""
+    def _lose(self, lost: list[list[Run]], *, alone: bool, seconds: float = 0.0) -> list[Row]:
+        """Note that an executor has broken; return the result of the run that has broken it, if that is known.
+
+        Args:
+            lost: The runs that were under way.
+            alone: Whether there was one only.
+            seconds: How long it was under way.
+        """
         runs = [run for each in lost for run in each]
+        limit = self._plan.file.limits.wall
+        if alone and len(runs) == 1 and seconds > limit:
+            return [Row(runs[0], HUNG, f"it takes longer than {limit:g} wall seconds, and does not end", wall=seconds)]
         if alone and len(runs) == 1:
-            return [Row(runs[0], DIED, "its worker has died, as of a segmentation fault or of too little memory")]
+            why = "its worker has died, as of a segmentation fault or of too little memory"
+            return [Row(runs[0], DIED, why, wall=seconds)]
         self._suspects += sorted(runs, key=lambda run: -run.number)
         return []
 

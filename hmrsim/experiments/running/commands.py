@@ -69,9 +69,10 @@ def run_command(plan: Plan, run: Run) -> Row:
             return Row(run, ERROR, f"{words[0]}: {error.strerror or error}", wall=time.monotonic() - began)
         with controller:
             ending, cause = _follow(controller, host, began + limits.wall)
+        over = host.pacing.over
         host.stop()
         # Nothing runs any more: what the simulator knows can be read.
-        if ending in {"succeeded", "failed"} and not judge.label and host.pacing.over is False:
+        if ending in {"succeeded", "failed"} and not judge.label and not over:
             judge.controller_ended(succeeded=ending == "succeeded", now=host.simulator.now)
         judged = bool(judge.label)
         judge.end(TIMEOUT if ending in {"succeeded", "failed"} else ending, host.simulator.now)

@@ -77,7 +77,7 @@ class _Closing(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as of Executor
         """End it, and the cluster if it was made for it."""
-        self._executor.shutdown(wait=wait, cancel_futures=cancel_futures)
+        self._executor.shutdown(wait=wait and not cancel_futures)
         with suppress(Exception):
             self._client.close()
         cluster = self._client.cluster

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.experiments.judging.endings import SUCCESSES
-
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Run
     from hmrsim.experiments.judging.measures import Value
@@ -35,6 +33,7 @@ class Row:
         ending: How it has ended: one of the file's labels, ``succeeded`` or ``failed`` as the controller says, or one
             of this module's.
         cause: What the ending alone does not say, such as an error; empty for nothing.
+        success: Whether it counts as a success.
         at: When it ended, in simulated seconds; None if it did not begin.
         wall: Wall seconds that it took.
         measures: The measures, by name; None where one has no value.
@@ -46,14 +45,10 @@ class Row:
     run: Run
     ending: str
     cause: str = ""
+    success: bool = False
     at: float | None = None
     wall: float = 0.0
     measures: Mapping[str, Value] = field(default_factory=dict)
     reported: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""
     trace: str = ""
-
-    @property
-    def success(self) -> bool:
-        """Whether it counts as a success."""
-        return self.ending in SUCCESSES

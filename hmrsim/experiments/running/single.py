@@ -73,7 +73,15 @@ def run_in_process(plan: Plan, run: Run) -> Row:
 def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
     """Return the result of a run that was judged; its cause says which measures have no value, and why."""
     measures, flaws = measures_of(plan.file, judge, simulator, report)
-    return Row(run, judge.label, "; ".join(flaws), judge.at, measures=measures, reported=judge.reported)
+    return Row(
+        run,
+        judge.label,
+        "; ".join(flaws),
+        judge.label in plan.file.successes,
+        judge.at,
+        measures=measures,
+        reported=judge.reported,
+    )
 
 
 def _control(controller: Controller, client: Client, simulator: Simulator) -> tuple[str, str]:

@@ -1,0 +1,161 @@
+"""Two treatments, of one experiment or of two, compared in pairs that share their seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.diagnostics import instead, listed
+from hmrsim.errors import ResultsError
+from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.statistics.verdicts import Comparison
+
+SUCCESS: Final = "success"
+"""The measure that each experiment has: whether a run ended as a success."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A treatment of an experiment.
+
+    Attributes:
+        folder: The folder of the results.
+        treatment: Its name.
+    """
+
+    folder: Path
+    treatment: str
+
+    def __str__(self) -> str:
+        """Return it as a user names it."""
+        return f"{self.folder}:{self.treatment}"
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """What B is, compared with A.
+
+    Attributes:
+        pairs: How many seeds both were run under.
+        alone: How many runs of A and of B have no counterpart.
+        comparisons: By measure.
+        endings: The pairs that ended otherwise: the number in A and in B, and how each ended.
+        notes: What makes the comparison doubtful.
+    """
+
+    a: Side
+    b: Side
+    pairs: int
+    alone: tuple[int, int]
+    comparisons: Mapping[str, Comparison]
+    endings: tuple[tuple[int, int, str, str], ...]
+    notes: tuple[str, ...]
+
+
+def sides_of(a: str, b: str) -> tuple[Side, Side]:
+    """Return what two texts mean, each ``DIR`` or ``DIR:TREATMENT``.
+
+    Raises:
+        ResultsError: There are no such results, or a treatment has to be named.
+    """
+    return _side(a, 0 if a == b else None), _side(b, 1 if a == b else None)
+
+
+def _side(text: str, number: int | None) -> Side:
+    folder, colon, treatment = text.rpartition(":")
+    if not colon or Path(text).is_dir():
+        folder, treatment = text, ""
+    with Results(Path(folder)) as results:
+        names: list[str] = results.about["treatments"]
+    if treatment and treatment not in names:
+        raise ResultsError(f"{folder}: there is no treatment {treatment!r}{instead(treatment, names)}")
+    if not treatment:
+        if number is not None and len(names) == 2:  # noqa: PLR2004 - the two of one experiment
+            treatment = names[number]
+        elif len(names) == 1:
+            treatment = names[0]
+        else:
+            raise ResultsError(f"{folder}: has the treatments {listed(names)}; name one: {folder}:{names[0]}")
+    return Side(Path(folder), treatment)
+
+
+def contrast(
+    a: Side, b: Side, *, measures: Collection[str] = (), margins: Mapping[str, float] | None = None, alpha: float = 0.05
+) -> Contrast:
+    """Return what B is, compared with A.
+
+    Args:
+        a: One side.
+        b: The other.
+        measures: Which measures; all that both have, and success, if empty.
+        margins: By measure, up to which difference they count as equivalent, in place of the file's.
+        alpha: The probability that any verdict is false.
+
+    Raises:
+        ResultsError: They have no seed in common, or no such measure.
+    """
+    with ExitStack() as stack:
+        first, second = (stack.enter_context(Results(side.folder)) for side in (a, b))
+        common = [SUCCESS, *(name for name in first.about["measures"] if name in second.about["measures"])]
+        for name in [*measures, *(margins or {})]:
+            if name not in common:
+                raise ResultsError(f"there is no measure {name!r}{instead(name, common, verb='both have')}")
+        wanted = [*dict.fromkeys(measures or common)]
+        columns = ["number", "seed", "ending", *wanted]
+        runs_a = {row["seed"]: row for row in first.rows(columns, {"treatment": a.treatment})}
+        runs_b = {row["seed"]: row for row in second.rows(columns, {"treatment": b.treatment})}
+        seeds = [seed for seed in runs_a if seed in runs_b]
+        if not seeds:
+            raise ResultsError(
+                f"{a} and {b} have no seed in common, so that they can't be compared in pairs; seeds depend on the "
+                "name, the seed and the factors of an experiment"
+            )
+        criteria = {name: _criterion(name, first.about["measures"], margins or {}) for name in wanted}
+        notes = [*_notes(first.about, second.about)]
+    values: dict[str, tuple[list[float], list[float]]] = {}
+    for name in wanted:
+        both = [(runs_a[seed][name], runs_b[seed][name]) for seed in seeds]
+        known = [(one, two) for one, two in both if one is not None and two is not None]
+        if len(known) < len(both):
+            notes.append(f"{name}: {len(both) - len(known)} of {len(both)} pairs have no value")
+        values[name] = [one for one, _ in known], [two for _, two in known]
+    try:
+        comparisons = compare_all(values, criteria, alpha=alpha)
+    except ValueError as error:
+        raise ResultsError(f"{a} and {b} can't be compared: {error}") from None
+    return Contrast(
+        a,
+        b,
+        len(seeds),
+        (len(runs_a) - len(seeds), len(runs_b) - len(seeds)),
+        comparisons,
+        tuple(
+            _differing(runs_a[seed], runs_b[seed]) for seed in seeds if runs_a[seed]["ending"] != runs_b[seed]["ending"]
+        ),
+        tuple(notes),
+    )
+
+
+def _criterion(name: str, measures: Mapping[str, Any], margins: Mapping[str, float]) -> Criterion:
+    if name == SUCCESS:
+        return Criterion(larger_is_better=True, margin=margins.get(name), yes_no=True)
+    said = measures[name]
+    margin = margins.get(name, said["margin"])
+    return Criterion(said["better"] == "larger", margin, relative=said["relative"] and name not in margins)
+
+
+def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int, str, str]:
+    return one["number"], two["number"], one["ending"], two["ending"]
+
+
+def _notes(one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what differs beside the treatments."""
+    for key, what in (("world", "the world"), ("variant", "the variants"), ("hmrsim", "the version of hmrsim")):
+        if one[key] != two[key]:
+            yield f"{what} is not the same for both"
