@@ -7,7 +7,7 @@ import json
 import platform
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim import __version__
@@ -175,7 +175,8 @@ class Results:
             folder.mkdir(exist_ok=True)
             path.write_text(row.trace, encoding="utf-8")
         except OSError as error:
-            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.unlink()
             return reason_of(error)
         return ""
 

@@ -55,9 +55,11 @@ def run_in_process(plan: Plan, run: Run) -> Row:
         ending, cause = _control(controller, client, simulator)
         if ending in {_SUCCEEDED, _FAILED} and not host.pacing.over:
             judge.controller_ended(succeeded=ending == _SUCCEEDED, now=simulator.now)
-        # What the judge has found counts, also where a controller is confused by the end.
+        # What the judge has found counts, and so does the limit, also where a controller is confused by the end.
         judged = bool(judge.label)
-        judge.end(TIMEOUT if ending in {_SUCCEEDED, _FAILED} else ending, simulator.now)
+        confused = host.pacing.over and ending == CRASHED
+        ending, cause = (TIMEOUT, "") if confused or ending in {_SUCCEEDED, _FAILED} else (ending, cause)
+        judge.end(ending, simulator.now)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)
     kept = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)

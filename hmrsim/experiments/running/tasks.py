@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import multiprocessing
 import os
 import signal
+import sys
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import ExperimentError
 from hmrsim.experiments.file.reading import read_plan
@@ -17,6 +20,9 @@ from hmrsim.experiments.running.single import WallLimit, described, run_in_proce
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
+
+_PR_SET_PDEATHSIG: Final = 1
+"""Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +43,13 @@ class Task:
 
 
 def prepare_worker() -> None:
-    """Make a process of a pool ready: it says nothing, and leaves Ctrl-C to the one that has started it."""
+    """Make a process of a pool ready: it says nothing, leaves Ctrl-C to its parent, and ends with that."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    parent = multiprocessing.parent_process()
+    if parent is not None and parent.pid != os.getppid():
+        os._exit(1)  # it has died before
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)

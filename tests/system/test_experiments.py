@@ -1,0 +1,176 @@
+"""Experiments as users run them: real workers, real commands, and what goes wrong with them."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.system
+
+CONTROLLERS = """\
+import ctypes
+import os
+import signal
+import time
+
+from hmrsim_zenoh import Client, Commander, SessionOptions
+
+
+def go(client, x=10.0):
+    Commander(client, client.info()["robots"][0]["name"]).go_to_pose(float(x), 0.0)
+
+
+def dies(client):
+    ctypes.string_at(0)
+
+
+def hangs(client):
+    while True:
+        try:
+            time.sleep(1)
+        except BaseException:
+            pass
+
+
+def leaks(client):
+    kept = []
+    while True:
+        kept.append(bytearray(10**7))
+
+
+def prints(client):
+    for _ in range(20000):
+        print("x" * 1000)
+    go(client)
+
+
+if __name__ == "__main__":
+    with Client(SessionOptions(connect=(os.environ["HMRSIM_CONNECT"],))) as client:
+        go(client)
+    print("seed", os.environ["HMRSIM_SEED"], "run", os.environ["HMRSIM_RUN"], os.environ["GREETING"])
+"""
+
+BASE: dict[str, Any] = {
+    "name": "pace",
+    "world": "zoo/crossing",
+    "overlay": {"lanes.*.speed_factor": {"uniform": {"low": 0.3, "high": 1}}},
+    "limits": {"simulated": 600, "wall": 20},
+    "measures": {"time": "end.at"},
+}
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    """Run an experiment; return its rows."""
+    (tmp_path / "controllers.py").write_text(CONTROLLERS, encoding="utf-8")
+
+    def run(folder: str, *options: str, **changes: Any) -> list[dict[str, Any]]:
+        (tmp_path / "e.yaml").write_text(yaml.safe_dump({**BASE, **changes}, sort_keys=False), encoding="utf-8")
+        command = [sys.executable, "-m", "hmrsim.cli", "experiment", "run", "e.yaml", "-o", folder, *options]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+        assert done.returncode == 0, done.stderr
+        return rows(tmp_path / folder)
+
+    return run
+
+
+def rows(folder: Path) -> list[dict[str, Any]]:
+    """Return all rows but for their wall time."""
+    database = sqlite3.connect(folder / "results.sqlite")
+    database.row_factory = sqlite3.Row
+    found = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY number")]
+    return [{name: value for name, value in row.items() if name != "wall"} for row in found]
+
+
+def test_the_results_do_not_depend_on_where_the_runs_are_made(experiment):
+    """One worker, two, and a cluster of Dask."""
+    changes = {"treatments": {"a": {"python": "controllers.py:go"}, "b": {"python": "controllers.py:go(x=5)"}}}
+    one = experiment("one", "-j", "1", replications=6, **changes)
+
+    assert 12 == len(one)
+    assert all("succeeded" == row["ending"] for row in one)
+    assert one == experiment("two", "--executor", "pool:2", replications=6, **changes)
+    assert one == experiment("dask", "--executor", "dask", "-j", "2", replications=6, **changes)
+
+
+def test_what_one_run_does_harms_no_other(experiment):
+    """A worker that dies, a controller that hangs, leaks or prints without end: each is a row with its cause."""
+    bad = ("dies", "hangs", "leaks", "prints")
+    treatments = {name: {"python": f"controllers.py:{name}"} for name in ("go", *bad)}
+    limits = {"simulated": 600, "wall": 2, "memory": "500 MB"}
+    found = experiment("bad", "-j", "2", treatments=treatments, limits=limits, replications=2)
+
+    endings = {name: {row["ending"] for row in found if row["treatment"] == name} for name in treatments}
+    assert {
+        "go": {"succeeded"},
+        "dies": {"died"},
+        "hangs": {"hung"},
+        "leaks": {"out_of_memory"},
+        "prints": {"succeeded"},
+    } == endings
+    assert all(row["cause"] for row in found if row["ending"] != "succeeded")
+    assert all(2000 >= len(row["output"]) for row in found)
+
+
+def test_any_command_is_a_controller(experiment):
+    """It has an endpoint of its own, and its end, its output and its exit code are in its row."""
+    treatments = {
+        "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
+        "same": {"python": "controllers.py:go"},
+        "stuck": {"command": "sleep 100"},
+        "killed": {"command": ["bash", "-c", "echo oh no; kill -9 $$$$"]},
+        "no": {"command": "false"},
+        "none": {"command": "no_such_program"},
+    }
+    found = experiment("commands", treatments=treatments, limits={"simulated": 600, "wall": 5})
+    by = {row["treatment"]: row for row in found}
+
+    assert ("succeeded", f"seed {by['script']['seed']} run 0 hello") == (by["script"]["ending"], by["script"]["output"])
+    assert by["same"]["at"] == by["script"]["at"]
+    assert ("hung", "it takes too long by the wall's clock") == (by["stuck"]["ending"], by["stuck"]["cause"])
+    assert ("crashed", "oh no") == (by["killed"]["ending"], by["killed"]["output"])
+    assert "the controller ended with signal 9" == by["killed"]["cause"]
+    assert "failed" == by["no"]["ending"]
+    assert ("error", "no_such_program: No such file or directory") == (by["none"]["ending"], by["none"]["cause"])
+
+
+def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
+    """Check, run, status, show, again, export, compare: as one would."""
+    treatments = {"near": {"python": "controllers.py:go(x=5)"}, "far": {"python": "controllers.py:go(x=10)"}}
+    experiment("study", treatments=treatments, replications=12, keep={"traces": "all"})
+
+    def told(*arguments: str, code: int = 0) -> str:
+        command = [sys.executable, "-m", "hmrsim.cli", *arguments]
+        environment = os.environ | {"COLUMNS": "200"}
+        done = subprocess.run(
+            command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False, env=environment
+        )
+        assert code == done.returncode, done.stderr
+        return done.stdout
+
+    assert "pace: 24 runs: 1 scenario, 2 treatments (near, far)" in told("experiment", "check", "e.yaml")
+    assert {"done": 24, "endings": {"succeeded": 24}}.items() <= json.loads(
+        told("experiment", "status", "study", "--json")
+    ).items()
+    assert "near" in told("experiment", "show", "study")
+    again = json.loads(told("experiment", "again", "study", "7", "--trace", "seven.jsonl", "--json"))
+    assert (True, (tmp_path / "study/traces/7.jsonl").read_bytes()) == (
+        again["same"],
+        (tmp_path / "seven.jsonl").read_bytes(),
+    )
+    assert "identical" in told("replay", "seven.jsonl")
+    assert 25 == len(told("experiment", "export", "study").splitlines())
+    compared = json.loads(told("compare", "study:near", "study:far", "--json", code=1))
+    assert (12, "worse") == (compared["pairs"], compared["measures"]["time"]["verdict"])
+    assert "identical" in told("compare", "seven.jsonl", "study/traces/7.jsonl")
+    assert "line 1 differs" in told("compare", "seven.jsonl", "study/traces/8.jsonl", code=1)

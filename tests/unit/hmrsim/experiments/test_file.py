@@ -1,0 +1,217 @@
+"""The file of an experiment: designs, seeds, and everything that can be wrong."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.errors import ExperimentError
+from hmrsim.experiments.file.designs import scenarios_of
+from hmrsim.experiments.file.model import ExperimentFile
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.running.checking import check_plan
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILE: dict[str, Any] = {
+    "name": "pace",
+    "world": "zoo/crossing",
+    "factors": {"speed": [0.5, 1.0], "load": ["none", "some", "much"]},
+    "treatments": {"go": {"tree": "bt_controller.examples.hospital:mission"}},
+    "measures": {"time": "end.at"},
+}
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    """Return the file of an experiment."""
+    path = folder / "pace.yaml"
+    content = {key: value for key, value in {**FILE, **changes}.items() if value is not None}
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def problems(path: Path) -> list[str]:
+    """Return what is wrong with a file, without its name."""
+    with pytest.raises(ExperimentError) as error:
+        check_plan(read_plan(path))
+    return [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
+
+
+def scenarios(**changes: Any) -> list[dict[str, Any]]:
+    """Return the scenarios of a file."""
+    return scenarios_of(ExperimentFile.model_validate({**FILE, **changes}))
+
+
+def test_a_full_design_has_all_combinations() -> None:
+    """A full design has all combinations."""
+    found = scenarios()
+    assert len(found) == 6
+    assert found[:2] == [{"speed": 0.5, "load": "none"}, {"speed": 0.5, "load": "some"}]
+
+
+def test_one_at_a_time_varies_each_factor_from_the_first_levels() -> None:
+    """One at a time varies each factor from the first levels."""
+    assert scenarios(design="one_at_a_time") == [
+        {"speed": 0.5, "load": "none"},
+        {"speed": 1.0, "load": "none"},
+        {"speed": 0.5, "load": "some"},
+        {"speed": 0.5, "load": "much"},
+    ]
+
+
+def test_without_factors_there_is_one_scenario() -> None:
+    """Without factors there is one scenario."""
+    assert scenarios(factors={}) == [{}]
+
+
+@given(count=st.integers(1, 60), seed=st.integers(0, 99))
+def test_a_latin_hypercube_takes_each_part_of_each_range_once(count: int, seed: int) -> None:
+    """A latin hypercube takes each part of each range once."""
+    factors = {"a": {"low": 2.0, "high": 4.0}, "b": {"low": 1, "high": count, "whole": True}, "c": ["x", "y"]}
+    found = scenarios(factors=factors, design={"latin_hypercube": count}, seed=seed) if count > 1 else []
+    if not found:
+        return
+    assert sorted(int((each["a"] - 2.0) / 2.0 * count) for each in found) == [*range(count)]
+    assert sorted(each["b"] for each in found) == [*range(1, count + 1)]
+    counts = Counter(each["c"] for each in found)
+    assert abs(counts["x"] - counts["y"]) <= 1
+    assert found == scenarios(factors=factors, design={"latin_hypercube": count}, seed=seed)
+
+
+def test_a_list_is_rows_of_a_table(tmp_path: Path) -> None:
+    """A list is rows of a table."""
+    (tmp_path / "trials.csv").write_text("load,speed,more\nnone,0.7,1\nmuch,0.9,2\n", encoding="utf-8")
+    plan = read_plan(written(tmp_path, design={"list": "trials.csv"}))
+    assert plan.scenarios == [{"speed": 0.7, "load": "none"}, {"speed": 0.9, "load": "much"}]
+    rows = [{"speed": 1, "load": "none"}]
+    assert read_plan(written(tmp_path, design={"list": rows})).scenarios == rows
+
+
+def test_treatments_share_seeds_and_nothing_else_decides_them(tmp_path: Path) -> None:
+    """Treatments share seeds and nothing else decides them."""
+    tree = FILE["treatments"]["go"]
+    plan = read_plan(written(tmp_path, treatments={"a": tree, "b": tree}, replications=3))
+    runs = [plan.run_of(number) for number in range(36)]
+    assert plan.run_of(36) is None
+    assert [run.number for run in runs if run] == [*range(36)]
+    seeds = {(run.scenario, run.replication): set() for run in runs if run}
+    for run in runs:
+        if run:
+            seeds[run.scenario, run.replication].add(run.seed)
+    assert {len(each) for each in seeds.values()} == {1}
+    assert len({next(iter(each)) for each in seeds.values()}) == 18
+    alone = read_plan(written(tmp_path, replications=9))
+    assert alone.run(4, "go", 2).seed == plan.run(4, "b", 2).seed
+    other = read_plan(written(tmp_path, seed=1))
+    assert other.run(4, "go", 0).seed != alone.run(4, "go", 0).seed
+
+
+def test_overlays_take_levels_tables_and_variants(tmp_path: Path) -> None:
+    """Overlays take levels tables and variants."""
+    (tmp_path / "levels.json").write_text(json.dumps({"load": {"none": 0, "some": 2, "much": 9}}), encoding="utf-8")
+    path = written(
+        tmp_path,
+        levels="levels.json",
+        overlay={"robots.*.base.speed": "$speed", "items.box": {"at": [0, 0], "weight": "${levels.load[load]}"}},
+        variants={"heavy": {"items.box.weight": 99}},
+    )
+    plan = read_plan(path)
+    worlds = [plan.world(i).world for i in range(6)]
+    assert [next(iter(world.robots.values())).base.speed for world in worlds] == [0.5] * 3 + [1.0] * 3
+    assert [world.items["box"].weight for world in worlds[:3]] == [0, 2, 9]
+    heavy = read_plan(path, ["heavy"])
+    assert heavy.world(0).world.items["box"].weight == 99
+    assert heavy.hash != plan.hash
+
+
+def test_all_mistakes_of_the_form_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
+    """All mistakes of the form are told at once with their lines."""
+    path = tmp_path / "pace.yaml"
+    path.write_text(
+        "name: a b\n"
+        "wrld: hospital\n"
+        "treatments:\n"
+        "  a: {tre: x}\n"
+        "  b: {tree: x, command: y}\n"
+        "replications: {min: 5, max: 2}\n"
+        "limits: {wall: -1, memory: lots}\n"
+        "ends: {done: {item: x}}\n"
+        "measures: {time: {valu: end.at}}\n"
+        "keep: {traces: some}\n",
+        encoding="utf-8",
+    )
+    found = problems(path)
+    assert [int(each.partition(":")[0]) for each in found] == sorted(int(each.partition(":")[0]) for each in found)
+    said = "\n".join(found)
+    for expected in (
+        "1: name: ",
+        "2: wrld: unknown key 'wrld'; did you mean 'world'?",
+        "world: is missing",
+        "4: treatments.a.tre: unknown key 'tre'; did you mean 'tree'?",
+        "5: treatments.b: expected one of tree, python and command",
+        "6: replications: min 5 is more than max 2",
+        "7: limits.wall: must be greater than 0, got -1",
+        "7: limits.memory: expected a whole number, got 'lots'",
+        "8: ends.done: item needs a place: at",
+        "9: measures.time.valu: unknown key 'valu'; did you mean 'value'?",
+        "10: keep.traces: expected 'none', 'failed' or 'all', got 'some'",
+    ):
+        assert expected in said, said
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"factors": {"seed": [1]}}, "factors.seed: 'seed' is a column of the results already; give another name"),
+        ({"factors": {"time": [1]}}, "measures.time: 'time' is one of the factors already"),
+        ({"factors": {"a": {"low": 1, "high": 2}}}, "design: a is a range, which only a latin_hypercube draws from"),
+        ({"factors": {"a": []}}, "factors: a has no levels"),
+        ({"design": {"list": "nowhere.csv"}}, "nowhere.csv: no such file"),
+        ({"design": {"list": [{"speed": 1}]}}, "design: row 1 has no 'load'; it has speed"),
+        ({"tables": {"t": "nowhere.yaml"}}, "tables.t: "),
+        ({"replications": {"min": 2, "max": 9, "until": {"measure": "tme", "error": 0.1}}}, "did you mean 'time'?"),
+        ({"world": "hospitl"}, "did you mean 'hospital'?"),
+        ({"overlay": {"robots.*.base.speed": "$sped"}}, "robots.*.base.speed: $sped: there is no 'sped'"),
+        (
+            {"overlay": {"robots.*.base.speed": "$load"}},
+            "expected a number, got 'none' (scenario 0: speed=0.5, load=none)",
+        ),
+        ({"treatments": {"a": {"tree": "nowhere:tree"}}}, "treatments.a.tree: nowhere:tree: no module 'nowhere'"),
+        ({"treatments": {"a": {"python": "${lod}"}}}, "treatments.a.python: ${lod}: there is no 'lod'"),
+        ({"measures": {"m": "ends.success +"}}, "measures.m: is no expression"),
+        ({"measures": {"m": "enrgy"}}, "measures.m: there is no 'enrgy'; did you mean 'energy'?"),
+        ({"ends": {"e": {"event": "dockd"}}}, "ends.e.event: there is no kind of event 'dockd'"),
+        ({"ends": {"e": {"robot": "x", "at": "nowhere"}}}, "ends.e.at: no waypoint, place or dock 'nowhere'"),
+        ({"ends": {"e": [{"item": "x", "at": "a"}, {"orders": "served"}]}}, "ends.e.1.orders: the world has no demand"),
+    ],
+    ids=str,
+)
+def test_other_mistakes_are_told_before_anything_is_run(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    """Other mistakes are told before anything is run."""
+    assert said in "\n".join(problems(written(tmp_path, **changes)))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("", "is empty"), ("a: [", "is not valid YAML"), ("- 1\n", "expected a mapping with name, world")],
+)
+def test_what_is_no_experiment_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    """What is no experiment is refused."""
+    (tmp_path / "e.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ExperimentError, match=said):
+        read_plan(tmp_path / "e.yaml")
+    with pytest.raises(ExperimentError, match="no such file"):
+        read_plan(tmp_path / "nowhere.yaml")
+
+
+def test_a_variant_that_is_not_there_is_an_error(tmp_path: Path) -> None:
+    """A variant that is not there is an error."""
+    with pytest.raises(ExperimentError, match="there is no variant 'flky'; did you mean 'flaky'"):
+        read_plan(written(tmp_path, variants={"flaky": {}}), ["flky"])

@@ -1,0 +1,238 @@
+"""Single runs of an experiment: how they end, and what is measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import yaml
+
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
+from hmrsim.experiments.running.tasks import Task, execute, execute_run
+from hmrsim.testing import simulation
+from hmrsim.trace.replay import replay
+
+WORLD = {
+    "name": "two",
+    "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0]},
+    "lanes": [["a", "b"], {"from": "b", "to": "c", "speed_factor": {"uniform": {"low": 0.2, "high": 1}}}],
+    "robots": {"w": {"at": "a", "type": "fetcher", "components": {"battery": {"capacity": 1000}}}},
+    "items": {"box": {"at": "b"}},
+}
+
+CONTROLLER = """\
+import sys
+import time
+
+from py_trees.composites import Sequence
+from bt_controller.behaviours.items import Pickup, Place
+from bt_controller.behaviours.nav_to_pose import GoTo
+from hmrsim_zenoh import Commander
+
+
+def bring(robot, item="box"):
+    steps = [GoTo("b"), Pickup(item), GoTo("c"), Place(item), GoTo("a")]
+    return Sequence("Bring", memory=True, children=steps)
+
+
+def drive(client, x=20.0):
+    Commander(client, "w").go_to_pose(float(x), 0.0)
+
+
+def rounds(client):
+    for n in range(3):
+        drive(client, 10.0 * (n % 2))
+    client.end_run("tired", rounds=3, why="no more")
+    drive(client)
+
+
+def says_no(client):
+    print("no luck")
+    return False
+
+
+def raises(client):
+    drive(client, 10.0)
+    raise RuntimeError("boom")
+
+
+def exits(client):
+    sys.exit(4)
+
+
+def sleeps(client):
+    time.sleep(60)
+
+
+def goes_on(client):
+    while True:
+        drive(client, 0.0)
+        drive(client, 20.0)
+"""
+
+
+@pytest.fixture
+def row(tmp_path):
+    """Return the result of a run of a controller."""
+
+    def made(controller: str, *, number: int = 0, kind: str = "python", **changes: Any) -> Row:
+        (tmp_path / "two.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
+        name = f"controller_{abs(hash(str(tmp_path)))}.py"
+        (tmp_path / name).write_text(CONTROLLER, encoding="utf-8")
+        content = {
+            "name": "e",
+            "world": "two.yaml",
+            "treatments": {"t": {kind: f"{name}:{controller}"}},
+            "replications": 5,
+            "limits": {"simulated": 300, "wall": 20},
+            "measures": {"time": "end.at", "energy": "energy"},
+            **changes,
+        }
+        (tmp_path / "e.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+        plan = read_plan(tmp_path / "e.yaml")
+        run = plan.run_of(number)
+        assert run is not None
+        return execute_run(plan, run)
+
+    return made
+
+
+def test_the_controllers_outcome_ends_a_run_if_nothing_else_does(row):
+    """The controllers outcome ends a run if nothing else does."""
+    good, bad = row("drive"), row("says_no")
+    assert (good.ending, good.success, good.cause) == ("succeeded", True, "")
+    assert good.at == good.measures["time"] == pytest.approx(good.measures["energy"])
+    assert (bad.ending, bad.success, bad.at, bad.output) == ("failed", False, 0.0, "no luck")
+
+
+def test_a_tree_runs_with_its_parameters(row):
+    """A tree runs with its parameters."""
+    done = {"done": {"item": "box", "at": "c", "carried": False}}
+    assert row("bring", kind="tree", ends=done).ending == "done"
+    assert row("bring(item='box')", kind="tree").ending == "succeeded"
+    assert "it takes no 'itm'" in row("bring(itm='box')", kind="tree").cause
+
+
+def test_the_simulator_ends_a_run_at_the_instant_at_which_an_ending_holds(row):
+    """The simulator ends a run at the instant at which an ending holds."""
+    placed = row("bring", kind="tree", ends={"success": {"item": "box", "at": "c", "carried": False}})
+    assert (placed.ending, placed.success) == ("success", True)
+    carried = row("bring", kind="tree", ends={"success": {"item": "box", "at": "b", "carried": True}})
+    assert carried.at == 10.0 < placed.at
+    there = row("drive(x=10)", ends={"success": {"robot": "w", "at": "b"}})
+    assert (there.ending, there.at) == ("success", 10.0)
+    event = row("bring", kind="tree", ends={"picked": {"event": "picked", "where": {"item": "box"}}})
+    assert (event.ending, event.at) == ("picked", 10.0)
+    other = row("bring", kind="tree", ends={"picked": {"event": "picked", "where": {"item": "vase"}}})
+    assert other.ending == "succeeded"
+
+
+def test_a_controller_reports_how_a_run_has_ended(row):
+    """A controller reports how a run has ended."""
+    ends = {"worn_out": {"reported": "tired"}}
+    found = row("rounds", ends=ends, measures={"n": "reported.rounds", "m": "reported.nothing"}, successes=["worn_out"])
+    assert (found.ending, found.success, found.at, found.cause) == ("worn_out", True, 20.0, "")
+    assert found.measures == {"n": 3.0, "m": None}
+    assert found.reported == {"label": "tired", "rounds": 3, "why": "no more"}
+
+
+def test_of_several_conditions_the_first_that_holds_counts_and_the_controllers_end_is_one(row):
+    """Of several conditions the first that holds counts and the controllers end is one."""
+    ends = {"any": [{"robot": "w", "at": "c"}, {"robot": "w", "at": "b"}], "late": {"controller": "succeeded"}}
+    assert (row("rounds", ends=ends).ending, row("rounds", ends=ends).at) == ("any", 10.0)
+    assert row("drive(x=5)", ends=ends).ending == "late"
+    assert row("says_no", ends={"lost": {"controller": "failed"}}).ending == "lost"
+
+
+def test_a_run_that_reaches_its_limit_ends_there(row):
+    """A run that reaches its limit ends there."""
+    found = row("goes_on", limits={"simulated": 100, "wall": 20})
+    assert (found.ending, found.at, found.success) == (TIMEOUT, 100.0, False)
+
+
+def test_a_controller_that_takes_too_long_is_ended(row):
+    """A controller that takes too long is ended."""
+    found = row("sleeps", limits={"wall": 0.3})
+    assert (found.ending, found.at) == (HUNG, 0.0)
+    assert "it takes longer than 0.3 wall seconds" in found.cause
+
+
+def test_a_controller_that_raises_an_error_is_a_row_with_its_cause(row):
+    """A controller that raises an error is a row with its cause."""
+    found = row("raises", keep={"traces": "failed"})
+    assert (found.ending, found.at) == (CRASHED, 10.0)
+    assert "RuntimeError: boom" in found.cause
+    assert ".py:" in found.cause
+    assert replay(found.trace.splitlines(keepends=True)).difference is None
+    assert "SystemExit: 4" in row("exits").cause
+    assert row("drive", keep={"traces": "failed"}).trace == ""
+
+
+def test_a_world_that_is_wrong_is_a_row_too(row):
+    """A world that is wrong is a row too."""
+    found = row("drive", overlay={"robots.w.at": "nowhere"})
+    assert (found.ending, found.at) == (ERROR, None)
+    assert "no waypoint, place or dock 'nowhere'" in found.cause
+
+
+def test_measures_are_expressions_over_the_truth(row):
+    """Measures are expressions over the truth."""
+    measures = {
+        "late": "end.at - 10",
+        "share": "goals.succeeded / goals.accepted",
+        "x": "robots.w.x",
+        "battery": "robots.w.battery",
+        "won": "ends.success",
+        "driven": "report.summary.distance",
+        "wrong": "orders.lead_time.mean * 2",
+    }
+    found = row("bring", kind="tree", ends={"success": {"item": "box", "at": "c"}}, measures=measures)
+    assert found.measures["late"] == found.at - 10
+    assert found.measures["share"] == pytest.approx(3 / 3)
+    assert (found.measures["x"], found.measures["won"], found.measures["wrong"]) == (20.0, 1.0, None)
+    assert found.measures["battery"] == pytest.approx(1 - found.at / 1000)
+    assert found.measures["driven"] == pytest.approx(20.0)
+    assert found.cause == "wrong: there is no value to calculate with"
+
+
+def test_a_run_is_the_same_each_time_and_its_replications_are_not(row):
+    """A run is the same each time and its replications are not."""
+    assert [row("drive", number=i).at for i in (0, 1, 0)] == [row("drive", number=i).at for i in (0, 1, 0)]
+    assert len({row("drive", number=i).at for i in range(5)}) == 5
+
+
+def test_the_trace_is_that_of_a_test_of_the_same_run(tmp_path, row):
+    """The trace is that of a test of the same run."""
+    found = row("drive(x=10)", keep={"traces": "all"}, measures={})
+    with simulation(str(tmp_path / "two.yaml")) as run:
+        run.commander("w").go_to_pose(10.0, 0.0)
+    ours, theirs = found.trace.splitlines(), run.trace.splitlines()
+    assert ours[1:4] == theirs[1:4]
+    assert replay(found.trace.splitlines(keepends=True)).difference is None
+
+
+def test_orders_that_are_served_end_a_run(row, tmp_path):
+    """Orders that are served end a run."""
+    world = {**WORLD, "items": {}, "demand": [{"name": "box", "at": "b", "to": "c", "arrives": 5, "count": 1}]}
+    row("drive")  # writes the files
+    (tmp_path / "served.yaml").write_text(yaml.safe_dump(world), encoding="utf-8")
+    tree = "bring(item='box_1')"
+    found = row(
+        tree,
+        kind="tree",
+        world="served.yaml",
+        ends={"success": {"orders": "served"}},
+        measures={"lead": "orders.lead_time.max"},
+    )
+    assert (found.ending, found.measures["lead"]) == ("success", pytest.approx(found.at - 5.0))
+
+
+def test_a_task_is_some_runs_of_the_plan_that_is_meant(row, tmp_path):
+    """A task is some runs of the plan that is meant."""
+    row("drive")
+    plan = read_plan(tmp_path / "e.yaml")
+    rows = execute(Task(str(plan.path), (), plan.hash, (2, 0, 99)))
+    assert [each.run.number for each in rows] == [2, 0]
+    with pytest.raises(Exception, match="has changed since the experiment was started"):
+        execute(Task(str(plan.path), (), "another", (0,)))
