@@ -241,10 +241,14 @@ class _Replay:
         return self._made.popleft() if self._made else None
 
     def _let_it_be(self, line: Line) -> None:
-        """Process all that is due when a command arrived, or until some of it is traced."""
+        """Process all that is due when a command arrived, or until some of it is traced.
+
+        At the end the run was stopped: what its last instant would still have brought, as to scripts, was not done.
+        """
         simulator = self._simulator
         at = line.stamp.to_nanoseconds() / NANOSECONDS
-        while not self._made and simulator.process_events(end_of_instant(at), 1):
+        until = end_of_instant(at) if line.kind == "command" else math.nextafter(at, -math.inf)
+        while not self._made and simulator.process_events(until, 1):
             self._trace.flush()
         if not self._made:
             simulator.advance_clock(at)
