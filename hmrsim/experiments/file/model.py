@@ -103,18 +103,20 @@ class Until(Part):
         measure: The measure whose mean has to be known.
         relative_error: Half the width of its confidence interval, as a share of the mean.
         error: The same of a measure of yes and no, as a share of 1.
-        confidence: Of the interval.
+        decided: Whether to go on until each treatment is known to be better or worse than the first one, or equivalent.
+        confidence: Of the interval, or of all verdicts together.
     """
 
     measure: Identifier
     relative_error: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = None
     error: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = None
+    decided: bool = False
     confidence: Annotated[float, Field(strict=True, gt=0, lt=1)] = 0.95
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        if (self.relative_error is None) == (self.error is None):
-            raise ValueError("expected one of relative_error and error")
+        if (self.relative_error is not None) + (self.error is not None) + self.decided != 1:
+            raise ValueError("expected one of relative_error, error and decided: true")
         return self
 
 

@@ -149,6 +149,9 @@ def _names(model: ExperimentFile, tables: Mapping[str, Any]) -> Iterator[Finding
                 yield Finding((key, name), message, name)
             seen[name] = f"one of the {key}"
     until = model.replications.until
+    if until is not None and until.decided and len(model.treatments) == 1:
+        message = "there is one treatment, and nothing to decide; give relative_error"
+        yield Finding(("replications", "until", "decided"), message)
     if until is not None and until.measure not in model.measures:
         message = f"there is no measure {until.measure!r}{instead(until.measure, model.measures)}"
         yield Finding(("replications", "until", "measure"), message, until.measure)

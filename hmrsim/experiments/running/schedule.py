@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough
+from hmrsim.experiments.statistics.verdicts import UNDECIDED, Criterion, verdict
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
@@ -44,6 +45,7 @@ class Schedule:
         )
         for scenario in range(count):
             self._aim(scenario, first)
+        for scenario in range(count):
             self._extend(scenario)
 
     @property
@@ -96,13 +98,41 @@ class Schedule:
         return runs
 
     def _extend(self, scenario: int) -> None:
-        """Add replications to a scenario whose runs all have results, until there are enough."""
+        """Add replications to scenarios whose runs all have results, until there are enough."""
+        until = self._until
+        if until is None:
+            return
+        together = [*range(len(self._targets))] if until.decided else [scenario]
         most = self._plan.file.replications.max
-        while self._until is not None and not self._missing[scenario] and self._targets[scenario] < most:
-            if all(self._enough(scenario, treatment) for treatment in self._plan.treatments):
+        while not any(self._missing[each] for each in together) and self._targets[scenario] < most:
+            if self._decided() if until.decided else self._known(scenario):
                 return
             target = self._targets[scenario]
-            self._further += self._aim(scenario, min(most, target + max(1, math.ceil(target * _GROWTH))))
+            for each in together:
+                self._further += self._aim(each, min(most, target + max(1, math.ceil(target * _GROWTH))))
+
+    def _known(self, scenario: int) -> bool:
+        return all(self._enough(scenario, treatment) for treatment in self._plan.treatments)
+
+    def _decided(self) -> bool:
+        """Return whether each treatment is known to be better or worse than the first one, or equivalent."""
+        first, *others = self._plan.treatments
+        return all(self._verdict(first, other, 1 / len(others)) != UNDECIDED for other in others)
+
+    def _verdict(self, first: str, second: str, share: float) -> str:
+        until = self._until
+        if until is None:
+            raise AssertionError
+        measure = self._plan.file.measures[until.measure]
+        alpha = (1.0 - until.confidence) * share
+        criterion = Criterion(measure.better == "larger", measure.margin, relative=measure.relative, alpha=alpha)
+        pairs = []
+        for replication in range(max(self._targets)):
+            for scenario in range(len(self._targets)):
+                both = [self._done[self._plan.run(scenario, each, replication).number] for each in (first, second)]
+                if all(isinstance(value, (int, float)) for value in both):
+                    pairs.append([float(value or 0.0) for value in both])
+        return verdict([one for one, _ in pairs], [two for _, two in pairs], criterion)[0]
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until

@@ -153,6 +153,21 @@ def test_replications_stop_where_the_mean_is_known(tmp_path: Path) -> None:
         assert results.about["replications"]["until"]["measure"] == "time"
 
 
+def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_path: Path) -> None:
+    """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together."""
+    until = {"measure": "time", "decided": True}
+    plan = plan_of(tmp_path, replications={"min": 4, "max": 2000, "until": until})
+    schedule, values = Schedule(plan, {}), {}
+    while runs := schedule.next(7):
+        for run in runs:
+            chance = random.Random(run.seed)
+            common, own = chance.gauss(10, 3), random.Random(run.number).gauss(0, 0.2)
+            values[run.number] = common + own + (0.5 if run.treatment == "b" else 0.0)
+            schedule.note(run, values[run.number])
+    assert schedule.done == schedule.expected == len(values)
+    assert 16 <= len(values) <= 200
+
+
 def test_results_of_another_experiment_are_not_mixed_in(tmp_path: Path) -> None:
     """Results of another experiment are not mixed in."""
     made(tmp_path / "r", plan_of(tmp_path))
