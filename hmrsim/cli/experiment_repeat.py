@@ -10,11 +10,16 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.plan import Plan
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.tasks import execute_run
-from hmrsim.program.outputs import check_outputs
+from hmrsim.program.outputs import check_outputs, unwritable
+from hmrsim.report import of_trace
+from hmrsim.report.compile import report_of
+from hmrsim.report.page import page_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hmrsim.experiments.running.row import Row
 
 
@@ -23,15 +28,17 @@ def again(args: argparse.Namespace) -> int:
     with Results(args.results) as results:
         before = next(results.rows(where={"number": args.run}), None)
         plan = _plan(results)
-    if args.trace:
-        check_outputs([("--trace", args.trace)], [plan.path])
+    check_outputs([("--trace", args.trace), ("--report", args.report)], [plan.path, args.results / FILE])
     run = plan.run_of(args.run)
     if run is None:
         raise ResultsError(f"{args.results}: there is no run {args.run}")
-    keep = plan.file.keep.model_copy(update={"traces": "all" if args.trace else "none"})
+    keep = plan.file.keep.model_copy(update={"traces": "all" if args.trace or args.report else "none"})
     row = execute_run(_with(plan, plan.file.model_copy(update={"keep": keep})), run)
     if args.trace:
-        args.trace.write_text(row.trace, encoding="utf-8")
+        _write(args.trace, row.trace)
+    if args.report and row.trace:
+        (source,) = of_trace(lambda: row.trace.splitlines(keepends=True), section=1)
+        _write(args.report, page_of(report_of(source), source.definition))
     now = _values(plan, row)
     if args.json:
         show_json({"run": args.run, **now, "same": before is None or not _different(before, now)})
@@ -45,6 +52,13 @@ def again(args: argparse.Namespace) -> int:
     for name in different:
         warn(f"{name} was {before[name]!r} and is {now[name]!r} now")
     return ExitCode.FAILED if different else ExitCode.DONE
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise unwritable(str(path), error) from None
 
 
 def _with(plan: Plan, file: Any) -> Plan:

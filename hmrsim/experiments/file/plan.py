@@ -73,9 +73,12 @@ class Plan:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what decides the results: the file's text and tables, and the variants."""
+        """SHA-256 of what decides the results: what the file says, its tables, and the variants.
+
+        What is at its default is left out, so that versions with further keys go on with results of earlier ones.
+        """
         said: dict[str, Any] = {
-            "file": self.file.model_dump(mode="json"),
+            "file": self.file.model_dump(mode="json", exclude_defaults=True),
             "tables": self.tables,
             "variant": self.variant,
         }
