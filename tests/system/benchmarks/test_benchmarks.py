@@ -30,6 +30,7 @@ TINY = {
         "pickers": ((2, 60.0),),
         "shipped": (("zoo/crossing", 60.0),),
     },
+    "experiments": {"replications": 1, "rounds": 1},
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
     "in_process": {"rounds": 1, "runs": 1, "missions": 1},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
