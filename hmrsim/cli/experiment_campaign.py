@@ -45,7 +45,13 @@ def run(args: argparse.Namespace) -> int:
         campaign = Campaign(plan, results, make, workers, teller.tell)
         if campaign.progress.done and not args.json:
             warn(f"{folder}: goes on; {campaign.progress.done} of {campaign.progress.expected} runs have results")
-        progress = campaign.run()
+        try:
+            progress = campaign.run()
+        except KeyboardInterrupt:
+            teller.end(campaign.progress)
+            done = f"{campaign.progress.done:,} of {campaign.progress.expected:,} runs have results"
+            warn(f"interrupted; {done}, and the same command goes on")
+            return ExitCode.INTERRUPTED
         teller.end(progress)
         if not args.json:
             _sum_up(folder, plan, results, progress)

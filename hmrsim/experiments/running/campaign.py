@@ -12,6 +12,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.experiments.running.row import DIED, HUNG, Row
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
+from hmrsim.experiments.statistics.libraries import distributions
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
@@ -61,6 +62,9 @@ class Campaign:
         make: Makes an executor; called again when one has broken.
         workers: How many runs it executes at once; 0 if that is not known.
         tell: Called whenever there are new results.
+
+    Raises:
+        MissingExtra: Replications go on until something is known, and the statistics for that are not installed.
     """
 
     def __init__(
@@ -73,6 +77,8 @@ class Campaign:
     ) -> None:
         self._plan, self._results, self._make, self._tell = plan, results, make, tell
         until = plan.file.replications.until
+        if until:
+            distributions()  # missing libraries are told before the first run
         columns = ["number", until.measure] if until else ["number", "seed"]
         done = {int(row["number"]): row[columns[1]] for row in results.rows(columns)}
         self._schedule = Schedule(plan, done)
@@ -182,4 +188,4 @@ def _stop(executor: Executor) -> None:
     """End an executor with what it does."""
     for process in [*(getattr(executor, "_processes", None) or {}).values()]:
         process.terminate()
-    executor.shutdown(wait=False, cancel_futures=True)
+    executor.shutdown(wait=True, cancel_futures=True)
