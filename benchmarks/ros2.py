@@ -13,9 +13,9 @@ from benchmarks._ros2_wire import Graph, RosGoalSender, open_session, type_of
 from benchmarks._timing import Rounds, Variant, interleaved, microseconds
 from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
-from hmrsim.cli.garbage import collect_rarely
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.program.garbage import collect_rarely
 from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, StatusChanged

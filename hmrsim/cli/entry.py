@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from hmrsim import __version__
-from hmrsim.cli.garbage import raise_thresholds
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import ENVIRONMENT, LazyParser, add_commands, autocomplete, run_program
+from hmrsim.program.garbage import raise_thresholds
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",

@@ -20,7 +20,7 @@ from hmrsim.report.page import page_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.running.row import Row
+    from hmrsim.experiments.results.row import Row
 
 
 def again(args: argparse.Namespace) -> int:

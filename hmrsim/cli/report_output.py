@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show, warn
 from hmrsim.cli.tracing import errors_of, lines_of
 from hmrsim.errors import TraceError, printable
+from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.inputs import check_regular
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.program.outputs import STDOUT, check_outputs, unwritable

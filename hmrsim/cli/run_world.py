@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.heap import Heap
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
@@ -24,6 +23,7 @@ from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
+from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import ServerLogOptions
 from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.garbage import collect_rarely
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.worlds import read_world, show_warnings
+from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import log_level, logging_to_stderr
 from hmrsim.program.outputs import check_outputs
 from hmrsim.protocol.outputs import GoalChanged

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.running.row import Row
+    from hmrsim.experiments.results.row import Row
 
 FILE: Final = "results.sqlite"
 """The name of the file in the folder of an experiment's results."""

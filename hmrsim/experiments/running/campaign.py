@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.running.row import DIED, HUNG, Row
+from hmrsim.experiments.results.row import DIED, HUNG, Row
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 from hmrsim.experiments.statistics.libraries import distributions

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import needs_report
+from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
 from hmrsim.experiments.running.guards import Tail
-from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
 from hmrsim.experiments.running.single import result_of
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import faulthandler
 import io
+import multiprocessing
 import resource
 import signal
 import threading
@@ -100,8 +101,6 @@ def _in_time(seconds: float) -> Iterator[None]:
 
 def _ends_process() -> bool:
     """Return whether this is a worker, which may end when a run hangs."""
-    import multiprocessing  # noqa: PLC0415 - of workers, which have it
-
     return multiprocessing.parent_process() is not None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -11,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import measures_of, needs_report
+from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY, TIMEOUT, Row
 from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, MEMORY, TIMEOUT, Row
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
@@ -104,8 +105,6 @@ def _control(controller: Controller, client: Client, simulator: Simulator) -> tu
 
 def described(error: BaseException) -> str:
     """Return an error of the user's code as one line: the error and its place."""
-    import traceback  # noqa: PLC0415 - of runs that crash
-
     text = f"{type(error).__name__}: {error}".splitlines()[0]
     frames = traceback.extract_tb(error.__traceback__)
     return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text

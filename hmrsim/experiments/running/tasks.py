@@ -9,14 +9,15 @@ import signal
 import sys
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import ExperimentError
+from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY, Row
 from hmrsim.experiments.running.commands import run_command
 from hmrsim.experiments.running.guards import guarded
-from hmrsim.experiments.running.row import ERROR, HUNG, MEMORY, Row
 from hmrsim.experiments.running.single import WallLimit, described, run_in_process
+from hmrsim.program.garbage import collect_rarely
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
@@ -53,8 +54,6 @@ def prepare_worker() -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
-    from hmrsim.cli.garbage import collect_rarely  # noqa: PLC0415 - a worker's own affair
-
     collect_rarely()
 
 
@@ -86,11 +85,5 @@ def execute_run(plan: Plan, run: Run) -> Row:
 def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
     plan = read_plan(path, variant)
     if plan.hash != hash_:
-        raise ExperimentError([_changed(path)])
+        raise ExperimentError([Problem(path, "", "has changed since the experiment was started; start it again")])
     return plan
-
-
-def _changed(path: str) -> Any:
-    from hmrsim.errors import Problem  # noqa: PLC0415 - only where a file has changed
-
-    return Problem(path, "", "has changed since the experiment was started; start it again")

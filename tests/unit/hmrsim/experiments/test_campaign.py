@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError, ResultsError, WriteError
 from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.row import DIED, Row
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.results.table import write_table
 from hmrsim.experiments.running import campaign as module
 from hmrsim.experiments.running.campaign import Campaign
 from hmrsim.experiments.running.executors import factory_of
-from hmrsim.experiments.running.row import DIED, Row
 from hmrsim.experiments.running.schedule import Schedule
 
 if TYPE_CHECKING:

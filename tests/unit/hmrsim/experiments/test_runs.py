@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
+from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
 from hmrsim.experiments.running.tasks import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
