@@ -155,7 +155,8 @@ class Priority(Reserve):
         cycle = waits_for_cycle(self.admission, robot)
         if cycle:
             self._publish(cycle)
-            robot = min(cycle, key=rank)
+            # One that stands in the queue of a dock waits for no lane, so that nobody can make way for it.
+            robot = min((each for each in cycle if each in self.admission.waits), key=rank)
             if self._is_seen_to(robot):
                 return
         wait = self.admission.waits[robot]
