@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.plan import Plan
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, Results
+from hmrsim.experiments.running.single import unwatched
 from hmrsim.experiments.running.tasks import execute_run
 from hmrsim.program.outputs import check_outputs, unwritable
 from hmrsim.report import of_trace
 from hmrsim.report.compile import report_of
 from hmrsim.report.page import page_of
+from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,12 +32,16 @@ def again(args: argparse.Namespace) -> int:
     with Results(args.results) as results:
         before = next(results.rows(where={"number": args.run}), None)
         plan = _plan(results)
-    check_outputs([("--trace", args.trace), ("--report", args.report)], [plan.path, args.results / FILE])
+    outputs = [("--trace", args.trace), ("--report", args.report), ("--record", args.record)]
+    check_outputs(outputs, [plan.path, args.results / FILE])
     run = plan.run_of(args.run)
     if run is None:
         raise ResultsError(f"{args.results}: there is no run {args.run}")
     keep = plan.file.keep.model_copy(update={"traces": "all" if args.trace or args.report else "none"})
-    row = execute_run(_with(plan, plan.file.model_copy(update={"keep": keep})), run)
+    with ExitStack() as stack:
+        settings = RunSettings(clock="lockstep")
+        watchers = stack.enter_context(recorded(args.record, settings)) if args.record else unwatched
+        row = execute_run(_with(plan, plan.file.model_copy(update={"keep": keep})), run, watchers)
     if args.trace:
         _write(args.trace, row.trace)
     if args.report and row.trace:

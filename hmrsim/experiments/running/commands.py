@@ -18,7 +18,7 @@ from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import needs_report
 from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
 from hmrsim.experiments.running.guards import Tail
-from hmrsim.experiments.running.single import result_of
+from hmrsim.experiments.running.single import result_of, unwatched, with_report
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
@@ -29,6 +29,7 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from hmrsim.experiments.file.model import Treatment
     from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.running.single import Watchers
     from hmrsim.protocol.sinks import Sink
 
 _GRACE: Final = 2.0
@@ -39,12 +40,12 @@ _FAILED: Final = 1
 """The exit code of a controller that has failed, and not crashed."""
 
 
-def run_command(plan: Plan, run: Run) -> Row:
+def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run whose controller is a command.
 
     It is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in its
     environment, in a process group of its own, which is killed when the run has ended. Exit code 0 is a success, 1 a
-    failure, and all others a crash.
+    failure, and all others a crash. *further* makes further sinks, such as one that records the run.
     """
     began = time.monotonic()
     treatment = plan.treatments[run.treatment]
@@ -58,7 +59,7 @@ def run_command(plan: Plan, run: Run) -> Row:
     judge, trace = Judge(plan.file.ends), LateTrace(loaded.world, settings)
     report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
     sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
-    watchers = (lambda simulator, _pacing: [report.sink(simulator)]) if report else (lambda _simulator, _pacing: ())
+    watchers = with_report(report, further)
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     with Host(loaded, options, settings, sinks=sinks, watchers=watchers) as host:
         judge.watch(host.simulator, host.end)

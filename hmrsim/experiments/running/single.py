@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.experiments.running.controllers import Controller
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
 
 _SUCCEEDED, _FAILED = "succeeded", "failed"
 
@@ -34,8 +35,20 @@ class WallLimit(BaseException):
     """A run takes too long; not an Exception, so that a controller does not catch it by accident."""
 
 
-def run_in_process(plan: Plan, run: Run) -> Row:
-    """Return the result of a run whose controller is a tree or a function, with its trace if it may be kept."""
+Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
+"""Makes further sinks of a simulation."""
+
+
+def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
+    """Return no further sinks."""
+    return ()
+
+
+def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run whose controller is a tree or a function, with its trace if it may be kept.
+
+    *further* makes further sinks, such as one that records the run.
+    """
     began = time.perf_counter()
     try:
         world = plan.world(run.scenario).world
@@ -47,7 +60,7 @@ def run_in_process(plan: Plan, run: Run) -> Row:
     trace = LateTrace(world, settings.model_copy(update={"clock": "lockstep"}))
     report = LiveReport(world, settings) if needs_report(plan.file) else None
     sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
-    watchers = (lambda simulator, _pacing: [report.sink(simulator)]) if report else (lambda _simulator, _pacing: ())
+    watchers = with_report(report, further)
     with ExitStack() as stack:
         host = stack.enter_context(LoopbackHost(world, settings, sinks=sinks, watchers=watchers))
         simulator = host.simulator
@@ -71,6 +84,15 @@ def run_in_process(plan: Plan, run: Run) -> Row:
         wall=time.perf_counter() - began,
         trace=trace.whole(simulator.now) if kept else "",
     )
+
+
+def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
+    """Return what makes the sinks of a run: that of its report, if there is one, and further ones."""
+
+    def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+        return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
+
+    return watchers
 
 
 def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:

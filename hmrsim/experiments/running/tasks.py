@@ -16,11 +16,12 @@ from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY, Row
 from hmrsim.experiments.running.commands import run_command
 from hmrsim.experiments.running.guards import guarded
-from hmrsim.experiments.running.single import WallLimit, described, run_in_process
+from hmrsim.experiments.running.single import WallLimit, described, run_in_process, unwatched
 from hmrsim.program.garbage import collect_rarely
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.running.single import Watchers
 
 _PR_SET_PDEATHSIG: Final = 1
 """Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
@@ -67,11 +68,12 @@ def execute(task: Task) -> list[Row]:
     return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]
 
 
-def execute_run(plan: Plan, run: Run) -> Row:
-    """Return the result of a run, whatever happens in it."""
+def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run, whatever happens in it; *further* makes further sinks."""
     try:
         with guarded(plan.file.limits) as tail:
-            row = run_in_process(plan, run) if plan.treatments[run.treatment].in_process else run_command(plan, run)
+            make = run_in_process if plan.treatments[run.treatment].in_process else run_command
+            row = make(plan, run, further)
     except WallLimit as limit:
         return Row(run, HUNG, str(limit) or "it takes too long", wall=plan.file.limits.wall, output=tail.text)
     except MemoryError:
