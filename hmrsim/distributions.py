@@ -166,8 +166,8 @@ class Exponential(_Continuous):
         return -self.mean * math.log1p(-u)
 
 
-class Uniform(_Kind):
-    """All values between two alike.
+class _Between(_Kind):
+    """One whose values are between two.
 
     Attributes:
         low: The least.
@@ -176,12 +176,6 @@ class Uniform(_Kind):
 
     low: NotNegative
     high: Positive
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if not self.low < self.high:
-            raise ValueError(f"low {self.low:g} is not less than high {self.high:g}")
-        return self
 
     @property
     def least(self) -> float:
@@ -192,6 +186,21 @@ class Uniform(_Kind):
     def greatest(self) -> float:
         """The greatest value."""
         return self.high
+
+
+class Uniform(_Between):
+    """All values between two alike.
+
+    Attributes:
+        low: The least.
+        high: The greatest.
+    """
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low {self.low:g} is not less than high {self.high:g}")
+        return self
 
     @property
     def expected(self) -> float:
@@ -203,7 +212,7 @@ class Uniform(_Kind):
         return self.low + u * (self.high - self.low)
 
 
-class Triangular(_Kind):
+class Triangular(_Between):
     """All values between two, most often those near a third.
 
     Attributes:
@@ -212,25 +221,13 @@ class Triangular(_Kind):
         high: The greatest.
     """
 
-    low: NotNegative
     mode: NotNegative
-    high: Positive
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if not (self.low <= self.mode <= self.high and self.low < self.high):
             raise ValueError(f"low {self.low:g}, mode {self.mode:g}, high {self.high:g} are not in this order")
         return self
-
-    @property
-    def least(self) -> float:
-        """The least value."""
-        return self.low
-
-    @property
-    def greatest(self) -> float:
-        """The greatest value."""
-        return self.high
 
     @property
     def expected(self) -> float:
