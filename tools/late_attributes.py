@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-_PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
+_PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller", "hmrsim_gym")
 
 _RECORDS: Final = {"Protocol", "NamedTuple", "BaseModel", "TypedDict", "dataclass"}
 """Marks of a class whose fields are set by its constructor only."""

@@ -1,0 +1,74 @@
+"""Environments for learning to dispatch orders, of Gymnasium and PettingZoo; the extra ``gym`` installs both.
+
+::
+
+    import gymnasium
+    import hmrsim_gym
+
+    env = gymnasium.make("hmrsim/Dispatch-v0", world="warehouse_orders", horizon=1800)
+    observation, info = env.reset(seed=1)
+
+Importing it registers the environment, as is the custom since Gymnasium 1.0, which finds none by itself;
+``gymnasium.make("hmrsim_gym:hmrsim/Dispatch-v0")`` imports it. The simulation runs within the process, over the
+loopback.
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from hmrsim.errors import MissingExtra
+
+try:
+    import gymnasium
+except ImportError:
+    raise MissingExtra("environments need gymnasium and pettingzoo; pip install 'hmrsim[gym]'") from None
+
+if TYPE_CHECKING:
+    from hmrsim_gym.dispatch_env import DispatchEnv
+    from hmrsim_gym.features import FleetFeature, OrderFeature, RobotFeature
+    from hmrsim_gym.parallel import ParallelDispatch, parallel_env
+    from hmrsim_gym.rules import RULES, best, earliest_due, first_come, nearest
+
+__all__ = [
+    "RULES",
+    "DispatchEnv",
+    "FleetFeature",
+    "OrderFeature",
+    "ParallelDispatch",
+    "RobotFeature",
+    "best",
+    "earliest_due",
+    "first_come",
+    "nearest",
+    "parallel_env",
+]
+
+_HOMES = MappingProxyType(
+    {
+        "RULES": "rules",
+        "DispatchEnv": "dispatch_env",
+        "FleetFeature": "features",
+        "OrderFeature": "features",
+        "ParallelDispatch": "parallel",
+        "RobotFeature": "features",
+        "best": "rules",
+        "earliest_due": "rules",
+        "first_come": "rules",
+        "nearest": "rules",
+        "parallel_env": "parallel",
+    }
+)
+
+gymnasium.register("hmrsim/Dispatch-v0", f"{__name__}.dispatch_env:DispatchEnv")
+
+
+def __getattr__(name: str) -> object:
+    """Return an export, which is loaded on first use; raise AttributeError if there is none of this name."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -1,0 +1,232 @@
+"""A run of a world with orders: who is idle, which orders are free, and what robots do with those they are given.
+
+An outside client over the loopback drives the robots, by the goals that clients of any simulator send. What there is to
+do, and what has become of it, is the truth of the world: its demand.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Final, Literal
+
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.orders import OrderState
+from hmrsim_gym.errand import dock, go, pick_up, put_down, send
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.simulation.demand import Demand
+    from hmrsim.simulation.orders import Order
+    from hmrsim_gym.setting import Setting
+    from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.errors import RequestError
+
+Doing = Literal["idle", "serves", "charges", "rests"]
+"""What a robot does."""
+
+REST: Final = 10.0
+"""Seconds for which a robot that has failed is given nothing."""
+
+_PATIENCE: Final = 60.0
+"""Seconds for which it is not given the order with which it has failed."""
+
+_CHARGED: Final = 0.8
+"""The share of its battery up to which a robot charges."""
+
+_NAME: Final = "dispatcher"
+_COMES: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
+
+
+class Dispatching:
+    """A run that stands still whenever a robot has to be told what to do; the caller closes it.
+
+    Attributes:
+        demand: The orders of the world; to be read only.
+        free: The orders that nobody serves, in the order in which they came.
+        serving: Who serves which order, by the robot's name.
+    """
+
+    def __init__(self, setting: Setting, seed: int) -> None:
+        self._setting = setting
+        self._stack = ExitStack()
+        self._host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed)))
+        self._client = self._stack.enter_context(Client(session=self._host.open_session(), name=_NAME))
+        self._lockstep = _joined(self._client)
+        self.demand: Demand = self._host.simulator.demand
+        self.free: list[Order] = []
+        self.serving: dict[str, Order] = {}
+        self._doing: dict[str, Doing] = dict.fromkeys(setting.robots, "idle")
+        self._waiting: dict[str, None] = {}
+        self._charging: dict[str, str] = {}
+        self._rests: dict[str, float] = {}
+        self._failed: dict[tuple[str, str], float] = {}
+        self._watching = False
+        self._go_on(0.0)
+
+    def close(self) -> None:
+        """End the run."""
+        self._stack.close()
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds."""
+        return self._lockstep.now
+
+    @property
+    def ended(self) -> bool:
+        """Whether all orders have ended and none will come."""
+        return self.demand.served
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to decide: all orders have ended, or the horizon is reached."""
+        return self.ended or self.now >= self._setting.horizon
+
+    @property
+    def idle(self) -> list[str]:
+        """The robots that have nothing to do, in the world's order."""
+        return [robot for robot, doing in self._doing.items() if doing == "idle"]
+
+    @property
+    def asking(self) -> list[str]:
+        """The robots that have to be told what to do, in the world's order."""
+        if not self.free:
+            return []
+        return [robot for robot in self.idle if robot not in self._waiting and self.choices(robot)]
+
+    def choices(self, robot: str) -> list[Order]:
+        """Return the orders that a robot may be given, in the order in which they came."""
+        if not self._failed:
+            return self.free
+        return [order for order in self.free if (robot, order.name) not in self._failed]
+
+    def doing(self, robot: str) -> Doing:
+        """Return what a robot does."""
+        return self._doing[robot]
+
+    def point(self, robot: str) -> Point:
+        """Return where a robot is."""
+        return self._host.simulator.robots[robot].pose().point
+
+    def item_point(self, order: Order) -> Point:
+        """Return where an order's item is."""
+        return self._host.simulator.items[order.item].position
+
+    def destination(self, order: Order) -> Point:
+        """Return where an order's item has to be brought."""
+        return self._setting.world.point(order.to)
+
+    def speed(self, robot: str) -> float:
+        """Return a robot's greatest speed."""
+        return self._host.simulator.robots[robot].speed
+
+    def battery(self, robot: str) -> float:
+        """Return how full a robot's battery is; 1 if it has none."""
+        energy = self._host.simulator.robots[robot].energy
+        return 1.0 if energy is None else energy.battery.share(self.now)
+
+    def assign(self, robot: str, order: Order) -> None:
+        """Have a robot that asks serve an order that is free."""
+        self.free = [each for each in self.free if each is not order]
+        self.serving[robot] = order
+        self._doing[robot] = "serves"
+        steps = [go(self.item_point(order)), pick_up(order.item), go(self.destination(order)), put_down(order.item)]
+        send(self._client, robot, steps, partial(self._served, robot, order))
+
+    def wait(self, robot: str) -> None:
+        """Have a robot wait until an order comes or becomes free, or another robot becomes idle."""
+        self._waiting[robot] = None
+
+    def run_on(self) -> None:
+        """Let time go on until a robot asks, or it is over."""
+        while not (self.over or self.asking):
+            if self.idle and not self._watching:
+                self._watching = True
+                self._lockstep.watch(_COMES, self._note_order)
+            self._go_on(min([self._setting.horizon, *self._rests.values(), *self._failed.values()]))
+
+    def _go_on(self, until: float) -> None:
+        """Let time go on until something happens, or until then."""
+        self._lockstep.advance(until=until)
+        now = self.now
+        for robot in [robot for robot, end in self._rests.items() if end <= now]:
+            del self._rests[robot]
+            self._resume(robot)
+        if ended := [pair for pair, end in self._failed.items() if end <= now]:
+            for pair in ended:
+                del self._failed[pair]
+            self._waiting.clear()
+        before, served = [*self.free], [*self.serving.values()]
+        self.free = [
+            order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in served
+        ]
+        if any(order not in before for order in self.free):
+            self._waiting.clear()
+        for robot in self.idle:
+            self._charge_if_low(robot)
+
+    def _note_order(self, _error: RequestError | None) -> None:
+        self._watching = False
+
+    def _become_idle(self, robot: str) -> None:
+        self._doing[robot] = "idle"
+        self._charging.pop(robot, None)
+        self._waiting.clear()
+
+    def _rest(self, robot: str) -> None:
+        self._doing[robot] = "rests"
+        self._rests[robot] = self.now + REST
+
+    def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+        if succeeded:
+            del self.serving[robot]
+            self._become_idle(robot)
+            return
+        self._failed[robot, order.name] = self.now + _PATIENCE
+        self._resume(robot)
+
+    def _resume(self, robot: str) -> None:
+        """Have a robot that has failed lay down what it carries still, so that the order becomes free again."""
+        order = self.serving.get(robot)
+        item = self._host.simulator.items.get(order.item) if order else None
+        if item is not None and item.carrier is not None and item.carrier.name == robot:
+            self._doing[robot] = "serves"
+            send(self._client, robot, [put_down(item.name)], partial(self._laid, robot))
+        elif self.serving.pop(robot, None) is not None:
+            self._rest(robot)
+        else:
+            self._become_idle(robot)
+
+    def _laid(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+        if succeeded:
+            del self.serving[robot]
+        self._rest(robot)
+
+    def _charge_if_low(self, robot: str) -> None:
+        docks = self._setting.chargers[robot]
+        if not docks or self.battery(robot) >= self._setting.charge_below:
+            return
+        here, speed, seconds = self.point(robot), self.speed(robot), self._setting.routes.seconds
+        taken = [*self._charging.values()]
+        nearest = min(docks, key=lambda name: (name in taken, seconds(here, docks[name], speed), name))
+        self._doing[robot] = "charges"
+        self._charging[robot] = nearest
+        send(self._client, robot, [dock(nearest)], partial(self._docked, robot))
+
+    def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+        if not succeeded:
+            self._rest(robot)
+            return
+        full = Condition(f"{robot}/battery_state", [("/percentage", ">=", _CHARGED)])
+        self._lockstep.watch(full, lambda _error: self._become_idle(robot))
+
+
+def _joined(client: Client) -> Lockstep:
+    lockstep = client.lockstep
+    if lockstep is None:
+        raise AssertionError
+    return lockstep

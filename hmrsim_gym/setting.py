@@ -1,0 +1,124 @@
+"""What all episodes of an environment have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from hmrsim.diagnostics import listed
+from hmrsim.world.model import World
+from hmrsim.world.overlays.overlay import overlay_of
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.loading import world_of
+from hmrsim_gym.routes import Routes
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+
+AnyWorld = str | Path | Mapping[str, Any] | World
+"""A world: the name of a shipped one, the path of a file, what a file says in plain values, or one that was read."""
+
+SEEDS: Final = 2**31
+"""Seeds of worlds are less than this where an environment chooses them."""
+
+_NEEDED: Final = frozenset({"navigate_to_pose", "pickup", "place"})
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The world, who serves its orders, and how long an episode is.
+
+    Attributes:
+        world: The world.
+        robots: Who serves orders, in the world's order.
+        chargers: The docks where each of them may charge, and where they are.
+        routes: The ways of the world.
+        horizon: Simulated seconds.
+        orders: How many orders a robot may choose from at most.
+        charge_below: The share of its battery below which an idle robot goes to a charger.
+    """
+
+    world: World
+    robots: tuple[str, ...]
+    chargers: Mapping[str, Mapping[str, Point]]
+    routes: Routes
+    horizon: float
+    orders: int
+    charge_below: float
+
+    @classmethod
+    def of(
+        cls,
+        world: AnyWorld,
+        *,
+        changes: Mapping[str, Any] | None = None,
+        robots: Sequence[str] | None = None,
+        horizon: float = 1800.0,
+        orders: int = 8,
+        charge_below: float = 0.25,
+    ) -> Self:
+        """Return a setting.
+
+        Args:
+            world: The world, which has a demand.
+            changes: What is laid over it, by path, as ``--overlay`` does.
+            robots: Who serves orders; all who can pick items up and have no script if left out.
+            horizon: Simulated seconds after which an episode is truncated.
+            orders: How many orders a robot may choose from at most.
+            charge_below: The share of its battery below which an idle robot goes to a charger.
+
+        Raises:
+            WorldError: Something is wrong with the world; it has all errors.
+            ValueError: An argument is out of range, or the world has no demand or nobody to serve it.
+        """
+        read = _read(world, changes)
+        if not read.demand:
+            raise ValueError(f"world {read.name!r} has no demand; an environment needs orders to dispatch")
+        if not 0 < horizon < float("inf"):
+            raise ValueError(f"horizon must be positive and finite, got {horizon} s")
+        if orders < 1:
+            raise ValueError(f"orders must be 1 at least, got {orders}")
+        able = _able(read)
+        if unable := [robot for robot in robots or () if robot not in able]:
+            raise ValueError(f"robot {unable[0]!r} can't serve orders; those that can are: {listed(able)}")
+        chosen = tuple(robot for robot in able if robots is None or robot in robots)
+        if not chosen:
+            raise ValueError(f"world {read.name!r} has no robot that can pick items up and has no script of its own")
+        chargers = {robot: _chargers(read, robot) for robot in chosen}
+        return cls(read, chosen, chargers, Routes(read), float(horizon), orders, charge_below)
+
+
+def _read(world: AnyWorld, changes: Mapping[str, Any] | None) -> World:
+    overlays = [overlay_of(changes, "changes")] if changes else []
+    if isinstance(world, World):
+        if changes:
+            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
+        return world
+    if isinstance(world, Mapping):
+        return world_of(dict(world), "world", overlays)
+    return load_world(world, overlays=overlays).world
+
+
+def _able(world: World) -> list[str]:
+    """Return the robots that can fetch and deliver items, and have nothing else to do, as the simulator tells."""
+    with LoopbackHost(world) as host, Client(session=host.open_session()) as client:
+        told = client.info()["robots"]
+    return [
+        robot["name"]
+        for robot in told
+        if robot["actions"] and _NEEDED.issubset(robot["actions"]) and not world.robots[robot["name"]].script
+    ]
+
+
+def _chargers(world: World, robot: str) -> dict[str, Point]:
+    """Return the docks that charge, and that a robot may use."""
+    names = {robot, world.robots[robot].type}
+    return {
+        name: world.dock_point(name)
+        for name, dock in world.docks.items()
+        if dock.charges and (dock.reserved_for is None or names.intersection(dock.reserved_for))
+    }

@@ -1,0 +1,192 @@
+"""The environment of Gymnasium: its interface, its decisions and its rewards."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("gymnasium", reason="environments need the extra gym")
+
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+
+from hmrsim.errors import WorldError
+from hmrsim_gym import DispatchEnv, OrderFeature, nearest
+from hmrsim_gym.features import FAR
+
+WAIT = 8
+
+
+def steps(env, choose=nearest, **arguments):
+    """Run an episode; return what each step gave, the reset first."""
+    observation, info = env.reset(**arguments)
+    given = [(observation, 0.0, False, False, info)]
+    while not (given[-1][2] or given[-1][3]):
+        given.append(env.step(choose(given[-1][0])))
+    return given
+
+
+def test_gymnasium_finds_nothing_wrong(make, world):
+    """By its own checker, which tries seeds, spaces and rendering."""
+    check_env(make(world, render_mode="ansi").unwrapped)
+
+
+def test_the_seed_decides_the_episode(make):
+    """Equal seeds give equal steps, also after another episode; others do not."""
+    env = make("warehouse_orders", horizon=200)
+
+    told = [repr(steps(env, seed=seed)) for seed in (3, 4, 3)]
+
+    assert told[0] == told[2] != told[1]
+
+
+def test_a_decision_comes_when_a_robot_is_idle_and_an_order_is_free(make, world):
+    """The first one comes with the first order, and the robot that the world names first is asked."""
+    env = make(world)
+
+    _, info = env.reset(seed=1)
+
+    assert (15.0, "wall_e", ["parcel_1"]) == (info["now"], info["robot"], info["orders"])
+
+
+def test_an_order_that_is_chosen_is_delivered(make, world):
+    """All orders are, and then the episode is terminated: none will come."""
+    *_, (_, _, terminated, truncated, info) = steps(make(world), seed=1)
+
+    assert (True, False, 4, 0) == (terminated, truncated, info["delivered"], info["late"])
+
+
+def test_the_horizon_truncates(make, world):
+    """Time ends there, whatever robots do."""
+    *_, (observation, _, terminated, truncated, info) = steps(make(world, horizon=40), seed=1)
+
+    assert (False, True, 40.0) == (terminated, truncated, info["now"])
+    assert [0] * 8 + [1] == observation["action_mask"].tolist()
+
+
+def test_a_robot_that_waits_leaves_the_order_to_the_next_one(make, world):
+    """At the same time; then nobody is asked before the next order comes."""
+    env = make(world)
+    env.reset(seed=1)
+
+    told = [env.step(WAIT)[4] for _ in range(2)]
+
+    assert [(15.0, "eve", 1), (30.0, "wall_e", 2)] == [
+        (info["now"], info["robot"], len(info["orders"])) for info in told
+    ]
+
+
+def test_an_action_that_is_masked_is_to_wait(make, world):
+    """There is one order only."""
+    env = make(world)
+    env.reset(seed=1)
+
+    *_, info = env.step(5)
+
+    assert "eve" == info["robot"]
+
+
+def test_the_reward_is_the_time_that_orders_are_open(make, world):
+    """In minutes, with the weight of the order's priority."""
+    world["demand"][0] |= {"at": ["store"], "count": 1, "priority": 2, "first": 0}
+    env = make(world)
+    env.reset(seed=1)
+
+    _, reward, terminated, _, info = env.step(0)
+
+    assert terminated
+    assert -3 * info["now"] / 60 == pytest.approx(reward)
+
+
+def test_a_minute_in_which_an_order_is_late_costs_five(make, world):
+    """One as it is open, and four as it is late."""
+    world["demand"][0] |= {"count": 1, "first": 0, "within": 20}
+    env = make(world, robots=["eve"], horizon=80)
+    env.reset(seed=1)
+
+    _, reward, _, truncated, _ = env.step(WAIT)
+
+    assert truncated
+    assert -(80 + 4 * 60) / 60 == pytest.approx(reward)
+
+
+def test_features_of_an_order(make, world):
+    """Ways are by route at the robot's speed; the other idle robot is at the other end."""
+    world["demand"][0] |= {"at": ["door"]}
+    env = make(world)
+
+    observation, _ = env.reset(seed=1)
+
+    row = observation["orders"][0]
+    assert [1, 10 / 60, 10 / 60, 0, 1, 0, 0] == pytest.approx([*row])
+    assert not observation["orders"][1:].any()
+
+
+def test_an_order_that_is_never_due_has_a_far_slack(make, world):
+    """And so is a rival far, where no other robot is idle."""
+    del world["demand"][0]["within"]
+    observation, _ = make(world, robots=["eve"]).reset(seed=1)
+
+    row = observation["orders"][0]
+    assert [FAR, FAR] == [row[OrderFeature.SLACK], row[OrderFeature.RIVAL]]
+
+
+def test_of_many_orders_the_nearest_and_the_most_urgent_are_shown(make, world):
+    """Half of the places are for either; the nearest come first."""
+    world["demand"] = [
+        {"name": name, "at": [at], "to": "ward", "arrives": 1, "first": 0, "count": 2, "within": within}
+        for name, at, within in (("near", "store", 90), ("far", "door", 300), ("urgent", "ward", 30))
+    ]
+    env = make(world, robots=["wall_e"], orders=2)
+    env.reset(seed=1)
+    *_, info = env.step(2)
+
+    assert ["near_1", "urgent_1"] == info["orders"]
+
+
+def test_a_step_wants_an_episode(make, world):
+    """Before the first reset and after the end."""
+    env = make(world, horizon=15.5, disable_env_checker=True).unwrapped
+
+    with pytest.raises(ResetNeeded, match="call reset first"):
+        env.step(0)
+    env.reset(seed=1)
+    env.step(0)
+    with pytest.raises(ResetNeeded, match="call reset first"):
+        env.step(0)
+
+
+def test_it_is_told_as_text(make, world):
+    """The time, what robots do, and the orders that nobody serves."""
+    env = make(world, render_mode="ansi")
+    env.reset(seed=1)
+
+    told = env.render()
+
+    assert [
+        "   15.000 s: 1 orders, 0 delivered, 0 late",
+        "  wall_e at (0.0, 0.0) idle",
+        "  eve at (20.0, 0.0) idle",
+    ] == told.splitlines()[:3]
+    assert told.splitlines()[3].endswith("to ward, due at 75 s")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"horizon": 0}, "horizon must be positive and finite, got 0 s"),
+        ({"orders": 0}, "orders must be 1 at least, got 0"),
+        ({"robots": ["cart"]}, "robot 'cart' can't serve orders; those that can are: wall_e, eve"),
+        ({"render_mode": "human"}, "render_mode must be None or 'ansi', got 'human'"),
+        ({"world": "hospital"}, "world 'hospital' has no demand"),
+    ],
+)
+def test_arguments_that_are_none(world, arguments, message):
+    """Each says what would do."""
+    with pytest.raises(ValueError, match=message):
+        DispatchEnv(**{"world": world, **arguments})
+
+
+def test_a_world_that_is_wrong_says_so():
+    """As everywhere."""
+    with pytest.raises(WorldError):
+        DispatchEnv("no_such_world")
