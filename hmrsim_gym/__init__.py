@@ -30,10 +30,9 @@ if TYPE_CHECKING:
     from hmrsim_gym.dispatch_env import DispatchEnv
     from hmrsim_gym.features import FleetFeature, OrderFeature, RobotFeature
     from hmrsim_gym.parallel import ParallelDispatch, parallel_env
-    from hmrsim_gym.rules import RULES, best, earliest_due, first_come, nearest
+    from hmrsim_gym.rules import best, earliest_due, first_come, nearest
 
 __all__ = [
-    "RULES",
     "DispatchEnv",
     "FleetFeature",
     "OrderFeature",
@@ -48,7 +47,6 @@ __all__ = [
 
 _HOMES = MappingProxyType(
     {
-        "RULES": "rules",
         "DispatchEnv": "dispatch_env",
         "FleetFeature": "features",
         "OrderFeature": "features",

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING
 
-from hmrsim_gym.features import Array, Observation, OrderFeature
+from hmrsim_gym.features import OrderFeature
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-Rule: TypeAlias = Callable[[Observation], int]
+    from hmrsim_gym.features import Array, Observation
 
 
 def nearest(observation: Observation) -> int:
@@ -43,9 +39,3 @@ def best(observation: Observation, scores: Array, waiting: float | None = None) 
         return wait
     row = int(scores[:count].argmax())
     return wait if waiting is not None and waiting > scores[row] else row
-
-
-RULES: Final[Mapping[str, Rule]] = MappingProxyType(
-    {"nearest": nearest, "first_come": first_come, "earliest_due": earliest_due}
-)
-"""The rules by name."""

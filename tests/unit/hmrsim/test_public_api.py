@@ -6,10 +6,14 @@ import importlib
 import inspect
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 
-PACKAGES = ("hmrsim", "hmrsim_zenoh", "bt_controller")
+LEARNS = find_spec("pettingzoo") is not None
+"""Whether the extra gym is installed."""
+
+PACKAGES = ("hmrsim", "hmrsim_zenoh", "bt_controller", *(["hmrsim_gym"] if LEARNS else []))
 NAMES = [(package, name) for package in PACKAGES for name in importlib.import_module(package).__all__]
 
 
@@ -47,6 +51,11 @@ def test_a_name_that_is_not_there_is_no_attribute(package):
     [
         ("import hmrsim, hmrsim_zenoh, bt_controller", ("pydantic", "simpy", "zenoh", "py_trees", "yaml")),
         ("from hmrsim import RunSettings, Simulator, World, commands, errors, load_world", ("zenoh", "py_trees")),
+        pytest.param(
+            "import hmrsim_gym",
+            ("pettingzoo", "simpy", "zenoh", "networkx"),
+            marks=pytest.mark.skipif(not LEARNS, reason="environments need the extra gym"),
+        ),
     ],
 )
 def test_what_is_not_asked_for_is_not_loaded(code, heavy):
