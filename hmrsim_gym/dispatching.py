@@ -18,7 +18,10 @@ from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.geometry import Point
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.demand import Demand
     from hmrsim.simulation.orders import Order
     from hmrsim_gym.setting import Setting
@@ -44,16 +47,21 @@ _COMES: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
 class Dispatching:
     """A run that stands still whenever a robot has to be told what to do; the caller closes it.
 
+    Args:
+        setting: What episodes have in common.
+        seed: The seed of the world.
+        sinks: Further sinks of events.
+
     Attributes:
         demand: The orders of the world; to be read only.
         free: The orders that nobody serves, in the order in which they came.
         serving: Who serves which order, by the robot's name.
     """
 
-    def __init__(self, setting: Setting, seed: int) -> None:
+    def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink] = ()) -> None:
         self._setting = setting
         self._stack = ExitStack()
-        self._host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed)))
+        self._host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed), sinks=sinks))
         self._client = self._stack.enter_context(Client(session=self._host.open_session(), name=_NAME))
         self._lockstep = _joined(self._client)
         self.demand: Demand = self._host.simulator.demand

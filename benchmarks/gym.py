@@ -1,0 +1,153 @@
+"""Decisions a second of the environments for learning, and what of it the goals take without any client."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import gymnasium
+
+from benchmarks._report import Row
+from benchmarks._spread import Spread
+from hmrsim.program.garbage import collect_rarely
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim_gym import nearest, parallel_env
+from hmrsim_gym.dispatching import Dispatching
+from hmrsim_gym.observing import Observer
+from hmrsim_gym.setting import Setting
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.topics import Topic
+
+QUICK: dict[str, Any] = {"rounds": 2, "horizon": 300.0}
+
+
+class Sent(NamedTuple):
+    """A goal of an episode, and when it was sent."""
+
+    at: float
+    command: SendGoal
+
+
+class Goals:
+    """A sink that keeps the goals of a run."""
+
+    def __init__(self) -> None:
+        self.sent: list[Sent] = []
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return that nothing is wanted."""
+        return False
+
+    def emit(self, output: Output) -> None:
+        """Take no notice."""
+
+    def commanded(self, command: Command, _by: str, now: float) -> None:
+        """Keep a goal."""
+        if isinstance(command, SendGoal):
+            self.sent.append(Sent(now, command._replace(reply_to=None, result_to=None)))
+
+
+def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
+    """Return how many decisions a second there are, of the rule to serve the nearest order.
+
+    Args:
+        rounds: How often each variant has its turn, with a seed of its own.
+        horizon: Simulated seconds of an episode.
+    """
+    setting = Setting.of("warehouse_orders", horizon=horizon)
+    variants: dict[str, Callable[[int], tuple[int, float]]] = {
+        "hmrsim/Dispatch-v0": _One(horizon).run,
+        "parallel_env": _Many(horizon).run,
+        "the same goals, on a bare simulator": lambda seed: _bare(setting, seed),
+        "resets": lambda seed: _resets(setting, seed),
+    }
+    for each in variants.values():
+        each(0)
+    took: dict[str, list[tuple[int, float]]] = {name: [] for name in variants}
+    collect_rarely()
+    for seed in range(1, rounds + 1):
+        for name, each in variants.items():
+            took[name].append(each(seed))
+    resets = took.pop("resets")
+    rates = {name: [number / seconds for number, seconds in turns] for name, turns in took.items()}
+    floor = rates["the same goals, on a bare simulator"]
+    return [
+        *(
+            Row(
+                name,
+                Spread.of(rate),
+                "decisions/s and core",
+                Spread.of(mine / its for mine, its in zip(rate, floor, strict=True)),
+                at_least=5000.0 if rate is not floor else None,
+            )
+            for name, rate in rates.items()
+        ),
+        Row("a reset", Spread.of(1e3 * seconds / number for number, seconds in resets), "ms of processor time"),
+    ]
+
+
+class _One:
+    """The environment of Gymnasium."""
+
+    def __init__(self, horizon: float) -> None:
+        self._env = gymnasium.make("hmrsim/Dispatch-v0", world="warehouse_orders", horizon=horizon).unwrapped
+
+    def run(self, seed: int) -> tuple[int, float]:
+        """Return how many decisions an episode has, and its processor time."""
+        began, number, over = time.process_time(), 0, False
+        observation, _ = self._env.reset(seed=seed)
+        while not over:
+            observation, _, terminated, truncated, _ = self._env.step(nearest(observation))
+            number, over = number + 1, terminated or truncated
+        return number, time.process_time() - began
+
+
+class _Many:
+    """The environment of PettingZoo."""
+
+    def __init__(self, horizon: float) -> None:
+        self._env = parallel_env("warehouse_orders", horizon=horizon)
+
+    def run(self, seed: int) -> tuple[int, float]:
+        """Return how many steps an episode has, and its processor time."""
+        began, number = time.process_time(), 0
+        observations, _ = self._env.reset(seed=seed)
+        while self._env.agents:
+            observations, *_ = self._env.step({robot: nearest(seen) for robot, seen in observations.items()})
+            number += 1
+        return number, time.process_time() - began
+
+
+def _bare(setting: Setting, seed: int) -> tuple[int, float]:
+    """Return how many decisions an episode has, and the processor time of its goals where nobody listens."""
+    goals, decisions = Goals(), 0
+    run, observer = Dispatching(setting, seed, [goals]), Observer(setting)
+    run.run_on()
+    while not run.over:
+        robot = run.asking[0]
+        run.assign(robot, observer.choices(run, robot)[0])
+        decisions += 1
+        run.run_on()
+    run.close()
+    began = time.process_time()
+    simulator = Simulator(setting.world, RunSettings(seed=seed), [])
+    for sent in goals.sent:
+        simulator.advance(sent.at)
+        simulator.submit(sent.command)
+    simulator.advance(setting.horizon)
+    return decisions, time.process_time() - began
+
+
+def _resets(setting: Setting, seed: int) -> tuple[int, float]:
+    """Return one, and the processor time of an episode that ends at its first decision."""
+    began = time.process_time()
+    run = Dispatching(setting, seed)
+    run.run_on()
+    run.close()
+    return 1, time.process_time() - began
