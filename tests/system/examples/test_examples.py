@@ -18,7 +18,8 @@ from tests.paths import ROOT
 
 ALONE = [ROOT / "examples" / "bottlenecks.py", ROOT / "examples" / "in_process.py"]
 """Examples that need no simulator."""
-EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - set(ALONE))
+LEARNING = ROOT / "examples" / "learning.py"
+EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - {*ALONE, LEARNING})
 CONTROLLER = Path(sys.executable).with_name("bt-controller")
 
 
@@ -63,6 +64,18 @@ def test_an_example_that_needs_no_simulator(example):
     )
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
+
+
+@pytest.mark.timeout(420)
+def test_the_example_that_learns():
+    """It learns the same each time, and what it has learned is better."""
+    pytest.importorskip("gymnasium", reason="environments need the extra gym")
+    pytest.importorskip("scipy", reason="comparisons need the extra experiments")
+    done = subprocess.run(
+        [sys.executable, LEARNING], cwd=ROOT, capture_output=True, text=True, timeout=400, check=False
+    )
+
+    assert (LEARNING.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
 def command_of(example, endpoint):
