@@ -6,10 +6,12 @@ do, and what has become of it, is the truth of the world: its demand.
 
 from __future__ import annotations
 
+from collections import Counter
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
+from hmrsim.geometry import distance
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim_gym.errand import dock, go, pick_up, put_down, send
@@ -73,6 +75,8 @@ class Dispatching:
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
         self._watching = False
+        for robot in setting.robots:
+            self._watch_battery(robot)
         self._go_on(0.0)
 
     def close(self) -> None:
@@ -128,9 +132,12 @@ class Dispatching:
         """Return where an order's item has to be brought."""
         return self._setting.world.point(order.to)
 
-    def speed(self, robot: str) -> float:
-        """Return a robot's greatest speed."""
-        return self._host.simulator.robots[robot].speed
+    def seconds(self, robot: str, start: Point, goal: Point) -> float:
+        """Return how long a robot's way takes at its greatest speed, by route, or straight if it flies."""
+        its = self._host.simulator.robots[robot]
+        if its.flies:
+            return distance(start, goal) / its.speed
+        return self._setting.routes.seconds(start, goal, its.speed)
 
     def battery(self, robot: str) -> float:
         """Return how full a robot's battery is; 1 if it has none."""
@@ -218,19 +225,36 @@ class Dispatching:
         docks = self._setting.chargers[robot]
         if not docks or self.battery(robot) >= self._setting.charge_below:
             return
-        here, speed, seconds = self.point(robot), self.speed(robot), self._setting.routes.seconds
-        taken = [*self._charging.values()]
-        nearest = min(docks, key=lambda name: (name in taken, seconds(here, docks[name], speed), name))
+        here, docked = self.point(robot), self._docked_at(robot)
+        nearest = min(
+            docks,
+            key=lambda name: (docked[name] >= docks[name].capacity, self.seconds(robot, here, docks[name].at), name),
+        )
         self._doing[robot] = "charges"
         self._charging[robot] = nearest
         send(self._client, robot, [dock(nearest)], partial(self._docked, robot))
+
+    def _docked_at(self, robot: str) -> Counter[str]:
+        """Return how many others are at each dock, or on the way there to charge."""
+        others = {name: its.dock.name for name, its in self._host.simulator.robots.items() if its.dock is not None}
+        return Counter(dock for name, dock in {**others, **self._charging}.items() if name != robot)
+
+    def _watch_battery(self, robot: str) -> None:
+        """Have time stop when a battery becomes low, so that a robot that is idle then charges."""
+        if self._setting.chargers[robot] and self._host.simulator.robots[robot].energy is not None:
+            low = Condition(f"{robot}/battery_state", [("/percentage", "<", self._setting.charge_below)])
+            self._lockstep.watch(low, lambda _error: None)
 
     def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
         if not succeeded:
             self._rest(robot)
             return
         full = Condition(f"{robot}/battery_state", [("/percentage", ">=", _CHARGED)])
-        self._lockstep.watch(full, lambda _error: self._become_idle(robot))
+        self._lockstep.watch(full, lambda _error: self._charged(robot))
+
+    def _charged(self, robot: str) -> None:
+        self._watch_battery(robot)
+        self._become_idle(robot)
 
 
 def _joined(client: Client) -> Lockstep:

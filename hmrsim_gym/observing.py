@@ -11,7 +11,6 @@ from hmrsim_gym.features import FAR, MOST, FleetFeature, Mask, Observation, Orde
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim_gym.dispatching import Dispatching
     from hmrsim_gym.setting import Setting
@@ -35,8 +34,8 @@ class Observer:
         of the rest that are due first.
         """
         most = self._setting.orders
-        here, speed, seconds = run.point(robot), run.speed(robot), self._setting.routes.seconds
-        near = sorted(run.choices(robot), key=lambda order: seconds(here, run.item_point(order), speed))
+        here = run.point(robot)
+        near = sorted(run.choices(robot), key=lambda order: run.seconds(robot, here, run.item_point(order)))
         if len(near) <= most:
             return near
         half = most // 2
@@ -48,10 +47,10 @@ class Observer:
         """Return what a robot can know, with a row for each of its choices; without any it can only wait."""
         most, now = self._setting.orders, run.now
         here, idle = run.point(robot), run.idle
-        others = [(run.point(other), run.speed(other)) for other in idle if other != robot] if choices else []
+        others = [other for other in idle if other != robot]
         orders = np.zeros((most, len(OrderFeature)), np.float32)
         for row, order in enumerate(choices):
-            orders[row] = self._row(run, order, (here, run.speed(robot)), others)
+            orders[row] = _row(run, order, robot, others)
         late = sum(order.late for order in run.demand.open.values())
         seen = [0.0] * len(FleetFeature)
         seen[FleetFeature.TIME] = now / self._setting.horizon
@@ -69,23 +68,6 @@ class Observer:
             "action_mask": mask(most, len(choices)),
         }
 
-    def _row(
-        self, run: Dispatching, order: Order, itself: tuple[Point, float], others: Sequence[tuple[Point, float]]
-    ) -> list[float]:
-        seconds, item, now = self._setting.routes.seconds, run.item_point(order), run.now
-        here, speed = itself
-        approach = seconds(here, item, speed)
-        rival = min((seconds(there, item, its) for there, its in others), default=None)
-        row = [0.0] * len(OrderFeature)
-        row[OrderFeature.VALID] = 1.0
-        row[OrderFeature.APPROACH] = _minutes(approach)
-        row[OrderFeature.TRIP] = _minutes(seconds(item, run.destination(order), speed))
-        row[OrderFeature.AGE] = _minutes(now - order.placed)
-        row[OrderFeature.SLACK] = FAR if order.due is None else _minutes(order.due - now)
-        row[OrderFeature.PRIORITY] = min(max(order.priority, -MOST), MOST)
-        row[OrderFeature.RIVAL] = FAR if rival is None else _minutes(rival - approach)
-        return row
-
 
 def mask(most: int, choices: int) -> Mask:
     """Return which actions are there: each of the choices, and to wait, which is the last one."""
@@ -93,6 +75,21 @@ def mask(most: int, choices: int) -> Mask:
     allowed[:choices] = 1
     allowed[most] = 1
     return allowed
+
+
+def _row(run: Dispatching, order: Order, robot: str, others: Sequence[str]) -> list[float]:
+    item, now = run.item_point(order), run.now
+    approach = run.seconds(robot, run.point(robot), item)
+    rival = min((run.seconds(other, run.point(other), item) for other in others), default=None)
+    row = [0.0] * len(OrderFeature)
+    row[OrderFeature.VALID] = 1.0
+    row[OrderFeature.APPROACH] = _minutes(approach)
+    row[OrderFeature.TRIP] = _minutes(run.seconds(robot, item, run.destination(order)))
+    row[OrderFeature.AGE] = _minutes(now - order.placed)
+    row[OrderFeature.SLACK] = FAR if order.due is None else _minutes(order.due - now)
+    row[OrderFeature.PRIORITY] = min(max(order.priority, -MOST), MOST)
+    row[OrderFeature.RIVAL] = FAR if rival is None else _minutes(rival - approach)
+    return row
 
 
 def _minutes(seconds: float) -> float:

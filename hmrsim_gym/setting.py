@@ -29,13 +29,26 @@ _NEEDED: Final = frozenset({"navigate_to_pose", "pickup", "place"})
 
 
 @dataclass(frozen=True)
+class Charger:
+    """A dock that charges.
+
+    Attributes:
+        at: Where it is.
+        capacity: How many robots may be there at once.
+    """
+
+    at: Point
+    capacity: int
+
+
+@dataclass(frozen=True)
 class Setting:
     """The world, who serves its orders, and how long an episode is.
 
     Attributes:
         world: The world.
         robots: Who serves orders, in the world's order.
-        chargers: The docks where each of them may charge, and where they are.
+        chargers: The docks where each of them may charge.
         routes: The ways of the world.
         horizon: Simulated seconds.
         orders: How many orders a robot may choose from at most.
@@ -44,7 +57,7 @@ class Setting:
 
     world: World
     robots: tuple[str, ...]
-    chargers: Mapping[str, Mapping[str, Point]]
+    chargers: Mapping[str, Mapping[str, Charger]]
     routes: Routes
     horizon: float
     orders: int
@@ -114,11 +127,11 @@ def _able(world: World) -> list[str]:
     ]
 
 
-def _chargers(world: World, robot: str) -> dict[str, Point]:
+def _chargers(world: World, robot: str) -> dict[str, Charger]:
     """Return the docks that charge, and that a robot may use."""
     names = {robot, world.robots[robot].type}
     return {
-        name: world.dock_point(name)
+        name: Charger(world.dock_point(name), dock.capacity)
         for name, dock in world.docks.items()
         if dock.charges and (dock.reserved_for is None or names.intersection(dock.reserved_for))
     }

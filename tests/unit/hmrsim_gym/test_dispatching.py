@@ -88,3 +88,16 @@ def test_a_robot_that_is_lost_keeps_nobody_waiting(begin, world):
             run.assign(robot, run.choices(robot)[0])
 
     assert run.demand.totals.delivered >= 3
+
+
+def test_an_idle_robot_charges_as_soon_as_its_battery_is_low(begin, world):
+    """Also while nothing else happens; a charger that is free is preferred to one that is near."""
+    charger = {"type": "charger", "power": 20}
+    world["docks"] = {"near": {"at": [0, 2], "staging": [0, 0], **charger}, "far": {"at": [10, 2], **charger}}
+    world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 100}
+    world["robots"]["cart"]["at"] = "near"
+    world["demand"][0] |= {"first": 300}
+    run = begin(robots=["wall_e"])
+
+    assert (300.0, (10.0, 2.0)) == (run.now, run.point("wall_e"))
+    assert run.battery("wall_e") > 0.25
