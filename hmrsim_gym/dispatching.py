@@ -6,15 +6,15 @@ do, and what has become of it, is the truth of the world: its demand.
 
 from __future__ import annotations
 
-from collections import Counter
 from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.geometry import distance
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim_gym.errand import dock, go, pick_up, put_down, send
+from hmrsim_gym.setting import CHARGED
+from hmrsim_gym.truth import Truth
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
@@ -22,9 +22,7 @@ from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.geometry import Point
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.demand import Demand
     from hmrsim.simulation.orders import Order
     from hmrsim_gym.setting import Setting
     from hmrsim_zenoh.client.lockstep import Lockstep
@@ -39,9 +37,6 @@ REST: Final = 10.0
 _PATIENCE: Final = 60.0
 """Seconds for which it is not given the order with which it has failed."""
 
-_CHARGED: Final = 0.8
-"""The share of its battery up to which a robot charges."""
-
 _NAME: Final = "dispatcher"
 _COMES: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
 
@@ -55,6 +50,7 @@ class Dispatching:
         sinks: Further sinks of events.
 
     Attributes:
+        truth: What is true in it.
         demand: The orders of the world; to be read only.
         free: The orders that nobody serves, in the order in which they came.
         serving: Who serves which order, by the robot's name.
@@ -63,10 +59,11 @@ class Dispatching:
     def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink] = ()) -> None:
         self._setting = setting
         self._stack = ExitStack()
-        self._host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed), sinks=sinks))
-        self._client = self._stack.enter_context(Client(session=self._host.open_session(), name=_NAME))
+        host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed), sinks=sinks))
+        self._client = self._stack.enter_context(Client(session=host.open_session(), name=_NAME))
         self._lockstep = _joined(self._client)
-        self.demand: Demand = self._host.simulator.demand
+        self.truth = Truth(host.simulator, setting)
+        self.demand = self.truth.demand
         self.free: list[Order] = []
         self.serving: dict[str, Order] = {}
         self._doing: dict[str, Doing] = dict.fromkeys(setting.robots, "idle")
@@ -120,36 +117,13 @@ class Dispatching:
         """Return what a robot does."""
         return self._doing[robot]
 
-    def point(self, robot: str) -> Point:
-        """Return where a robot is."""
-        return self._host.simulator.robots[robot].pose().point
-
-    def item_point(self, order: Order) -> Point:
-        """Return where an order's item is."""
-        return self._host.simulator.items[order.item].position
-
-    def destination(self, order: Order) -> Point:
-        """Return where an order's item has to be brought."""
-        return self._setting.world.point(order.to)
-
-    def seconds(self, robot: str, start: Point, goal: Point) -> float:
-        """Return how long a robot's way takes at its greatest speed, by route, or straight if it flies."""
-        its = self._host.simulator.robots[robot]
-        if its.flies:
-            return distance(start, goal) / its.speed
-        return self._setting.routes.seconds(start, goal, its.speed)
-
-    def battery(self, robot: str) -> float:
-        """Return how full a robot's battery is; 1 if it has none."""
-        energy = self._host.simulator.robots[robot].energy
-        return 1.0 if energy is None else energy.battery.share(self.now)
-
     def assign(self, robot: str, order: Order) -> None:
         """Have a robot that asks serve an order that is free."""
         self.free = [each for each in self.free if each is not order]
         self.serving[robot] = order
         self._doing[robot] = "serves"
-        steps = [go(self.item_point(order)), pick_up(order.item), go(self.destination(order)), put_down(order.item)]
+        there, to = self.truth.item_point(order), self.truth.destination(order)
+        steps = [go(there), pick_up(order.item), go(to), put_down(order.item)]
         send(self._client, robot, steps, partial(self._served, robot, order))
 
     def wait(self, robot: str) -> None:
@@ -207,10 +181,9 @@ class Dispatching:
     def _resume(self, robot: str) -> None:
         """Have a robot that has failed lay down what it carries still, so that the order becomes free again."""
         order = self.serving.get(robot)
-        item = self._host.simulator.items.get(order.item) if order else None
-        if item is not None and item.carrier is not None and item.carrier.name == robot:
+        if order is not None and self.truth.carries(robot, order):
             self._doing[robot] = "serves"
-            send(self._client, robot, [put_down(item.name)], partial(self._laid, robot))
+            send(self._client, robot, [put_down(order.item)], partial(self._laid, robot))
         elif self.serving.pop(robot, None) is not None:
             self._rest(robot)
         else:
@@ -222,26 +195,16 @@ class Dispatching:
         self._rest(robot)
 
     def _charge_if_low(self, robot: str) -> None:
-        docks = self._setting.chargers[robot]
-        if not docks or self.battery(robot) >= self._setting.charge_below:
+        if not self.truth.may_charge(robot) or self.truth.battery(robot) >= self._setting.charge_below:
             return
-        here, docked = self.point(robot), self._docked_at(robot)
-        nearest = min(
-            docks,
-            key=lambda name: (docked[name] >= docks[name].capacity, self.seconds(robot, here, docks[name].at), name),
-        )
+        nearest = self.truth.charger(robot, self._charging)
         self._doing[robot] = "charges"
         self._charging[robot] = nearest
         send(self._client, robot, [dock(nearest)], partial(self._docked, robot))
 
-    def _docked_at(self, robot: str) -> Counter[str]:
-        """Return how many others are at each dock, or on the way there to charge."""
-        others = {name: its.dock.name for name, its in self._host.simulator.robots.items() if its.dock is not None}
-        return Counter(dock for name, dock in {**others, **self._charging}.items() if name != robot)
-
     def _watch_battery(self, robot: str) -> None:
         """Have time stop when a battery becomes low, so that a robot that is idle then charges."""
-        if self._setting.chargers[robot] and self._host.simulator.robots[robot].energy is not None:
+        if self.truth.may_charge(robot):
             low = Condition(f"{robot}/battery_state", [("/percentage", "<", self._setting.charge_below)])
             self._lockstep.watch(low, lambda _error: None)
 
@@ -249,7 +212,7 @@ class Dispatching:
         if not succeeded:
             self._rest(robot)
             return
-        full = Condition(f"{robot}/battery_state", [("/percentage", ">=", _CHARGED)])
+        full = Condition(f"{robot}/battery_state", [("/percentage", ">=", CHARGED)])
         self._lockstep.watch(full, lambda _error: self._charged(robot))
 
     def _charged(self, robot: str) -> None:

@@ -34,8 +34,8 @@ class Observer:
         of the rest that are due first.
         """
         most = self._setting.orders
-        here = run.point(robot)
-        near = sorted(run.choices(robot), key=lambda order: run.seconds(robot, here, run.item_point(order)))
+        here = run.truth.point(robot)
+        near = sorted(run.choices(robot), key=lambda order: run.truth.seconds(robot, here, run.truth.item_point(order)))
         if len(near) <= most:
             return near
         half = most // 2
@@ -46,7 +46,7 @@ class Observer:
     def observe(self, run: Dispatching, robot: str, choices: Sequence[Order]) -> Observation:
         """Return what a robot can know, with a row for each of its choices; without any it can only wait."""
         most, now = self._setting.orders, run.now
-        here, idle = run.point(robot), run.idle
+        here, idle = run.truth.point(robot), run.idle
         others = [other for other in idle if other != robot]
         orders = np.zeros((most, len(OrderFeature)), np.float32)
         for row, order in enumerate(choices):
@@ -60,7 +60,7 @@ class Observer:
         itself = [0.0] * len(RobotFeature)
         itself[RobotFeature.X] = (here[0] - self._left) / self._width
         itself[RobotFeature.Y] = (here[1] - self._lower) / self._height
-        itself[RobotFeature.BATTERY] = run.battery(robot)
+        itself[RobotFeature.BATTERY] = run.truth.battery(robot)
         return {
             "robot": np.array(itself, np.float32),
             "orders": orders,
@@ -78,13 +78,13 @@ def mask(most: int, choices: int) -> Mask:
 
 
 def _row(run: Dispatching, order: Order, robot: str, others: Sequence[str]) -> list[float]:
-    item, now = run.item_point(order), run.now
-    approach = run.seconds(robot, run.point(robot), item)
-    rival = min((run.seconds(other, run.point(other), item) for other in others), default=None)
+    item, now = run.truth.item_point(order), run.now
+    approach = run.truth.seconds(robot, run.truth.point(robot), item)
+    rival = min((run.truth.seconds(other, run.truth.point(other), item) for other in others), default=None)
     row = [0.0] * len(OrderFeature)
     row[OrderFeature.VALID] = 1.0
     row[OrderFeature.APPROACH] = _minutes(approach)
-    row[OrderFeature.TRIP] = _minutes(run.seconds(robot, item, run.destination(order)))
+    row[OrderFeature.TRIP] = _minutes(run.truth.seconds(robot, item, run.truth.destination(order)))
     row[OrderFeature.AGE] = _minutes(now - order.placed)
     row[OrderFeature.SLACK] = FAR if order.due is None else _minutes(order.due - now)
     row[OrderFeature.PRIORITY] = min(max(order.priority, -MOST), MOST)

@@ -14,7 +14,7 @@ def rendered(setting: Setting, run: Dispatching) -> str:
     totals = run.demand.totals
     lines = [f"{run.now:9.3f} s: {totals.placed} orders, {totals.delivered} delivered, {totals.late} late"]
     for robot in setting.robots:
-        order, (x, y) = run.serving.get(robot), run.point(robot)
+        order, (x, y) = run.serving.get(robot), run.truth.point(robot)
         what = f" {order.name}" if order else ""
         lines.append(f"  {robot} at ({x:.1f}, {y:.1f}) {run.doing(robot)}{what}")
     for order in run.free:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 AnyWorld = str | Path | Mapping[str, Any] | World
 """A world: the name of a shipped one, the path of a file, what a file says in plain values, or one that was read."""
 
+CHARGED: Final = 0.8
+"""The share of its battery up to which a robot charges."""
+
 SEEDS: Final = 2**31
 """Seeds of worlds are less than this where an environment chooses them."""
 
@@ -95,6 +98,8 @@ class Setting:
             raise ValueError(f"horizon must be positive and finite, got {horizon} s")
         if orders < 1:
             raise ValueError(f"orders must be 1 at least, got {orders}")
+        if not 0 <= charge_below < CHARGED:
+            raise ValueError(f"charge_below must be at least 0 and less than {CHARGED}, got {charge_below}")
         able = _able(read)
         if unable := [robot for robot in robots or () if robot not in able]:
             raise ValueError(f"robot {unable[0]!r} can't serve orders; those that can are: {listed(able)}")

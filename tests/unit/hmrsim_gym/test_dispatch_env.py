@@ -175,6 +175,7 @@ def test_it_is_told_as_text(make, world):
     [
         ({"horizon": 0}, "horizon must be positive and finite, got 0 s"),
         ({"orders": 0}, "orders must be 1 at least, got 0"),
+        ({"charge_below": 0.9}, "charge_below must be at least 0 and less than 0.8, got 0.9"),
         ({"robots": ["cart"]}, "robot 'cart' can't serve orders; those that can are: wall_e, eve"),
         ({"render_mode": "human"}, "render_mode must be None or 'ansi', got 'human'"),
         ({"world": "hospital"}, "world 'hospital' has no demand"),

@@ -73,7 +73,7 @@ def test_a_robot_whose_battery_is_low_charges_before_it_serves(begin, world):
     world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 600, "initial_charge": 120}
     run = begin(robots=["wall_e"])
 
-    assert run.battery("wall_e") == pytest.approx(0.8, abs=0.01)
+    assert run.truth.battery("wall_e") == pytest.approx(0.8, abs=0.01)
     assert 15 < run.now < 40
 
 
@@ -99,5 +99,5 @@ def test_an_idle_robot_charges_as_soon_as_its_battery_is_low(begin, world):
     world["demand"][0] |= {"first": 300}
     run = begin(robots=["wall_e"])
 
-    assert (300.0, (10.0, 2.0)) == (run.now, run.point("wall_e"))
-    assert run.battery("wall_e") > 0.25
+    assert (300.0, (10.0, 2.0)) == (run.now, run.truth.point("wall_e"))
+    assert run.truth.battery("wall_e") > 0.25

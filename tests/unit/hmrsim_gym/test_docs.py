@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -37,3 +39,11 @@ def test_the_figures_are_those_of_the_example():
 
     assert f"orders cost {costs[1]} a run instead of the {costs[0]} of `nearest`" in TEXT
     assert "{0} less, with 95 % between {2} and {1}".format(*difference) in TEXT
+
+
+def test_without_the_extra_it_says_what_to_install():
+    """Whichever of its names is asked for."""
+    code = "import sys; sys.modules['gymnasium'] = None; import hmrsim_gym"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+
+    assert "MissingExtra: environments need gymnasium and pettingzoo; pip install 'hmrsim[gym]'" in done.stderr
