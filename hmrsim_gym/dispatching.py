@@ -72,8 +72,6 @@ class Dispatching:
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
         self._watching = False
-        for robot in setting.robots:
-            self._watch_battery(robot)
         self._go_on(0.0)
 
     def close(self) -> None:
@@ -136,7 +134,8 @@ class Dispatching:
             if self.idle and not self._watching:
                 self._watching = True
                 self._lockstep.watch(_COMES, self._note_order)
-            self._go_on(min([self._setting.horizon, *self._rests.values(), *self._failed.values()]))
+            low = [self.now + self.truth.lasts(robot) for robot in self.idle]
+            self._go_on(min([self._setting.horizon, *self._rests.values(), *self._failed.values(), *low]))
 
     def _go_on(self, until: float) -> None:
         """Let time go on until something happens, or until then."""
@@ -202,22 +201,12 @@ class Dispatching:
         self._charging[robot] = nearest
         send(self._client, robot, [dock(nearest)], partial(self._docked, robot))
 
-    def _watch_battery(self, robot: str) -> None:
-        """Have time stop when a battery becomes low, so that a robot that is idle then charges."""
-        if self.truth.may_charge(robot):
-            low = Condition(f"{robot}/battery_state", [("/percentage", "<", self._setting.charge_below)])
-            self._lockstep.watch(low, lambda _error: None)
-
     def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
         if not succeeded:
             self._rest(robot)
             return
         full = Condition(f"{robot}/battery_state", [("/percentage", ">=", CHARGED)])
-        self._lockstep.watch(full, lambda _error: self._charged(robot))
-
-    def _charged(self, robot: str) -> None:
-        self._watch_battery(robot)
-        self._become_idle(robot)
+        self._lockstep.watch(full, lambda _error: self._become_idle(robot))
 
 
 def _joined(client: Client) -> Lockstep:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -60,6 +61,15 @@ class Truth:
     def may_charge(self, robot: str) -> bool:
         """Return whether a robot has a battery, and there is a charger for it."""
         return bool(self._setting.chargers[robot]) and self._simulator.robots[robot].energy is not None
+
+    def lasts(self, robot: str) -> float:
+        """Return in how many seconds a robot has to charge if it goes on as now; infinite for never."""
+        energy, now = self._simulator.robots[robot].energy, self._simulator.now
+        if energy is None or not self._setting.chargers[robot]:
+            return math.inf
+        flow, left = energy.battery.flow(now), energy.battery.share(now) - self._setting.charge_below
+        # A whole second later than needed, so that it is low then for certain.
+        return math.floor(left * energy.battery.usable / -flow) + 1.0 if flow < 0 else math.inf
 
     def charger(self, robot: str, bound: Mapping[str, str]) -> str:
         """Return the nearest charger for a robot, of those that are free if there are any.
