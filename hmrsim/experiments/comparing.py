@@ -116,7 +116,7 @@ def contrast(
                 f"{a} and {b} have no seed in common, so that they can't be compared in pairs; seeds depend on the "
                 "name, the seed and the factors of an experiment"
             )
-        criteria = {name: _criterion(name, first.about["measures"], margins or {}) for name in wanted}
+        criteria = {name: criterion_of(name, first.about["measures"], margins or {}) for name in wanted}
         notes = [*_notes(first.about, second.about)]
     values: dict[str, tuple[list[float], list[float]]] = {}
     for name in wanted:
@@ -142,12 +142,20 @@ def contrast(
     )
 
 
-def _criterion(name: str, measures: Mapping[str, Any], margins: Mapping[str, float]) -> Criterion:
+def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, float] | None = None) -> Criterion:
+    """Return what is asked about a measure, or about success.
+
+    Args:
+        name: The measure.
+        measures: All measures of the experiment, as its results say.
+        margins: By measure, in place of the file's; 0 is none.
+    """
+    given = margins or {}
     if name == SUCCESS:
-        return Criterion(larger_is_better=True, margin=margins.get(name), yes_no=True)
+        return Criterion(larger_is_better=True, margin=given.get(name) or None, yes_no=True)
     said = measures[name]
-    margin = margins.get(name, said["margin"])
-    return Criterion(said["better"] == "larger", margin, relative=said["relative"] and name not in margins)
+    margin = given.get(name, said["margin"]) or None
+    return Criterion(said["better"] == "larger", margin, relative=said["relative"] and name not in given)
 
 
 def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int, str, str]:

@@ -125,7 +125,8 @@ class Schedule:
             raise AssertionError
         measure = self._plan.file.measures[until.measure]
         alpha = (1.0 - until.confidence) * share
-        criterion = Criterion(measure.better == "larger", measure.margin, relative=measure.relative, alpha=alpha)
+        margin = measure.margin or None
+        criterion = Criterion(measure.better == "larger", margin, relative=measure.relative, alpha=alpha)
         pairs = []
         for replication in range(max(self._targets)):
             for scenario in range(len(self._targets)):

@@ -153,10 +153,12 @@ def test_replications_stop_where_the_mean_is_known(tmp_path: Path) -> None:
         assert results.about["replications"]["until"]["measure"] == "time"
 
 
-def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_path: Path) -> None:
-    """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together."""
+@pytest.mark.parametrize("margin", [None, 0.0, 0.1])
+def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_path: Path, margin: float | None) -> None:
+    """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together; a margin of 0 is none."""
     until = {"measure": "time", "decided": True}
-    plan = plan_of(tmp_path, replications={"min": 4, "max": 2000, "until": until})
+    measures = {"time": {"value": "end.at", "margin": margin}}
+    plan = plan_of(tmp_path, replications={"min": 4, "max": 2000, "until": until}, measures=measures)
     schedule, values = Schedule(plan, {}), {}
     while runs := schedule.next(7):
         for run in runs:
