@@ -1,0 +1,160 @@
+"""The table of runs as columns of numbers, so that a hundred thousand runs take some megabytes."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.experiments.report.model import Cause, Failure, Failures
+from hmrsim.experiments.statistics.libraries import arrays
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from hmrsim.experiments.results.store import Results
+
+    Numbers = NDArray[np.float64]
+    Codes = NDArray[np.int64]
+
+MAX_LISTED: Final = 200
+"""Runs without success, and pairs that ended differently, that are listed."""
+
+_MAX_CAUSES: Final = 20
+_MAX_CAUSE: Final = 300
+"""Characters of a cause, of which those that begin alike are counted as one."""
+_MOST: Final = 1e100
+"""Larger values have no statistics."""
+_FIXED: Final = ("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The runs in order of their numbers, one value a run in each array.
+
+    Attributes:
+        treatments: Their names.
+        endings: Likewise.
+        numbers: The numbers of the runs.
+        scenario: The number of the scenario.
+        treatment: The place of its treatment in *treatments*.
+        replication: From 0.
+        seed: The seed of the world.
+        ending: The place of its ending in *endings*.
+        success: 1 or 0.
+        factors: The place of the level of each factor in *levels*.
+        levels: The levels of each factor.
+        measures: The values of each measure; NaN for none.
+        texts: How many runs have a text for a measure.
+        failures: The runs without success.
+    """
+
+    treatments: Sequence[str]
+    endings: Sequence[str]
+    numbers: Codes
+    scenario: Codes
+    treatment: Codes
+    replication: Codes
+    seed: Codes
+    ending: Codes
+    success: Numbers
+    factors: dict[str, Codes]
+    levels: dict[str, list[Any]]
+    measures: dict[str, Numbers]
+    texts: Counter[str]
+    failures: Failures
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return len(self.numbers)
+
+    def levels_of(self, run: int) -> dict[str, Any]:
+        """Return the level of each factor in a run, which its place says."""
+        return {name: self.levels[name][codes[run]] for name, codes in self.factors.items()}
+
+
+@dataclass
+class _Names:
+    """Numbers for names, in order of their first use."""
+
+    numbers: dict[Any, int] = field(default_factory=dict)
+
+    def number(self, name: Any) -> int:
+        return self.numbers.setdefault(name, len(self.numbers))
+
+
+def columns_of(results: Results) -> Columns:
+    """Return the columns of an experiment's runs, as they are now."""
+    about = results.about
+    measures, factors = [*about["measures"]], [*about["factors"]]
+    treatments = {name: number for number, name in enumerate(about["treatments"])}
+    endings, levels = _Names(), {name: _Names() for name in factors}
+    whole = {name: array("q") for name in ("number", "scenario", "replication", "seed", "treatment", "ending")}
+    codes = {name: array("q") for name in factors}
+    values = {name: array("d") for name in ("success", *measures)}
+    texts: Counter[str] = Counter()
+    failures = _Failing(factors)
+    for row in results.rows([*_FIXED, *factors, *measures]):
+        for name in ("number", "scenario", "replication", "seed"):
+            whole[name].append(row[name])
+        whole["treatment"].append(treatments[row["treatment"]])
+        whole["ending"].append(endings.number(row["ending"]))
+        values["success"].append(row["success"])
+        for name in factors:
+            codes[name].append(levels[name].number(row[name]))
+        for name in measures:
+            value = row[name]
+            known = isinstance(value, (int, float)) and abs(value) <= _MOST
+            values[name].append(value if known else float("nan"))
+            texts[name] += isinstance(value, str)
+        if not row["success"]:
+            failures.note(row)
+    np = arrays()
+    found = {name: np.frombuffer(each, np.int64) if each else np.empty(0, np.int64) for name, each in whole.items()}
+    numbers = {name: np.frombuffer(each, float) if each else np.empty(0) for name, each in values.items()}
+    return Columns(
+        treatments=tuple(treatments),
+        endings=tuple(endings.numbers),
+        numbers=found["number"],
+        scenario=found["scenario"],
+        treatment=found["treatment"],
+        replication=found["replication"],
+        seed=found["seed"],
+        ending=found["ending"],
+        success=numbers["success"],
+        factors={
+            name: np.frombuffer(each, np.int64) if each else np.empty(0, np.int64) for name, each in codes.items()
+        },
+        levels={name: [*each.numbers] for name, each in levels.items()},
+        measures={name: numbers[name] for name in measures},
+        texts=+texts,
+        failures=failures.all(),
+    )
+
+
+class _Failing:
+    """The runs without success, as they come."""
+
+    def __init__(self, factors: Sequence[str]) -> None:
+        self._factors = factors
+        self._runs: list[Failure] = []
+        self._causes: Counter[tuple[str, str]] = Counter()
+        self._first: dict[tuple[str, str], int] = {}
+
+    def note(self, row: dict[str, Any]) -> None:
+        cause = row["ending"], row["cause"][:_MAX_CAUSE]
+        self._causes[cause] += 1
+        self._first.setdefault(cause, row["number"])
+        if len(self._runs) < MAX_LISTED:
+            said = {name: row[name] for name in Failure.model_fields if name != "levels"}
+            self._runs.append(Failure(**said, levels={name: row[name] for name in self._factors}))
+
+    def all(self) -> Failures:
+        causes = tuple(
+            Cause(ending=ending, cause=cause, runs=count, first=self._first[ending, cause])
+            for (ending, cause), count in self._causes.most_common(_MAX_CAUSES)
+        )
+        return Failures(total=self._causes.total(), causes=causes, runs=tuple(self._runs))

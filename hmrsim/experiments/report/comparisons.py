@@ -1,0 +1,142 @@
+"""Each treatment compared with the first one, in pairs of the same scenario and replication."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from hmrsim.experiments.comparing import SUCCESS, criterion_of
+from hmrsim.experiments.report.columns import MAX_LISTED
+from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
+from hmrsim.experiments.statistics.libraries import arrays
+from hmrsim.experiments.statistics.verdicts import compare
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.report.columns import Codes, Columns, Numbers
+    from hmrsim.experiments.statistics.verdicts import Criterion
+
+ALPHA: Final = 0.05
+"""The probability that any verdict is false."""
+
+MAX_PAIRS: Final = 50_000
+"""Pairs that are compared, the first ones: a verdict on more takes seconds, and hardly ever is another one."""
+
+_MAX_CHANGES: Final = 20
+
+
+class _Paired(NamedTuple):
+    """The places of the runs of the first treatment and of the other one that belong together, in order."""
+
+    first: Codes
+    other: Codes
+    alone: tuple[int, int]
+
+
+def comparisons_of(columns: Columns, about: Mapping[str, Any]) -> tuple[Comparison, ...]:
+    """Return the comparisons of all treatments with the first one.
+
+    All verdicts together are true with probability 1 - `ALPHA`: each has its share of it. Where the experiment went
+    on until a measure was decided, the verdicts on that measure have as much for themselves as was said there, so
+    that they are those with which it stopped.
+    """
+    return tuple(_comparison(columns, about, other) for other in range(1, len(columns.treatments)))
+
+
+def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Comparison:
+    paired = _paired(columns, other)
+    share = 1 / (len(columns.treatments) - 1)
+    alphas = _alphas(about)
+    verdicts: dict[str, Verdict] = {}
+    notes: list[str] = []
+    for name, values in {SUCCESS: columns.success, **columns.measures}.items():
+        one, two = values[paired.first], values[paired.other]
+        known = ~arrays().isnan(one + two)
+        criterion = replace(criterion_of(name, about["measures"]), alpha=alphas[name] * share)
+        told = [*_notes(name, known, one, criterion)]
+        if criterion.relative and (one[known] < 0).any():
+            criterion = replace(criterion, margin=None, relative=False)
+        verdicts[name] = _verdict(one[known][:MAX_PAIRS], two[known][:MAX_PAIRS], criterion)
+        notes += told
+    differing = columns.ending[paired.first] != columns.ending[paired.other]
+    runs = zip(paired.first[differing][:MAX_LISTED], paired.other[differing][:MAX_LISTED], strict=True)
+    return Comparison(
+        first=columns.treatments[0],
+        treatment=columns.treatments[other],
+        pairs=len(paired.first),
+        alone=paired.alone,
+        measures=verdicts,
+        changes=_changes(columns, paired.first[differing], paired.other[differing]),
+        differing=int(differing.sum()),
+        runs=tuple(_pair(columns, int(one), int(two)) for one, two in runs),
+        notes=tuple(notes),
+    )
+
+
+def _alphas(about: Mapping[str, Any]) -> dict[str, float]:
+    """Return the probability of a false verdict of each measure, for all treatments together."""
+    names = [SUCCESS, *about["measures"]]
+    until = about["replications"]["until"]
+    if not until or not until.get("decided"):
+        return dict.fromkeys(names, ALPHA / len(names))
+    shared = dict.fromkeys(names, ALPHA / (len(names) - 1))
+    return {**shared, until["measure"]: 1 - until["confidence"]}
+
+
+def _paired(columns: Columns, other: int) -> _Paired:
+    np = arrays()
+    places = [np.flatnonzero(columns.treatment == each) for each in (0, other)]
+    # The runs of a scenario and a replication are numbered one after the other.
+    cells = [columns.numbers[each] // len(columns.treatments) for each in places]
+    both, first, second = np.intersect1d(*cells, assume_unique=True, return_indices=True)
+    alone = len(places[0]) - len(both), len(places[1]) - len(both)
+    return _Paired(places[0][first], places[1][second], alone)
+
+
+def _verdict(one: Numbers, two: Numbers, criterion: Criterion) -> Verdict:
+    found = compare(one.tolist(), two.tolist(), criterion)
+    bounds = found.difference
+    return Verdict(
+        verdict=found.verdict,
+        decided_after=found.decided_after,
+        difference=Estimate(estimate=bounds.estimate, low=bounds.low, high=bounds.high, n=bounds.n),
+        differing=found.differing,
+        alpha=criterion.alpha,
+        margin=criterion.margin,
+        relative=criterion.relative,
+    )
+
+
+def _notes(name: str, known: Any, one: Numbers, criterion: Criterion) -> Iterator[str]:
+    with_values = int(known.sum())
+    if with_values < len(known):
+        yield f"{name}: {len(known) - with_values:,} of {len(known):,} pairs have no value"
+    if with_values > MAX_PAIRS:
+        yield f"{name}: the first {MAX_PAIRS:,} of {with_values:,} pairs are compared"
+    if criterion.relative and (one[known] < 0).any():
+        yield f"{name}: has values below 0, of which no margin can be a share; compared without a margin"
+
+
+def _changes(columns: Columns, first: Codes, other: Codes) -> tuple[Change, ...]:
+    """Return how often which two endings belong together, the most frequent first."""
+    endings = columns.endings
+    codes = columns.ending[first] * len(endings) + columns.ending[other]
+    found, counts = arrays().unique(codes, return_counts=True)
+    ordered = sorted(zip(counts.tolist(), found.tolist(), strict=True), key=lambda each: (-each[0], each[1]))
+    return tuple(
+        Change(first=endings[code // len(endings)], other=endings[code % len(endings)], pairs=count)
+        for count, code in ordered[:_MAX_CHANGES]
+    )
+
+
+def _pair(columns: Columns, one: int, two: int) -> Pair:
+    return Pair(
+        scenario=int(columns.scenario[one]),
+        levels=columns.levels_of(one),
+        replication=int(columns.replication[one]),
+        seed=int(columns.seed[one]),
+        first=int(columns.numbers[one]),
+        first_ending=columns.endings[columns.ending[one]],
+        other=int(columns.numbers[two]),
+        other_ending=columns.endings[columns.ending[two]],
+    )
