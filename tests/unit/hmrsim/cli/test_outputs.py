@@ -12,6 +12,8 @@ import pytest
 
 import bt_controller.cli
 from hmrsim.cli import entry, main
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.store import Results
 from hmrsim.program.command_line import LazyParser
 
 WORLD = """\
@@ -31,6 +33,8 @@ MORE = '<root BTCPP_format="4"><BehaviorTree ID="More"><AlwaysSuccess/></Behavio
 
 MODULE = "import py_trees\n\ndef tree():\n    return py_trees.behaviours.Success('fine')\n"
 
+EXPERIMENT = "name: e\nworld: w.yaml\ntreatments: {a: {tree: 'a_tree.py:tree'}}\n"
+
 PROGRAMS = {"hmrsim": main, "bt-controller": bt_controller.cli.main}
 
 CASES = [
@@ -47,6 +51,11 @@ CASES = [
     ("hmrsim map convert w.yaml {} --to yaml --force", "more.yaml"),
     ("hmrsim map render w.yaml --output {}", "w.yaml"),
     ("hmrsim report run.jsonl --output {}", "run.jsonl"),
+    ("hmrsim experiment report results --output {}", "results/results.sqlite"),
+    ("hmrsim experiment export results --output {}", "results/results.sqlite"),
+    ("hmrsim experiment again results 0 --trace {}", "e.yaml"),
+    ("hmrsim experiment again results 0 --report {}", "results/results.sqlite"),
+    ("hmrsim experiment again results 0 --record {}", "results/results.sqlite"),
     ("bt-controller check tree.xml --dot {}", "tree.xml"),
     ("bt-controller check tree.xml --svg {}", "more.xml"),
     ("bt-controller check a_tree:tree --dot {}", "a_tree.py"),
@@ -95,8 +104,10 @@ def files(tmp_path, monkeypatch):
     texts = {"w.yaml": WORLD, "more.yaml": "places: {p: {at: [1, 1]}}\n", "a_tree.py": MODULE}
     texts |= {"tree.xml": TREE, "more.xml": MORE, "settings.yaml": "seed: 3\n", "zenoh.json5": "{}"}
     texts |= {"over.yaml": "tables: {levels: levels.csv}\nseed: 3\n", "levels.csv": "a,b\n"}
+    texts["e.yaml"] = EXPERIMENT
     for name, text in texts.items():
         Path(name).write_text(text)
+    Results.create(Path("results"), read_plan("e.yaml")).__exit__()
     main(["simulate", "w.yaml", "--trace", "run.jsonl"])
     shutil.copy("run.jsonl", "goals.csv")
     return tmp_path
@@ -198,6 +209,7 @@ INPUTS = {
     "--secure",
     "--settings",
     "--zenoh-config",
+    "DIR",
     "FILE",
     "TRACE|MCAP",
     "RECORDING.mcap",
@@ -207,7 +219,8 @@ INPUTS = {
 def test_each_output_is_tried():
     """A command that gets an output has a case above, or is the demo, whose world is a shipped one.
 
-    Keystores are folders that the commands of `hmrsim security` make or change, and read nothing else.
+    Keystores are folders that the commands of `hmrsim security` make or change, and read nothing else; results are a
+    folder, too, of which `hmrsim experiment run` makes or changes what is its own.
     """
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
@@ -217,7 +230,7 @@ def test_each_output_is_tried():
         if option not in INPUTS and not command.startswith("hmrsim security ")
     }
 
-    assert {("hmrsim demo", "--trace")} == {
+    assert {("hmrsim demo", "--trace"), ("hmrsim experiment run", "--output")} == {
         (command, option)
         for command, option in outputs
         if not any(

@@ -1,0 +1,97 @@
+"""``hmrsim experiment report``: a page, or JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.results.store import Results
+
+EXPERIMENT = """\
+name: crossing
+world: zoo/crossing
+treatments: {a: {command: one}, b: {command: two}}
+replications: 4
+measures: {time: end.at}
+"""
+
+
+@pytest.fixture
+def said(tmp_path, monkeypatch, capsys):
+    """Return the function that runs the command in a folder with results; it returns the exit code and what is said."""
+    monkeypatch.chdir(tmp_path)
+    Path("e.yaml").write_text(EXPERIMENT, encoding="utf-8")
+    plan = read_plan("e.yaml")
+    with Results.create(Path("my results"), plan) as results:
+        runs = [plan.run_of(number) for number in range(8)]
+        results.add(plan, [Row(run, "failed", measures={"time": 1.0 + run.number}) for run in runs])
+
+    def told(*arguments):
+        code = main(["experiment", "report", *arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return told
+
+
+def test_the_page_is_in_the_folder(said):
+    """If no other file is named; it is said where. Commands on it can be copied to a shell."""
+    assert (0, "page: my results/report.html\n", "") == said("my results")
+
+    page = Path("my results/report.html").read_text(encoding="utf-8")
+    assert "hmrsim experiment again &#39;my results&#39; 7 --trace run_7.jsonl" in page
+
+
+def test_the_page_goes_where_it_is_told_to(said):
+    """To a file, or to the standard output."""
+    said("my results", "-o", "page.html")
+    code, out, _ = said("my results", "-o", "-")
+
+    assert (0, Path("page.html").read_text(encoding="utf-8") + "\n") == (code, out)
+    assert not Path("my results/report.html").exists()
+
+
+def test_json_has_what_is_on_the_page(said):
+    """And no page is written unless one is asked for."""
+    code, out, _ = said("my results", "--json")
+    found = json.loads(out)
+
+    assert (0, "crossing", 8, 0) == (code, found["experiment"]["name"], found["runs"], found["successes"])
+    assert [4.0, 5.0] == [each["measures"]["time"]["mean"]["estimate"] for each in found["treatments"]]
+    assert 1.0 == found["comparisons"][0]["measures"]["time"]["difference"]["estimate"]
+    assert not Path("my results/report.html").exists()
+    assert (0, out) == said("my results", "--json", "-o", "page.html")[:2]
+    assert Path("page.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("my results", "--json", "-o", "-"), 2, "both write to the standard output"),
+        (("nothing",), 2, "nothing: there are no results"),
+        (("my results", "-o", "no/page.html"), 2, "-o no/page.html: can't be written: no such file or directory"),
+        (("my results", "-o", "/dev/full"), 1, "-o /dev/full: can't be written: no space left on device"),
+    ],
+)
+def test_mistakes_are_one_line(said, arguments, code, text):
+    """With what is wrong."""
+    found, _, error = said(*arguments)
+
+    assert (code, 1) == (found, len(error.splitlines()))
+    assert text in error
+
+
+def test_without_scipy_it_says_what_to_install(said, monkeypatch):
+    """Exit code 1, as for other extras."""
+    for name in ("numpy", "scipy"):
+        monkeypatch.setitem(sys.modules, name, None)
+
+    assert (1, "", "hmrsim: the statistics of experiments need scipy; pip install 'hmrsim[experiments]'\n") == said(
+        "my results"
+    )
