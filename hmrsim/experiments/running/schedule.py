@@ -133,7 +133,10 @@ class Schedule:
                 both = [self._done[self._plan.run(scenario, each, replication).number] for each in (first, second)]
                 if all(isinstance(value, (int, float)) for value in both):
                     pairs.append([float(value or 0.0) for value in both])
-        return verdict([one for one, _ in pairs], [two for _, two in pairs], criterion)[0]
+        try:
+            return verdict([one for one, _ in pairs], [two for _, two in pairs], criterion)[0]
+        except ValueError:  # a relative margin of a measure that is negative in some runs: nothing can be decided
+            return UNDECIDED
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until
