@@ -23,6 +23,8 @@ _AHEAD: Final = 2
 _TASK_SECONDS: Final = 0.3
 """Wall seconds that the runs of a task shall take together: to send one costs half a millisecond."""
 _MAX_CHUNK: Final = 64
+_START: Final = 2.0
+"""Wall seconds in which workers start."""
 _UNKNOWN: Final = 16
 """Tasks at once on a cluster whose size is not known."""
 
@@ -47,10 +49,11 @@ class Progress:
 
     @property
     def seconds_left(self) -> float | None:
-        """Wall seconds until the end, at the pace so far; None while there is none."""
-        if not self.made:
+        """Wall seconds until the end, at the pace so far; None while workers start, as that says nothing."""
+        passed = time.monotonic() - self.began
+        if not self.made or passed < _START:
             return None
-        return (self.expected - self.done) * (time.monotonic() - self.began) / self.made
+        return (self.expected - self.done) * passed / self.made
 
 
 class Campaign:
