@@ -93,8 +93,8 @@ def test_a_shell_gets_an_answer(tmp_path, line, words):
     [
         ("hmrsim ma", ["map"]),
         ("hmrsim map ", ["validate", "info", "plan", "convert", "render"]),
-        ("hmrsim map info hosp", ["hospital", "hospital_fleet"]),
-        ("hmrsim run hosp", ["hospital", "hospital_fleet"]),
+        ("hmrsim map info hosp", ["hospital", "hospital_fleet", "hospital_logistics"]),
+        ("hmrsim run hosp", ["hospital", "hospital_fleet", "hospital_logistics"]),
         ("hmrsim map plan hospital wall", ["wall_e"]),
         ("hmrsim map plan hospital wall_e pharmacy_", ["pharmacy_door", "pharmacy_counter"]),
         ("hmrsim map plan hospital lab pharmacy --for e", ["eve"]),
