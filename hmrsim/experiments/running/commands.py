@@ -18,7 +18,7 @@ from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import needs_report
 from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
 from hmrsim.experiments.running.guards import Tail
-from hmrsim.experiments.running.single import result_of, unwatched, with_report
+from hmrsim.experiments.running.single import keeps_trace, result_of, unwatched, with_report
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
@@ -79,13 +79,12 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         judge.end(TIMEOUT if ending in {"succeeded", "failed"} else ending, host.simulator.now)
         values = (lambda: report.report(host.simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, host.simulator, values)
-    kept = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
     return replace(
         row,
         cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
         wall=time.monotonic() - began,
         output=controller.output,
-        trace=trace.whole(host.simulator.now) if kept else "",
+        trace=trace.whole(host.simulator.now) if keeps_trace(plan, row) else "",
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import contextmanager
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ from bt_controller.running.run_tree import run_tree
 from hmrsim.world.overlays.expressions import substituted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from hmrsim.experiments.file.model import Treatment
@@ -57,14 +56,14 @@ def _text(value: object) -> str:
 def _tree(
     name: str, tree_id: str | None, nodes: tuple[str, ...], values: tuple[tuple[str, str], ...], folder: Path
 ) -> TreePlan:
-    with _within(folder):
-        return load(_there(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
+    _look_in(folder)
+    return load(_there(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
 
 
 @lru_cache(maxsize=256)
 def _function(name: str, folder: Path) -> NamedFunction:
-    with _within(folder):
-        return find_function(_there(name, folder))
+    _look_in(folder)
+    return find_function(_there(name, folder))
 
 
 def _there(name: str, folder: Path) -> str:
@@ -74,9 +73,7 @@ def _there(name: str, folder: Path) -> str:
     return f"{path}{colon}{rest}" if home.endswith((".py", ".xml")) and path.is_file() else name
 
 
-@contextmanager
-def _within(folder: Path) -> Iterator[None]:
+def _look_in(folder: Path) -> None:
     """Look for modules in a folder, too."""
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
-    yield

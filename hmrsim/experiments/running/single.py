@@ -76,14 +76,17 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         judge.end(ending, simulator.now)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)
-    kept = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
-    causes = [row.cause] if judged else [cause, row.cause]
     return replace(
         row,
-        cause="; ".join(filter(None, causes)),
+        cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
         wall=time.perf_counter() - began,
-        trace=trace.whole(simulator.now) if kept else "",
+        trace=trace.whole(simulator.now) if keeps_trace(plan, row) else "",
     )
+
+
+def keeps_trace(plan: Plan, row: Row) -> bool:
+    """Return whether the trace of a run is kept."""
+    return plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
 
 
 def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
