@@ -45,7 +45,7 @@ def hangs(client):
 def leaks(client):
     kept = []
     while True:
-        kept.append(bytearray(10**7))
+        kept.append(bytearray(10**8))
 
 
 def prints(client):
