@@ -1,0 +1,127 @@
+"""Which events are meant: a kind with values of its fields, or a change of a goal.
+
+The schedule of faults begins one when such an event comes, and properties of runs speak of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hmrsim.diagnostics import Finding, instead
+from hmrsim.events._registry import registry
+
+if TYPE_CHECKING:
+    from hmrsim.events._event import Event
+
+GoalChange = Literal["accepted", "executing", "canceling", "succeeded", "canceled", "aborted", "ended", "rejected"]
+
+STATUSES: Final[Mapping[str, frozenset[int]]] = MappingProxyType(
+    {
+        "accepted": frozenset({1}),
+        "executing": frozenset({2}),
+        "canceling": frozenset({3}),
+        "succeeded": frozenset({4}),
+        "canceled": frozenset({5}),
+        "aborted": frozenset({6}),
+        "ended": frozenset({4, 5, 6}),
+        "rejected": frozenset(),
+    }
+)
+"""The numbers of action_msgs/msg/GoalStatus that a change of a goal stands for; a rejected goal has no status."""
+
+STATUS: Final = "status"
+REJECTED: Final = "rejected"
+
+
+class EventPattern(BaseModel):
+    """Which events are meant; either an *event* or a *goal*.
+
+    Attributes:
+        event: A kind of event, such as ``picked``.
+        where: Values of its fields, as its JSON has them; all must be equal.
+        goal: What becomes of a goal: a status in lower case, ``ended`` for any terminal one, or ``rejected``.
+        action: The action of that goal; None for any.
+        robot: The robot that it is about; None for any.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    event: str | None = Field(default=None, description="A kind of event, such as `picked`.")
+    where: dict[str, Any] = Field(default={}, description="Values of the event's fields; all must be equal.")
+    goal: GoalChange | None = Field(
+        default=None, description="What becomes of a goal; `ended` stands for succeeded, canceled and aborted."
+    )
+    action: str | None = Field(default=None, description="The goal's action; left out for any.")
+    robot: str | None = Field(default=None, description="The robot that it is about; left out for any.")
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.event is None) is (self.goal is None):
+            raise ValueError("expected either event: KIND or goal: STATUS")
+        if self.goal is None and self.action is not None:
+            raise ValueError("action belongs to goal; for an event say where: {action: …}")
+        if self.goal is not None and self.where:
+            raise ValueError("where belongs to event; for a goal say robot and action")
+        return self
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of event that can match."""
+        if self.goal is None:
+            return (self.event or "",)
+        return (REJECTED,) if self.goal == REJECTED else (STATUS,)
+
+    def matches(self, event: Event) -> bool:
+        """Return whether an event is meant."""
+        kind = event.kind
+        if self.goal is None:
+            return kind == self.event and self._fits(event)
+        if kind == STATUS:
+            return self.matches_goal(event.robot, event.action, event.status)  # type: ignore[attr-defined]  # of its kind
+        return kind == self.goal == REJECTED and self._is_of(event.robot, event.action)  # type: ignore[attr-defined]
+
+    def matches_goal(self, robot: str, action: str, status: int) -> bool:
+        """Return whether a goal that now has a status is meant."""
+        return self.goal is not None and status in STATUSES[self.goal] and self._is_of(robot, action)
+
+    def flaws(self) -> Iterator[Finding]:
+        """Yield what is wrong with it whatever the world is: kinds and fields that there are not."""
+        if self.event is None:
+            return
+        kind = registry().get(self.event)
+        if kind is None:
+            message = f"there is no kind of event {self.event!r}{instead(self.event, registry())}"
+            yield Finding(("event",), message, self.event)
+            return
+        if kind.rest:
+            return
+        fields = [field.rstrip("_") for field in kind._fields]
+        for name in self.where:
+            if name not in fields:
+                yield Finding(("where", name), f"{self.event} has no field {name!r}{instead(name, fields)}", name)
+        if self.robot is not None and "robot" not in fields:
+            yield Finding(("robot",), f"{self.event} is not about a robot", self.robot)
+
+    def describe(self) -> str:
+        """Return it in words, such as ``pickup of eve is accepted``."""
+        if self.goal is not None:
+            whose = f" of {self.robot}" if self.robot else ""
+            return f"{self.action or 'a goal'}{whose} is {self.goal}"
+        said = {**({"robot": self.robot} if self.robot else {}), **self.where}
+        fields = ", ".join(f"{name} {value}" for name, value in said.items())
+        return f"{self.event}{f' ({fields})' if fields else ''}"
+
+    def _is_of(self, robot: str, action: str) -> bool:
+        return self.robot in (None, robot) and self.action in (None, action)
+
+    def _fits(self, event: Event) -> bool:
+        if self.robot is not None and getattr(event, "robot", None) != self.robot:
+            return False
+        if not self.where:
+            return True
+        fields = event.to_json()
+        return all(name in fields and fields[name] == value for name, value in self.where.items())

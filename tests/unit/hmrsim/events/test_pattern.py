@@ -1,0 +1,84 @@
+"""Which events a pattern means, and what is wrong with one."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from hmrsim.events import EventPattern
+from hmrsim.events.goals import GoalStatusChanged, SendGoalRejected
+from hmrsim.events.items import ItemPicked
+from hmrsim.events.traffic import LaneClosed
+
+
+def ended(status: int, robot: str = "eve", action: str = "pickup") -> GoalStatusChanged:
+    """Return the event of a goal that has another status."""
+    return GoalStatusChanged(robot, action, "0" * 32, status)
+
+
+def test_a_kind_of_event_is_meant_with_the_fields_that_are_given():
+    """All fields of `where` have to be equal, in JSON's terms: a lane is a list."""
+    closed = LaneClosed(("home", "door"), "closed by a test")
+
+    assert EventPattern(event="lane_closed").matches(closed)
+    assert EventPattern(event="lane_closed", where={"lane": ["home", "door"]}).matches(closed)
+    assert not EventPattern(event="lane_closed", where={"lane": ["door", "home"]}).matches(closed)
+    assert not EventPattern(event="lane_opened").matches(closed)
+
+
+def test_an_event_of_another_robot_is_not_meant():
+    """`robot` stands for that field of any event."""
+    picked = ItemPicked("eve", "box")
+
+    assert EventPattern(event="picked", robot="eve").matches(picked)
+    assert not EventPattern(event="picked", robot="wall_e").matches(picked)
+
+
+def test_a_goal_is_meant_by_its_status():
+    """`ended` stands for every terminal status."""
+    pattern = EventPattern(goal="ended", robot="eve", action="pickup")
+
+    assert [pattern.matches(ended(status)) for status in range(1, 7)] == [False, False, False, True, True, True]
+    assert not pattern.matches(ended(4, robot="wall_e"))
+    assert not pattern.matches(ended(4, action="place"))
+    assert not pattern.matches(ItemPicked("eve", "box"))
+
+
+def test_a_rejected_goal_is_meant():
+    """It has no status, but an event of its own."""
+    rejected = SendGoalRejected("eve", "pickup", "0" * 32, "not_ready", "it has broken down")
+
+    assert EventPattern(goal="rejected", robot="eve").matches(rejected)
+    assert not EventPattern(goal="aborted", robot="eve").matches(rejected)
+
+
+def test_what_there_is_not_is_told_with_what_there_is():
+    """Kinds, fields and robots of events are checked."""
+    unknown = [finding.message for finding in EventPattern(event="pickd").flaws()]
+    field = [finding.message for finding in EventPattern(event="picked", where={"itm": "box"}).flaws()]
+    robot = [finding.message for finding in EventPattern(event="lane_closed", robot="eve").flaws()]
+
+    assert unknown == ["there is no kind of event 'pickd'; did you mean 'picked'?"]
+    assert field == ["picked has no field 'itm'; did you mean 'item'?"]
+    assert robot == ["lane_closed is not about a robot"]
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ({}, "expected either event: KIND or goal: STATUS"),
+        ({"event": "picked", "goal": "ended"}, "expected either event: KIND or goal: STATUS"),
+        ({"event": "picked", "action": "pickup"}, "action belongs to goal"),
+        ({"goal": "ended", "where": {"robot": "eve"}}, "where belongs to event"),
+    ],
+)
+def test_event_and_goal_exclude_each_other(said, message):
+    """One of them is given, with its own keys."""
+    with pytest.raises(ValidationError, match=message):
+        EventPattern(**said)
+
+
+def test_a_pattern_is_told_in_words():
+    """As in the story of a failure."""
+    assert EventPattern(goal="accepted", robot="eve", action="pickup").describe() == "pickup of eve is accepted"
+    assert EventPattern(event="picked", where={"item": "box"}).describe() == "picked (item box)"
