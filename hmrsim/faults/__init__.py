@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Se
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hmrsim.distributions import RandomSeconds, SomeRandomSeconds, latest
+from hmrsim.faults._anchor import Anchor, Seconds
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
@@ -34,10 +35,12 @@ SUBJECTS = ("robot", "door", "lane")
 _IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration", "mean_duration"})
 """The fields that all faults have; a form shows them after those of the kind."""
 
+_NOT_ASKED = frozenset({"when"})
+"""The fields that a form does not ask for: people at a page inject a fault when they see the event themselves."""
+
 _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean time between faults", "yaw": "Rotation"}
 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
-Seconds = Annotated[float, Field(strict=True, ge=0, le=_MAX, json_schema_extra={"unit": "s"})]
 SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MAX, json_schema_extra={"unit": "s"})]
 _IN_SECONDS = Field(json_schema_extra={"unit": "s"})
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
@@ -58,6 +61,9 @@ class Occurrence(BaseModel):
         default=None,
         description="Mean seconds until it begins, and from its end until it begins again; None to begin once.",
     )
+    when: Anchor | None = Field(
+        default=None, description="The event after which it begins, instead of a time; None to wait for none."
+    )
 
     @property
     def subject(self) -> str:
@@ -66,8 +72,9 @@ class Occurrence(BaseModel):
 
     @model_validator(mode="after")
     def _one_beginning(self) -> Self:
-        if self.at is not None and self.mean_time_between is not None:
-            raise ValueError("at and mean_time_between are both given; leave one of them out")
+        given = [name for name in ("at", "mean_time_between", "when") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given[:2])} are both given; leave one of them out")
         return self
 
 
@@ -87,6 +94,8 @@ class Spell(Occurrence):
             raise ValueError(f"{' and '.join(ends)} are both given; leave one of them out")
         if self.until is not None and self.mean_time_between is not None:
             raise ValueError("until is given for a fault that recurs; give duration or mean_duration")
+        if self.until is not None and self.when is not None:
+            raise ValueError("until is given for a fault that begins when an event comes; give duration")
         latest_at = 0.0 if self.at is None else latest(self.at)
         if self.until is not None and self.until <= latest_at:
             raise ValueError(f"until {self.until:g} s is not after at {latest_at:g} s")
@@ -194,7 +203,9 @@ class FaultType(Generic[S]):
             **({"component": self.component} if self.component else {}),
             **({"changes": self.changes} if self.changes else {}),
             "properties": {
-                name: self._shown(name, fields[name]) for name in sorted(fields, key=_IN_GENERAL.__contains__)
+                name: self._shown(name, fields[name])
+                for name in sorted(fields, key=_IN_GENERAL.__contains__)
+                if name not in _NOT_ASKED
             },
             "required": [name for name in schema.get("required", ()) if name != subject],
         }
@@ -221,6 +232,23 @@ def _in_words(name: str) -> str:
 
 
 AnyFault = FaultType[Any]
+
+
+__all__ = [
+    "SUBJECTS",
+    "Anchor",
+    "AnyFault",
+    "Case",
+    "FaultSite",
+    "FaultType",
+    "Name",
+    "Occurrence",
+    "Probability",
+    "Seconds",
+    "SomeSeconds",
+    "Spell",
+    "registry",
+]
 
 
 @cache

@@ -1,6 +1,7 @@
 """The schedule of faults: those of a world file and those that are injected, and how they end.
 
-Faults begin only if time goes on that far for other reasons; time does go on until they end. Random times and effects
+Faults begin at a time, or some time after an event. They begin only if time goes on that far for other reasons; time
+does go on until they end. Random times and effects
 depend on the seed, the subject and the kind of fault alone, so that other parts of the world do not change them.
 """
 
@@ -22,7 +23,8 @@ from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.faults import Case, FaultType, Spell
 from hmrsim.faults import registry as faults
-from hmrsim.world_checks.faults import There, flaws
+from hmrsim.simulation.anchors import Anchors
+from hmrsim.world_checks.faults import There, flaws, missing
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
@@ -64,7 +66,7 @@ class InjectedFault:
     Attributes:
         settings: What was asked for, with distributions.
         drawn: The same for the present occurrence, with numbers.
-        when: Random numbers for its times.
+        times: Random numbers for its times.
         what: Random numbers for its effects.
         draw: Returns the value of a field for the next occurrence.
         since: When it began the last time, in simulated seconds.
@@ -77,7 +79,7 @@ class InjectedFault:
     fault: AnyFault
     settings: Any
     drawn: Any
-    when: random.Random
+    times: random.Random
     what: random.Random
     draw: Callable[[str, Any], float]
     since: float = 0.0
@@ -117,15 +119,25 @@ class FaultInjector:
 
     Args:
         errors: Handles what faults raise because of a bug.
+        listen: Called when `anchors` wants other topics than before.
 
     Attributes:
         known: Those that are active or scheduled, by name.
+        anchors: The sink that hears of the events after which some of them begin.
     """
 
     def __init__(
-        self, env: Environment, roster: Roster, chance: Chance, publisher: EventPublisher, errors: InternalErrors
+        self,
+        env: Environment,
+        roster: Roster,
+        chance: Chance,
+        publisher: EventPublisher,
+        errors: InternalErrors,
+        *,
+        listen: Callable[[], None],
     ) -> None:
         self.known: dict[str, InjectedFault] = {}
+        self.anchors = Anchors(listen)
         self._env = env
         self._roster = roster
         self._chance = chance
@@ -171,12 +183,16 @@ class FaultInjector:
         return sorted({injected.fault.name for injected in self._active.values() if injected.settings.subject == name})
 
     def inject(self, fault: AnyFault, settings: Occurrence) -> str | list[Finding]:
-        """Inject a fault at its time, or now if it has none; return its name, or why it is impossible."""
+        """Inject a fault at its time or after its event, or now if it has neither.
+
+        Returns:
+            Its name, or why it is impossible.
+        """
         found = [*flaws(fault, settings, self._there(), now=self._env.now, names=self.known)]
         if found:
             return found
         injected = self._add(fault, settings)
-        if settings.at is None and settings.mean_time_between is None:
+        if settings.at is None and settings.mean_time_between is None and settings.when is None:
             injected.draw_all()
             self._begin(injected)
         else:
@@ -228,18 +244,24 @@ class FaultInjector:
     def _schedule(self, injected: InjectedFault) -> None:
         injected.draw_all()
         settings, now = injected.drawn, self._env.now
+        if settings.when is not None:
+            self.anchors.add(injected.name, settings.when, partial(self._begin_in, injected, settings.when.after))
+            return
         between = settings.mean_time_between
-        delay = injected.when.expovariate(1.0 / between) if between else max(0.0, (settings.at or 0.0) - now)
+        delay = injected.times.expovariate(1.0 / between) if between else max(0.0, (settings.at or 0.0) - now)
+        self._begin_in(injected, delay)
+
+    def _begin_in(self, injected: InjectedFault, delay: float) -> None:
         injected.alarm = self._env.alarm(delay, partial(self._ring, injected))
 
     def _ring(self, injected: InjectedFault) -> None:
         """Begin a fault that is due, if its subject exists."""
         injected.alarm = None
-        missing = next(iter(flaws(injected.fault, injected.settings, self._there())), None)
-        if missing is None:
+        flaw = next(missing(injected.fault, injected.settings, self._there()), None)
+        if flaw is None:
             self._begin(injected)
             return
-        self._publisher.publish(lambda: injected.missed(missing.message))
+        self._publisher.publish(lambda: injected.missed(flaw.message))
         self._after(injected)
 
     def _begin(self, injected: InjectedFault) -> None:
@@ -263,7 +285,7 @@ class FaultInjector:
         settings = injected.drawn
         seconds: float | None = settings.duration
         if settings.mean_duration is not None:
-            seconds = injected.when.expovariate(1.0 / settings.mean_duration)
+            seconds = injected.times.expovariate(1.0 / settings.mean_duration)
         elif settings.until is not None:
             seconds = max(0.0, settings.until - self._env.now)
         return seconds
@@ -282,6 +304,7 @@ class FaultInjector:
 
     def _clear(self, injected: InjectedFault) -> None:
         self._forget(injected)
+        self.anchors.remove(injected.name)
         if injected.alarm is not None:
             self._env.cancel(injected.alarm)
         if injected.over is not None:

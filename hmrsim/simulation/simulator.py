@@ -184,7 +184,9 @@ class Simulator:
             emit=self.emit,
             leaving=self._leaving,
         )
-        self.fault_injector = FaultInjector(self.env, self.roster, self.chance, publisher, self._errors)
+        self.fault_injector = FaultInjector(
+            self.env, self.roster, self.chance, publisher, self._errors, listen=self._watch_anchors
+        )
         self.roster.fill(world, self.graph)
         self.demand = Demand(self.env, self.roster, self.chance, publisher)
         self.detections = Detections(self.roster, self._errors)
@@ -227,9 +229,11 @@ class Simulator:
     def begin_chance(self) -> None:
         """Begin all random numbers of the seed, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
+        self._sinks[:] = [
+            sink for sink in self._sinks if sink is not self.demand and sink is not self.fault_injector.anchors
+        ]
         self.fault_injector.begin(self.world, self.seed)
         self.demand.begin(self.world)
-        self._sinks[:] = [sink for sink in self._sinks if sink is not self.demand]
         if self.world.demand:
             self.watch_orders()
 
@@ -238,6 +242,16 @@ class Simulator:
         if self.demand not in self._sinks:
             self._sinks.append(self.demand)
             self.interest.refresh()
+
+    def _watch_anchors(self) -> None:
+        """Let faults that begin after an event hear of events while one waits; a world without any has no such sink.
+
+        It stays among the sinks until time begins anew, as outputs may be on their way to them.
+        """
+        anchors = self.fault_injector.anchors
+        if anchors.waits and anchors not in self._sinks:
+            self._sinks.append(anchors)
+        self.interest.refresh()
 
     def end_scripts(self) -> None:
         """Let the robots do no more of what the world says that they do by themselves."""

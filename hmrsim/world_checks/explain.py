@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeGuard, get_args
 
 from pydantic import BaseModel
 
@@ -187,6 +187,10 @@ def _fits(pattern: str, step: str | int) -> bool:
     return pattern in {"*", step}
 
 
+def _is_model(part: object) -> TypeGuard[type[BaseModel]]:
+    return isinstance(part, type) and issubclass(part, BaseModel)
+
+
 def _known_keys(path: Path, model: type[BaseModel] | None, parts: Parts) -> Iterable[str]:
     if model is None:
         fits = (part for part in parts if len(part) == len(path) and all(map(_fits, part, path)))
@@ -195,9 +199,10 @@ def _known_keys(path: Path, model: type[BaseModel] | None, parts: Parts) -> Iter
         for step in path:
             # A part of a component's settings may be a model of its own.
             part = model.model_fields[str(step)].annotation
-            if not (isinstance(part, type) and issubclass(part, BaseModel)):
+            found = next((each for each in (part, *get_args(part)) if _is_model(each)), None)
+            if found is None:
                 return ()
-            model = part
+            model = found
     if model is None:
         return ()
     return [field.alias or name for name, field in model.model_fields.items()]

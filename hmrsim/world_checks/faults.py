@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from hmrsim.actions import registry as actions
 from hmrsim.components import registry as components
 from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
 from hmrsim.faults import registry
+from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
+    from hmrsim.events import EventPattern
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost
@@ -74,10 +77,24 @@ def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurren
 def flaws(
     fault: AnyFault, settings: Occurrence, there: There, *, now: float = 0.0, names: Collection[str] = ()
 ) -> Iterator[Finding]:
-    """Yield the reasons why a fault can't happen.
+    """Yield the reasons why a fault can't be scheduled.
 
     It must begin, and end, later than *now*; *names* are the names that are taken.
     """
+    yield from missing(fault, settings, there)
+    if settings.name in names:
+        yield Finding(("name",), f"there is a fault {settings.name!r} already; give another name", settings.name)
+    for field in ("at", "until"):
+        time = getattr(settings, field, None)
+        if time is not None and latest(time) < now:
+            yield Finding((field,), f"{latest(time):g} s is over; it is {now:g} s now", time)
+    if settings.when is not None:
+        for flaw in check_pattern(settings.when, there):
+            yield replace(flaw, path=("when", *flaw.path))
+
+
+def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
+    """Yield what a fault needs to begin and what is not there."""
     for field, noun, known in (("robot", "robot", there.robots), ("door", "door", there.doors)):
         name = getattr(settings, field, None)
         if name is not None and name not in known:
@@ -90,12 +107,35 @@ def flaws(
     if lane is not None and lane not in there.lanes and lane[::-1] not in there.lanes:
         known = [f"{a}-{b}" for a, b in there.lanes]
         yield Finding(("lane",), f"no lane {'-'.join(lane)!r}{instead('-'.join(lane), known)}", list(lane))
-    if settings.name in names:
-        yield Finding(("name",), f"there is a fault {settings.name!r} already; give another name", settings.name)
-    for field in ("at", "until"):
-        time = getattr(settings, field, None)
-        if time is not None and latest(time) < now:
-            yield Finding((field,), f"{latest(time):g} s is over; it is {now:g} s now", time)
+
+
+def check_pattern(pattern: EventPattern, there: There) -> Iterator[Finding]:
+    """Yield why no event of this world can be meant; items may be made by orders, so their names are not checked."""
+    flawed = [*pattern.flaws()]
+    yield from flawed
+    known: Mapping[str, tuple[str, Collection[str]]] = {
+        "robot": ("robot", there.robots),
+        "door": ("door", there.doors),
+        "action": ("action", actions()),
+        "fault": ("fault type", registry()),
+    }
+    told = {flaw.path for flaw in flawed}
+    asked: list[tuple[tuple[str, ...], Any]] = [(("robot",), pattern.robot), (("action",), pattern.action)]
+    asked += [(("where", field), value) for field, value in pattern.where.items()]
+    for path, name in asked:
+        noun, names = known.get(path[-1], ("", ()))
+        if isinstance(name, str) and noun and path not in told and name not in names and name != WORLD:
+            yield Finding(path, f"no {noun} {name!r}{instead(name, names)}", name)
+    yield from _check_served(pattern, there)
+
+
+def _check_served(pattern: EventPattern, there: There) -> Iterator[Finding]:
+    """Yield that a robot does not serve an action, for want of a component."""
+    action = actions().get(pattern.action or "")
+    carried = there.robots.get(pattern.robot or "")
+    if action is not None and carried is not None and action.component is not None and action.component not in carried:
+        text = f"{pattern.robot} does not serve {action.name}: it has no {action.component}"
+        yield Finding(("action",), text, action.name)
 
 
 def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
@@ -115,6 +155,8 @@ def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
 
 def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
     """Return whether a missing name may be missing because of another error."""
+    if flaw.path[0] == "when":
+        return lost.has(str(flaw.value), "robots", "doors") or bool(lost and flaw.path[-1] in ("robot", "action"))
     if flaw.path == ("lane",):
         return lost.has("", "lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
     return lost.has(settings.subject, "robots", "doors") or bool(lost and flaw.path in (("robot",), ("sensor",)))

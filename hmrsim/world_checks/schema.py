@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from hmrsim import distributions
+from hmrsim import faults as kinds_of_faults
 from hmrsim.components import registry as components
 from hmrsim.faults import registry as faults
 from hmrsim.traffic.policies import registry as policies
@@ -77,8 +78,9 @@ def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, A
 
 
 def _model(name: str, module: object) -> type[BaseModel]:
-    """Return the model of a definition: a distribution, or one of a module."""
-    found: type[BaseModel] = getattr(distributions, name, None) or getattr(module, name)
+    """Return the model of a definition: a distribution, what all faults have, or one of a module."""
+    places = (distributions, kinds_of_faults, module)
+    found: type[BaseModel] = next(getattr(place, name) for place in places if hasattr(place, name))
     return found
 
 

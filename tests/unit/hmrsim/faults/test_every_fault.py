@@ -37,6 +37,24 @@ def test_its_example_begins_and_ends(fault):
     assert [(2.0, "fault_began"), (3.0 if fault.lasts else 2.0, "fault_ended")] == kinds(log)
 
 
+def test_its_example_begins_after_an_event(fault):
+    """Where a world file says which, instead of a time."""
+    until = {"duration": 1.0} if fault.lasts else {}
+    when = {"event": "simulation_state", "nth": 2, "after": 0.5}
+    run = simulate({**WORLD, "faults": [{"type": fault.name, **fault.example, **until, "when": when}]})
+    run.simulator.advance(1.0)
+    for state in (2, 1):
+        run.ask("set_simulation_state", {"state": {"state": state}})
+    log = run(until=5.0)
+
+    assert [(1.5, "fault_began"), (2.5 if fault.lasts else 1.5, "fault_ended")] == kinds(log)
+
+
+def test_its_form_asks_for_no_event(fault):
+    """People at a page see it themselves."""
+    assert "when" not in fault.form()["properties"]
+
+
 def test_it_can_be_injected_and_cleared(fault):
     """While the simulation runs, by the name that the answer gives."""
     run = simulate(WORLD)

@@ -53,7 +53,7 @@ def test_faults_that_make_sense_are_no_problem():
         (
             {"type": "claw_drops", "robot": "eve", "until": 5},
             "faults.0.until",
-            "unknown key 'until'; there are name, at, mean_time_between, robot, probability",
+            "unknown key 'until'; there are name, at, mean_time_between, when, robot, probability",
         ),
         ({"type": "claw_drops", "robot": "cart"}, "faults.0.robot", "cart has no claw; there are none"),
         (

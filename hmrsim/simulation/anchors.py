@@ -1,0 +1,91 @@
+"""The faults that wait for an event, and what they have seen of those that they wait for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hmrsim.events import registry as events
+from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+
+if TYPE_CHECKING:
+    from hmrsim.faults import Anchor
+    from hmrsim.protocol.outputs import Output
+
+
+@dataclass(slots=True)
+class _Waiting:
+    """One that waits: for its *left*-th event from now on."""
+
+    anchor: Anchor
+    came: Callable[[], None]
+    left: int
+
+
+class Anchors:
+    """A sink that counts the events which faults wait for; it wants nothing while none waits.
+
+    Args:
+        changed: Called when it wants other topics than before.
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self._changed = changed
+        self._waiting: dict[str, dict[str, _Waiting]] = {}
+
+    def add(self, name: str, anchor: Anchor, came: Callable[[], None]) -> None:
+        """Call *came* once, in the middle of the instant, when the nth event from now on comes that is meant."""
+        for kind in anchor.kinds:
+            new = kind not in self._waiting
+            self._waiting.setdefault(kind, {})[name] = _Waiting(anchor, came, anchor.nth)
+            if new:
+                self._changed()
+
+    def remove(self, name: str) -> None:
+        """Let a fault wait no longer; one that does not is passed over."""
+        for kind in [kind for kind, waiting in self._waiting.items() if name in waiting]:
+            self._drop(kind, name)
+
+    def _drop(self, kind: str, name: str) -> None:
+        del self._waiting[kind][name]
+        if not self._waiting[kind]:
+            del self._waiting[kind]
+            self._changed()
+
+    @property
+    def waits(self) -> bool:
+        """Whether any fault waits."""
+        return bool(self._waiting)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is wanted: events, and those of motion if a fault waits for one."""
+        if topic is Topic.MOTION:
+            return any(not events()[kind].traced for kind in self._waiting)
+        return topic is Topic.EVENTS and self.waits
+
+    def emit(self, output: Output) -> None:
+        """Count an event for those that wait for it."""
+        if not self._waiting or not isinstance(output, (GoalChanged, EventStamped)):
+            return
+        kind = GoalStatusChanged.kind if isinstance(output, GoalChanged) else output.kind
+        waiting = self._waiting.get(kind, {})
+        come = [(name, each) for name, each in waiting.items() if _is_meant(each.anchor, output) and _is_last(each)]
+        for name, each in come:
+            self._drop(kind, name)
+            each.came()
+
+
+def _is_meant(anchor: Anchor, output: GoalChanged | EventStamped) -> bool:
+    if isinstance(output, EventStamped):
+        return anchor.matches(output.event)
+    if anchor.goal is not None:
+        return anchor.matches_goal(output.robot, output.action, output.status)
+    return anchor.matches(output.event())
+
+
+def _is_last(waiting: _Waiting) -> bool:
+    waiting.left -= 1
+    return waiting.left == 0
