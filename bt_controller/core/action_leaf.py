@@ -95,6 +95,11 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         return None if isinstance(self._action, str) else self._action
 
     @property
+    def handle(self) -> GoalHandle[R, F] | None:
+        """The handle of the latest goal; None before the first one, and if it could not be sent."""
+        return self._handle
+
+    @property
     def open_goals(self) -> list[GoalHandle[R, F]]:
         """The goals that are not done; more than one while a canceled goal has not ended."""
         self._open = [handle for handle in self._open if not handle.done]

@@ -21,6 +21,7 @@ from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
+    from bt_controller.coverage import TreeCoverage
     from bt_controller.loading.trees import Plan
     from hmrsim.actions import AnyAction
     from hmrsim_zenoh.client.client import Client
@@ -46,13 +47,20 @@ class Mission:
         fleet: The names of those several robots.
         resume: Under which name its goals are found again when a controller goes on where another one ended; None to
             begin anew each time.
+        coverage: Where to count what happens to the tree's nodes, if anywhere.
 
     Raises:
         TreeError: The tree can't be built.
     """
 
     def __init__(
-        self, robot: str, plan: Plan, *, fleet: Sequence[str] | None = None, resume: str | None = None
+        self,
+        robot: str,
+        plan: Plan,
+        *,
+        fleet: Sequence[str] | None = None,
+        resume: str | None = None,
+        coverage: TreeCoverage | None = None,
     ) -> None:
         self.robot = robot
         self._robots = (robot,) if fleet is None else tuple(fleet)
@@ -60,6 +68,8 @@ class Mission:
         self._board = Board()
         with self._board.in_use():
             self.root = plan.build(*self._robots)
+        own = robot if fleet is None else None
+        self._recorder = None if coverage is None else coverage.watch(plan.name, self.root, robot=own)
         self._successes_due = 2 if plan.confirmed else 1
         self._ticks = 0
         self._changes = 0
@@ -132,7 +142,10 @@ class Mission:
         self._changes = self._board.changes
         try:
             with self._ticking, self._board.in_use(), simulated_time(now):
-                self.root.tick_once()
+                if self._recorder is None:
+                    self.root.tick_once()
+                else:
+                    self._recorder.tick()
         except (SimulatorNotFound, SimulatorGone):
             raise
         except Exception as error:
@@ -159,8 +172,14 @@ class Mission:
                 " it sends goals that end at once, again and again"
             )
 
+    def end_coverage(self) -> None:
+        """Count nothing of the tree any more: what ends now ends with the run."""
+        if self._recorder is not None:
+            self._recorder.end()
+
     def interrupt(self, now: float | None = None) -> None:
         """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""
+        self.end_coverage()
         with self._ticking, self._board.in_use(), simulated_time(now):
             self._stopped = True
             try:
@@ -210,15 +229,17 @@ def told(error: Exception) -> str:
     return str(error) if isinstance(error, HmrsimError) else described(error)
 
 
-def missions_for(robots: Sequence[str], plan: Plan, *, resume: str | None = None) -> list[Mission]:
+def missions_for(
+    robots: Sequence[str], plan: Plan, *, resume: str | None = None, coverage: TreeCoverage | None = None
+) -> list[Mission]:
     """Return a mission for each of some robots, or one for all if the tree is one for all.
 
     Raises:
         TreeError: The tree can't be built.
     """
     if plan.takes_robots:
-        return [Mission(_FLEET, plan, fleet=robots, resume=resume)]
-    return [Mission(robot, plan, resume=resume) for robot in robots]
+        return [Mission(_FLEET, plan, fleet=robots, resume=resume, coverage=coverage)]
+    return [Mission(robot, plan, resume=resume, coverage=coverage) for robot in robots]
 
 
 def prepare(missions: Iterable[Mission]) -> None:

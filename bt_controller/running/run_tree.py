@@ -11,6 +11,7 @@ from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 
 if TYPE_CHECKING:
+    from bt_controller.coverage import TreeCoverage
     from bt_controller.loading.trees import Plan
     from bt_controller.running.mission import Mission
     from bt_controller.running.runner import Outcome
@@ -27,6 +28,7 @@ def run_tree(
     *,
     period: float | None = None,
     show: Callable[[Mission, float | None], None] | None = None,
+    coverage: TreeCoverage | None = None,
 ) -> Outcome:
     """Run a tree for each of some robots, or for all of them if it is one for all; return how that ended.
 
@@ -36,6 +38,7 @@ def run_tree(
         robots: The names of the robots.
         period: Simulated seconds between ticks of every tree; None to tick where it is needed only.
         show: Called after each tick of a tree with its mission and the simulated time, or None.
+        coverage: Where to count what happens to the nodes of the trees, if anywhere.
 
     Raises:
         TreeError: The tree can't be built.
@@ -45,7 +48,7 @@ def run_tree(
         Idle: A tree waits for what can't happen.
         Dropped: The simulator goes on without this client.
     """
-    missions = missions_for(robots, plan)
+    missions = missions_for(robots, plan, coverage=coverage)
     feedback = period is not None or any(mission.wants_feedback for mission in missions)
     mailbox = Mailbox()
     clock = clock_for(client, mailbox, feedback=feedback, grace=_GRACE)

@@ -159,6 +159,8 @@ class Runner:
             return self._outcome(interrupted=self._stopped())
         except (SimulatorNotFound, SimulatorGone):
             # Their goals have failed by now, and nodes that wait for something else would wait forever.
+            for mission in self._missions:
+                mission.end_coverage()
             with suppress(SimulatorNotFound, SimulatorGone):
                 self._tick(self._numbers.values())
             return self._outcome(gone=True)

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import json
 import logging
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Protocol
 
 from py_trees.common import Status
+
+from bt_controller.core.tree_paths import paths
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -93,18 +94,3 @@ class Transitions:
 
         node.tick = ticked  # type: ignore[method-assign]
         node.stop = stopped  # type: ignore[method-assign]
-
-
-def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
-    """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
-    yield from _below(root, root.name)
-
-
-def _below(node: Behaviour, path: str) -> Iterator[tuple[Behaviour, str]]:
-    yield node, path
-    alike = Counter(child.name for child in node.children)
-    seen: Counter[str] = Counter()
-    for child in node.children:
-        seen[child.name] += 1
-        number = f"[{seen[child.name]}]" if alike[child.name] > 1 else ""
-        yield from _below(child, f"{path}/{child.name}{number}")

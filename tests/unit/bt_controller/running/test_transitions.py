@@ -12,9 +12,10 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
+from bt_controller.core.tree_paths import paths
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
-from bt_controller.watching.transitions import Transitions, paths
+from bt_controller.watching.transitions import Transitions
 
 
 class Log:

@@ -1,0 +1,11 @@
+"""Coverage of behaviour trees: which nodes were ticked, how they ended, and what never happened.
+
+`outcomes` names what can happen to a node, `kinds` knows what can happen to a node of a kind at its place in a tree,
+`recording` listens to a tree while it is ticked, and `tree_coverage` counts, merges and keeps.
+"""
+
+from __future__ import annotations
+
+from bt_controller.coverage.tree_coverage import CoverageError, NodeCoverage, TreeCoverage
+
+__all__ = ["CoverageError", "NodeCoverage", "TreeCoverage"]

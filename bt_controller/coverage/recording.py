@@ -1,0 +1,203 @@
+"""Listening to a tree while it is ticked.
+
+Nothing happens where nobody asks. Otherwise each tick costs a count for each node that is ticked; halts are heard by
+each node's ``stop``, and suspensions by each action leaf's ``suspend``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+
+from py_trees.common import Status
+
+from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import Node
+from bt_controller.core.tree_paths import paths
+from bt_controller.coverage.kinds import possible_outcomes, recovers
+from bt_controller.coverage.outcomes import (
+    CANCELED,
+    FAILURE,
+    RECOVERED,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
+    ended_with_run,
+    ending_of,
+)
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from py_trees.behaviour import Behaviour
+
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
+
+Counted: TypeAlias = "tuple[Behaviour, frozenset[str], Counter[str]]"
+"""A node, what can happen to it, and what is counted of it."""
+
+_SELF: Final = "{robot}"
+
+
+class Watched(NamedTuple):
+    """A node of a tree that is watched."""
+
+    node: Behaviour
+    place: tuple[int, ...]
+    path: str
+    origin: str
+    possible: frozenset[str]
+
+
+def watched(root: Behaviour, robot: str | None) -> Iterator[Watched]:
+    """Yield the nodes of a tree, parents first; the robot's name in paths is ``{robot}``."""
+    possible = dict(possible_outcomes(root))
+    own = None if robot is None else re.compile(rf"\b{re.escape(robot)}\b")
+    places: dict[Behaviour, tuple[int, ...]] = {root: ()}
+    for node, path in paths(root):
+        for index, child in enumerate(node.children):
+            places[child] = (*places[node], index)
+        shown = path if own is None else own.sub(_SELF, path)
+        yield Watched(node, places[node], shown, node.origin if isinstance(node, Node) else "", possible[node])
+
+
+@dataclass(eq=False)
+class _Seen:
+    """What is known of a node of the tree that is ticked.
+
+    Attributes:
+        number: Its number, parents before their children.
+        end: The number after that of the last node below it.
+        counts: What was counted.
+        recoverable: Whether a node above it may make up for its failure.
+        recovers: Whether it makes up for failures of its children.
+        handle: The goal whose end was counted last.
+    """
+
+    number: int
+    end: int
+    counts: Counter[str]
+    recoverable: bool
+    recovers: bool
+    leaf: ActionLeaf[Any, Any, Any] | None
+    handle: GoalHandle[Any, Any] | None = None
+
+
+class Recorder:
+    """Ticks a tree, and counts what happens to its nodes.
+
+    Args:
+        root: The tree, before its first tick.
+        counted: Returns the tree's nodes and what is counted of them; called again if the tree has grown.
+    """
+
+    def __init__(self, root: Behaviour, counted: Callable[[], Sequence[Counted]]) -> None:
+        self._root = root
+        self._counted = counted
+        self._seen: dict[Behaviour, _Seen] = {}
+        self._by_number: list[_Seen] = []
+        self._failed: set[int] = set()
+        self._ended = False
+        self._look()
+
+    def tick(self) -> None:
+        """Tick the tree once."""
+        if self._ended:
+            self._root.tick_once()
+            return
+        for node in self._root.tick():
+            if not self._ended:
+                self._note(node)
+
+    def end(self) -> None:
+        """Count nothing any more: what stops now is stopped with the run, not by the tree."""
+        self._ended = True
+
+    def counts_of(self, node: Behaviour) -> Counter[str]:
+        """Return what was counted of a node so far, in all trees with this node."""
+        return self._of(node).counts
+
+    def _note(self, node: Behaviour) -> None:
+        """Count the result of a tick."""
+        seen = self._of(node)
+        status, counts = node.status, seen.counts
+        if status is Status.RUNNING:
+            counts[RUNNING] += 1
+            return
+        if seen.leaf is not None:
+            if ended_with_run(seen.leaf.handle):
+                self.end()
+                return
+            self._note_goal(seen, seen.leaf.handle)
+        if status is Status.SUCCESS:
+            counts[SUCCESS] += 1
+            if seen.recovers and self._failed:
+                self._recovered(seen)
+        elif status is Status.FAILURE:
+            counts[FAILURE] += 1
+            if seen.recoverable:
+                self._failed.add(seen.number)
+            elif seen.number == 0:
+                self._failed.clear()
+        else:
+            counts[SKIPPED] += 1
+
+    @staticmethod
+    def _note_goal(seen: _Seen, handle: GoalHandle[Any, Any] | None) -> None:
+        """Count how a goal has ended, once."""
+        if handle is not None and handle is not seen.handle and handle.done:
+            seen.handle = handle
+            if ending := ending_of(handle):
+                seen.counts[ending] += 1
+
+    def _recovered(self, above: _Seen) -> None:
+        for number in [each for each in self._failed if above.number < each < above.end]:
+            self._failed.discard(number)
+            self._by_number[number].counts[RECOVERED] += 1
+
+    def _halted(self, seen: _Seen) -> None:
+        if not self._ended:
+            seen.counts[CANCELED] += 1
+            # What has failed below it has not been made up for.
+            self._failed.difference_update(range(seen.number, seen.end))
+
+    def _of(self, node: Behaviour) -> _Seen:
+        if node not in self._seen:
+            self._look()
+        return self._seen[node]
+
+    def _look(self) -> None:
+        """Number the nodes, and listen to those that are new."""
+        self._failed.clear()
+        self._by_number.clear()
+        for number, (node, possible, counts) in enumerate(self._counted()):
+            size = sum(1 for _ in node.iterate())
+            leaf = node if isinstance(node, ActionLeaf) else None
+            seen = _Seen(number, number + size, counts, RECOVERED in possible, recovers(node), leaf)
+            self._by_number.append(seen)
+            if node not in self._seen:
+                self._listen(node)
+            self._seen[node] = seen
+
+    def _listen(self, node: Behaviour) -> None:
+        stop: Callable[[Status], None] = node.stop
+
+        def stopped(new_status: Status = Status.INVALID) -> None:
+            runs = node.status is Status.RUNNING
+            stop(new_status)
+            if runs and new_status is Status.INVALID:
+                self._halted(self._seen[node])
+
+        node.stop = stopped  # type: ignore[method-assign]
+        if isinstance(node, ActionLeaf):
+            suspend: Callable[[], None] = node.suspend
+
+            def suspended() -> None:
+                active = node.status is Status.RUNNING and node.handle is not None and not node.handle.done
+                suspend()
+                if active and not self._ended:
+                    self._seen[node].counts[CANCELED] += 1
+
+            node.suspend = suspended  # type: ignore[method-assign]

@@ -1,0 +1,221 @@
+"""The coverage of behaviour trees: counts of what happened to each node, which can be merged and kept as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from bt_controller.coverage.outcomes import ENDINGS, FAILURE, RUNNING, SKIPPED, SUCCESS
+from bt_controller.coverage.recording import Recorder, watched
+from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+_FORMAT: Final = "hmrsim tree coverage 1"
+
+
+class CoverageError(HmrsimError):
+    """A text is no coverage of trees, or a file can't be read; the text says which."""
+
+
+@dataclass
+class NodeCoverage:
+    """What happened to a node, in all trees that have it at this path.
+
+    Attributes:
+        place: Which child of each parent, from the root.
+        path: The names from the root; siblings of one name are numbered, and the robot's own name is ``{robot}``.
+        kind: Its class.
+        origin: File and line, if it comes from a file.
+        possible: What can happen to it, as far as that is known without running it.
+        counts: How often each outcome was seen: statuses by ticks, the other outcomes each time that they happen.
+    """
+
+    place: tuple[int, ...]
+    path: str
+    kind: str
+    origin: str = ""
+    possible: frozenset[str] = frozenset()
+    counts: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def name(self) -> str:
+        """The last part of the path."""
+        return self.path.rpartition("/")[2] if self.place else self.path
+
+    @property
+    def ticks(self) -> int:
+        """The number of its ticks."""
+        return sum(self.counts[status] for status in (SUCCESS, FAILURE, RUNNING, SKIPPED))
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The outcomes that count for the share: those that can happen, and those that were seen nevertheless."""
+        return tuple(each for each in ENDINGS if each in self.possible or self.counts[each])
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The outcomes that count, and never happened."""
+        return tuple(each for each in self.points if not self.counts[each])
+
+    def merge(self, other: NodeCoverage) -> None:
+        """Add what happened to the node elsewhere."""
+        self.place = min(self.place, other.place)
+        self.origin = self.origin or other.origin
+        self.possible |= other.possible
+        self.counts.update(other.counts)
+
+
+@dataclass
+class _Tree:
+    """The nodes of a tree by path, and how many trees of the name were run."""
+
+    runs: int = 0
+    nodes: dict[str, NodeCoverage] = field(default_factory=dict)
+
+    def merge(self, other: _Tree) -> None:
+        self.runs += other.runs
+        for path, node in other.nodes.items():
+            self.nodes.setdefault(path, NodeCoverage(node.place, path, node.kind)).merge(node)
+
+    def in_order(self) -> list[NodeCoverage]:
+        return sorted(self.nodes.values(), key=lambda node: (node.place, node.path))
+
+
+class TreeCoverage:
+    """What happened to the nodes of trees, by the trees' names; empty at first.
+
+    Trees of one name are counted together: those of several robots, and of several runs.
+    """
+
+    def __init__(self) -> None:
+        self._trees: dict[str, _Tree] = {}
+
+    @property
+    def trees(self) -> tuple[str, ...]:
+        """The names of the trees, in order."""
+        return tuple(sorted(self._trees))
+
+    def runs(self, tree: str) -> int:
+        """Return how many trees of a name were run."""
+        return self._trees[tree].runs
+
+    def nodes(self, tree: str) -> list[NodeCoverage]:
+        """Return the nodes of a tree, parents before their children."""
+        return self._trees[tree].in_order()
+
+    def watch(self, name: str, root: Behaviour, *, robot: str | None = None) -> Recorder:
+        """Return what ticks a tree and counts here what happens.
+
+        Args:
+            name: The tree's name.
+            root: The tree, before its first tick.
+            robot: The robot whose tree it is, so that those of several robots are counted together.
+        """
+        tree = self._trees.setdefault(name, _Tree())
+        tree.runs += 1
+
+        def counts() -> list[tuple[Behaviour, frozenset[str], Counter[str]]]:
+            found = []
+            for seen in watched(root, robot):
+                mine = NodeCoverage(seen.place, seen.path, type(seen.node).__name__, seen.origin, seen.possible)
+                known = tree.nodes.setdefault(seen.path, mine)
+                if known is not mine:
+                    known.merge(mine)
+                found.append((seen.node, seen.possible, known.counts))
+            return found
+
+        return Recorder(root, counts)
+
+    def merge(self, other: TreeCoverage) -> None:
+        """Add another coverage."""
+        for name in other.trees:
+            self._trees.setdefault(name, _Tree()).merge(other._trees[name])
+
+    def keys(self) -> frozenset[str]:
+        """Return what happened, without how often: texts such as ``TREE/PATH:FAILURE`` or ``TREE/PATH:ABORTED/204``."""
+        return frozenset(
+            f"{name}/{path}:{outcome}"
+            for name, tree in self._trees.items()
+            for path, node in tree.nodes.items()
+            for outcome, count in node.counts.items()
+            if count
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the coverage as JSON values, in an order that depends on nothing but the contents."""
+        return {
+            "format": _FORMAT,
+            "trees": {
+                name: {"runs": self.runs(name), "nodes": [_plain(node) for node in self.nodes(name)]}
+                for name in self.trees
+            },
+        }
+
+    @classmethod
+    def from_json(cls, values: Mapping[str, Any] | str | bytes) -> Self:
+        """Return the coverage that `to_json` has told, of its values or of their text.
+
+        Raises:
+            CoverageError: It has told something else.
+        """
+        try:
+            read = _File.model_validate(json.loads(values) if isinstance(values, (str, bytes)) else values)
+        except (ValidationError, ValueError) as error:
+            why = _reason(error)
+            raise CoverageError(
+                f"no coverage of trees: {why}; expected what --coverage FILE.json has written"
+            ) from None
+        found = cls()
+        for name, tree in read.trees.items():
+            known = found._trees.setdefault(name, _Tree(tree.runs))
+            for node in tree.nodes:
+                known.nodes[node.path] = NodeCoverage(
+                    tuple(node.place), node.path, node.kind, node.origin, frozenset(node.possible), Counter(node.counts)
+                )
+        return found
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _NodeFile(_Part):
+    place: list[Annotated[int, Field(ge=0)]]
+    path: str
+    kind: str
+    origin: str = ""
+    possible: list[str]
+    counts: dict[str, Annotated[int, Field(ge=0)]]
+
+
+class _TreeFile(_Part):
+    runs: Annotated[int, Field(ge=0)]
+    nodes: list[_NodeFile]
+
+
+class _File(_Part):
+    format: Annotated[str, Field(pattern=f"^{_FORMAT}$")]
+    trees: dict[str, _TreeFile]
+
+
+def _plain(node: NodeCoverage) -> dict[str, Any]:
+    told: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
+    if node.origin:
+        told["origin"] = node.origin
+    counts = {outcome: count for outcome, count in sorted(node.counts.items()) if count}
+    return {**told, "possible": sorted(node.possible), "counts": counts}
+
+
+def _reason(error: Exception) -> str:
+    """Return the first reason as one line."""
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        return f"{'.'.join(map(str, first['loc'])) or 'the file'}: {first['msg']}"
+    return str(error)

@@ -1,0 +1,238 @@
+"""What is counted while a tree is ticked."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.behaviours import Failure, Running, StatusQueue, Success
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.decorators import Inverter, Retry
+
+from bt_controller.behaviours.wait import Wait
+from bt_controller.core.suspension import suspend
+from bt_controller.coverage import TreeCoverage
+from bt_controller.loading.trees import Plan
+from bt_controller.running.mission import Mission
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.errors import RequestTimeout
+
+
+class Stage:
+    """A tree that is ticked and watched.
+
+    Attributes:
+        goals: The tickets of its goals.
+    """
+
+    def __init__(self, client, function, robot="wall_e"):
+        self.coverage = TreeCoverage()
+        plan = Plan("test", function, takes_robot=False, confirmed=False)
+        self.mission = Mission(robot, plan, coverage=self.coverage)
+        for node in self.mission.root.iterate():
+            node.setup(client=client, robot=robot)
+        self.goals = client.goals
+
+    def tick(self, times=1):
+        """Tick the tree."""
+        for _ in range(times):
+            self.mission.tick(0.0)
+
+    def counts(self, path):
+        """Return what was counted of a node."""
+        return next(dict(node.counts) for node in self.coverage.nodes("test") if node.path == path)
+
+
+@pytest.fixture
+def stage(client):
+    """Return what watches a tree."""
+    return lambda function: Stage(client, function)
+
+
+def queue(name, *statuses):
+    """Return a leaf that returns these statuses, one a tick."""
+    return StatusQueue(name, queue=list(statuses), eventually=statuses[-1])
+
+
+def test_each_tick_of_a_node_counts(stage):
+    """A node that runs twice and then succeeds has three ticks."""
+    seen = stage(lambda: queue("A", Status.RUNNING, Status.RUNNING, Status.SUCCESS))
+    seen.tick(3)
+
+    assert {"RUNNING": 2, "SUCCESS": 1} == seen.counts("A")
+
+
+def test_a_node_that_was_not_ticked_is_known(stage):
+    """So that it can be told that it never was."""
+    seen = stage(lambda: Sequence("Root", memory=True, children=[Failure("A"), Success("B")]))
+    seen.tick()
+
+    assert {} == seen.counts("Root/B")
+
+
+def test_a_node_that_is_halted_while_it_runs_was_canceled(stage):
+    """A selector without memory halts what runs as soon as something better does."""
+    better = queue("A", Status.FAILURE, Status.RUNNING)
+    seen = stage(lambda: Selector("Root", memory=False, children=[better, Running("B")]))
+    seen.tick(2)
+
+    assert {"RUNNING": 1, "CANCELED": 1} == seen.counts("Root/B")
+
+
+def test_what_stops_with_the_run_was_not_canceled(stage):
+    """The tree did not halt it."""
+    seen = stage(lambda: Running("A"))
+    seen.tick()
+    seen.mission.interrupt()
+
+    assert {"RUNNING": 1} == seen.counts("A")
+
+
+def test_a_failure_after_which_another_child_succeeds_is_recovered(stage):
+    """The selector succeeds nevertheless."""
+    seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
+    seen.tick()
+
+    assert {"FAILURE": 1, "RECOVERED": 1} == seen.counts("Root/A")
+
+
+def test_a_failure_further_below_is_recovered_too(stage):
+    """Its sequence fails with it, and the selector makes up for both."""
+
+    def tree():
+        steps = Sequence("Steps", memory=True, children=[Success("A"), Failure("B")])
+        return Selector("Root", memory=True, children=[steps, Success("C")])
+
+    seen = stage(tree)
+    seen.tick()
+
+    assert {"FAILURE": 1, "RECOVERED": 1} == seen.counts("Root/Steps/B")
+
+
+def test_a_failure_after_which_all_fails_is_not_recovered(stage):
+    """Nothing has made up for it."""
+    seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Failure("B")]))
+    seen.tick()
+
+    assert {"FAILURE": 1} == seen.counts("Root/A")
+
+
+def test_a_step_that_succeeds_when_it_is_tried_again_is_recovered(stage):
+    """The first attempt's failure counts until the decorator has ended."""
+
+    def tree():
+        steps = Sequence("Steps", memory=True, children=[Success("A"), queue("B", Status.FAILURE, Status.SUCCESS)])
+        return Retry("Root", steps, 2)
+
+    seen = stage(tree)
+    seen.tick(2)
+
+    assert {"FAILURE": 1, "SUCCESS": 1, "RECOVERED": 1} == seen.counts("Root/Steps/B")
+
+
+def test_a_failure_that_is_an_answer_is_not_recovered(stage):
+    """An inverter wants its child to fail."""
+    seen = stage(
+        lambda: Selector("Root", memory=True, children=[Inverter("Not", Failure("A")), Success("B")]),
+    )
+    seen.tick()
+
+    assert {"FAILURE": 1} == seen.counts("Root/Not/A")
+
+
+def test_a_halt_forgets_failures(stage):
+    """What failed before it has not been made up for by what succeeds afterwards."""
+
+    def tree():
+        tried = Selector("Tried", memory=True, children=[queue("A", Status.FAILURE, Status.SUCCESS), Running("B")])
+        better = queue("Better", Status.FAILURE, Status.RUNNING, Status.FAILURE)
+        return Selector("Root", memory=False, children=[better, tried])
+
+    seen = stage(tree)
+    seen.tick(3)
+
+    assert {"FAILURE": 1, "SUCCESS": 1} == seen.counts("Root/Tried/A")
+
+
+def test_the_error_code_of_an_aborted_goal_is_counted(stage):
+    """Beside the leaf's failure."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].accept()
+    seen.goals[0].abort(701, "too long")
+    seen.tick()
+
+    assert {"RUNNING": 1, "FAILURE": 1, "ABORTED/701": 1} == seen.counts("A")
+
+
+def test_a_preempted_goal_is_told_from_other_aborted_ones(stage):
+    """The simulator says so by the goal's cause."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    goal = seen.goals[0]
+    goal._end(GoalStatus.ABORTED, goal.action.failure(700, "preempted by goal 2"), "preempted")
+    seen.tick()
+
+    assert {"RUNNING": 1, "FAILURE": 1, "PREEMPTED": 1} == seen.counts("A")
+
+
+def test_a_rejected_goal_is_counted(stage):
+    """It has not begun."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].reject("bad", "not now")
+    seen.tick()
+
+    assert {"RUNNING": 1, "FAILURE": 1, "REJECTED": 1} == seen.counts("A")
+
+
+def test_a_goal_of_unknown_end_is_lost(stage):
+    """The request was not answered."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].fail(RequestTimeout("no answer"))
+    seen.tick()
+
+    assert {"RUNNING": 1, "FAILURE": 1, "LOST": 1} == seen.counts("A")
+
+
+def test_a_goal_that_another_client_cancels_was_canceled(stage):
+    """The leaf fails with it."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].accept()
+    seen.goals[0].end_canceled()
+    seen.tick()
+
+    assert {"RUNNING": 1, "FAILURE": 1, "CANCELED": 1} == seen.counts("A")
+
+
+def test_a_suspended_goal_was_canceled_once(stage):
+    """The leaf goes on running, and its goal is sent again."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].accept()
+    suspend(seen.mission.root)
+    seen.goals[0].end_canceled()
+    seen.tick()
+
+    assert {"RUNNING": 2, "CANCELED": 1} == seen.counts("A")
+
+
+def test_the_trees_of_several_robots_are_counted_together():
+    """The robot's own name in a path is not part of it."""
+    coverage = TreeCoverage()
+    for robot in ("wall_e", "eve"):
+        plan = Plan("test", lambda name: Success(f"Errand of {name}"), takes_robot=True, confirmed=False)
+        Mission(robot, plan, coverage=coverage).tick(0.0)
+
+    assert {"test/Errand of {robot}:SUCCESS"} == coverage.keys()
+
+
+def test_a_tree_that_grows_is_counted_as_a_whole(stage):
+    """A composite that gets a child between two ticks is looked at again."""
+    seen = stage(lambda: Parallel("Root", ParallelPolicy.SuccessOnAll(), children=[Running("A")]))
+    seen.tick()
+    seen.mission.root.add_child(Running("B"))
+    seen.tick()
+
+    assert ({"RUNNING": 2}, {"RUNNING": 1}) == (seen.counts("Root/A"), seen.counts("Root/B"))
