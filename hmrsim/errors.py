@@ -6,6 +6,7 @@
     ├── WorldError              a world file can't be read or is invalid; carries every problem found
     ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
     ├── ExperimentError         the file of an experiment can't be read or is invalid; carries every problem found
+    ├── PropertyError           a file of properties can't be read or is invalid; carries every problem found
     ├── ResultsError            results of an experiment can't be read, or are of another one
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
@@ -89,6 +90,10 @@ class SettingsError(_FileError):
 
 class ExperimentError(_FileError):
     """The file of an experiment can't be read or is not valid; *problems* lists all problems in file order."""
+
+
+class PropertyError(_FileError):
+    """A file of properties can't be read or is not valid; *problems* lists all problems in file order."""
 
 
 class ResultsError(HmrsimError):

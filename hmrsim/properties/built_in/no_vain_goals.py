@@ -1,0 +1,110 @@
+"""The same goal to the same robot is not rejected or aborted again and again.
+
+Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
+of its goals preempts another, and any goal of the robot that succeeds ends the row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import BaseModel
+from pydantic_core import to_json
+
+from hmrsim.events.goals import GoalAccepted, SendGoalRejected
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.properties.observing.timeline import GoalSeen
+from hmrsim.properties.watcher import Watcher
+from hmrsim.protocol.goal import Cause, GoalStatus
+from hmrsim.report.occurrence import Commanded
+
+if TYPE_CHECKING:
+    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.properties.results import Tell, Verdict
+
+_ACCEPTED, _SUCCEEDED, _ABORTED = int(GoalStatus.ACCEPTED), int(GoalStatus.SUCCEEDED), int(GoalStatus.ABORTED)
+_OWN_DOING: Final = frozenset({Cause.PREEMPTED, Cause.CANCELED, Cause.RESET, Cause.ENDED, Cause.DELETED})
+_STAMP: Final = "stamp"
+
+
+class NoVainGoals(Watcher):
+    """Counts for each robot how often each goal has failed since one has succeeded.
+
+    Args:
+        limit: How often it may not fail in a row.
+    """
+
+    def __init__(self, limit: int, timeline: Timeline, tell: Tell) -> None:
+        super().__init__("no_vain_goals", tell)
+        self._limit = limit
+        self._asked: dict[tuple[str, str], Any] = {}
+        self._running: dict[tuple[str, str], Any] = {}
+        self._rows: dict[str, dict[Hashable, int]] = {}
+        self._most = 0
+        self._goals = 0
+        timeline.on(GoalSeen, self._goal)
+        timeline.on(GoalAccepted, lambda _at, event: self.ask(event.robot, event.action, event.goal))
+        timeline.on(Commanded, lambda _at, command: self._command(command))
+        timeline.on(SendGoalRejected, self._reject)
+        for kind in (SimulationReset, WorldLoaded):
+            timeline.on(kind, lambda _at, _event: self._rows.clear())
+
+    def ask(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
+        """Take note of what the next goal of a robot's action asks for."""
+        self._asked[robot, action] = message
+
+    def _command(self, command: Commanded) -> None:
+        line = command.line or {}
+        if line.get("command") == "send_goal":
+            self.ask(str(line.get("robot", "")), str(line.get("action", "")), line.get("goal"))
+
+    def _goal(self, at: int, goal: GoalSeen) -> None:
+        status, key = goal.status, (goal.robot, goal.goal_id)
+        if status == _ACCEPTED:
+            self._goals += 1
+            self._running[key] = self._asked.pop((goal.robot, goal.action), None)
+        elif status == _SUCCEEDED:
+            self._running.pop(key, None)
+            self._rows.pop(goal.robot, None)
+        elif status > _SUCCEEDED:
+            message = self._running.pop(key, None)
+            if status == _ABORTED and goal.cause not in _OWN_DOING:
+                self._fail(at, goal.robot, goal.action, _content(message), ("aborted", goal.cause))
+
+    def _reject(self, at: int, event: SendGoalRejected) -> None:
+        self._goals += 1
+        message = self._asked.pop((event.robot, event.action), None)
+        content: Hashable = event.error_msg if message is None else _content(message)
+        self._fail(at, event.robot, event.action, content, ("rejected", event.reason))
+
+    def _fail(self, at: int, robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
+        row = self._rows.setdefault(robot, {})
+        count = row[action, content] = row.get((action, content), 0) + 1
+        self._most = max(self._most, count)
+        if count == self._limit:
+            word, cause = how
+            reason = f"{word} {count} times in a row"
+            why = f" (the last time: {cause})" if cause else ""
+            self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
+
+    def unless_violated(self) -> Verdict:
+        """Return whether no goal was repeated in vain."""
+        if not self._goals:
+            return self._is("never_exercised", 1.0, "no goal was sent")
+        said = f"no goal failed more than {self._most} times in a row" if self._most > 1 else "no goal failed twice"
+        return self._is("holds", 1.0 - self._most / self._limit, said)
+
+
+def _content(message: BaseModel | Mapping[str, Any] | None) -> Hashable:
+    """Return what is equal for equal messages; of one that was made by a program only what was set."""
+    if isinstance(message, BaseModel):
+        message = message.model_dump(mode="json", exclude_unset=True)
+    return to_json(_unstamped(message))
+
+
+def _unstamped(value: Any) -> Any:
+    """Return plain values without times at which they were made, which differ from one goal to the same one."""
+    if isinstance(value, Mapping):
+        return {key: _unstamped(each) for key, each in value.items() if key != _STAMP}
+    return [_unstamped(each) for each in value] if isinstance(value, (list, tuple)) else value

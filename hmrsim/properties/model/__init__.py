@@ -1,0 +1,1 @@
+"""Files of properties: their model, how they are read, and whether a world has what they speak of."""

@@ -1,0 +1,41 @@
+"""The settings of the properties that are built in."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BeforeValidator, ValidationInfo
+
+from hmrsim.properties.model.part import Count, Part, Seconds
+
+
+def _default(value: Any, info: ValidationInfo) -> Any:
+    """Return the default where a file says ``true``."""
+    return _DEFAULTS[info.field_name or ""] if value is True else value
+
+
+_DEFAULTS: Final = {"no_deadlock": 60.0, "nobody_stranded": 120.0, "no_vain_goals": 5}
+
+_Limit = Annotated[Seconds | Literal[False], BeforeValidator(_default)]
+
+
+class BuiltIn(Part):
+    """Which properties that are built in are watched, and with which limits; ``false`` switches one off.
+
+    Attributes:
+        goals_end: Each accepted goal gets exactly one terminal status by the end of the run.
+        no_deadlock: Robots do not wait for each other in a circle for longer than so many simulated seconds.
+        nobody_stranded: No robot has an empty battery for longer than so many seconds without being charged.
+        orders_in_time: No order is late or lost.
+        controller_lives: The controller does not crash, hang, or run out of memory.
+        no_vain_goals: The same goal to the same robot is not rejected or aborted so many times in a row.
+        mission_ends: The controller ends before the limit of simulated time.
+    """
+
+    goals_end: bool = True
+    no_deadlock: _Limit = _DEFAULTS["no_deadlock"]
+    nobody_stranded: _Limit = _DEFAULTS["nobody_stranded"]
+    orders_in_time: bool = True
+    controller_lives: bool = True
+    no_vain_goals: Annotated[Count | Literal[False], BeforeValidator(_default)] = 5
+    mission_ends: bool = True

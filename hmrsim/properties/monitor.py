@@ -1,0 +1,90 @@
+"""The monitor of a run: it takes what happens, and says which properties hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.properties.built_in import NoVainGoals, watchers_of
+from hmrsim.properties.observing.timeline import GoalSeen, Timeline
+
+if TYPE_CHECKING:
+    from hmrsim.properties.model.file import Properties
+    from hmrsim.properties.results import Ended, Verdict, Violation
+    from hmrsim.properties.watcher import Watcher
+    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.world.model import World
+
+
+class Monitor:
+    """Watches over the properties of one run, with one occurrence after the other.
+
+    Args:
+        properties: What has to hold, as `hmrsim.properties.read_properties` returns it.
+        world: The world that is run.
+
+    Attributes:
+        violations: What was violated, in order of time.
+        timeline: The time of the run.
+    """
+
+    def __init__(self, properties: Properties, world: World) -> None:
+        self.violations: list[Violation] = []
+        self.timeline = Timeline()
+        self._told: Callable[[Violation], object] = lambda _violation: None
+        self._watchers: list[Watcher] = watchers_of(properties.built_in, world, self.timeline, self._tell)
+        self._vain = next((each for each in self._watchers if isinstance(each, NoVainGoals)), None)
+        self._goal_handlers = self.timeline.handlers.get(GoalSeen, ())
+        if self._goal_handlers:
+            self.timeline.on(GoalStatusChanged, self._status)
+        self._over = False
+
+    def take(self, occurrence: Occurrence) -> None:
+        """Take what has happened; nothing happens after the end."""
+        if not self._over:
+            self.timeline.take(occurrence)
+
+    def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
+        """Take the change of a goal, and when it was accepted what it asks for; cheaper than its event."""
+        if self._over:
+            return
+        if asked is not None and self._vain is not None:
+            self._vain.ask(seen.robot, seen.action, asked)
+        self.timeline.give(stamp, seen, self._goal_handlers)
+
+    def request(self, robot: str, action: str, asked: Any) -> None:
+        """Take note of what a goal asks for that may be rejected."""
+        if self._vain is not None:
+            self._vain.ask(robot, action, asked)
+
+    def end(self, at: int | None = None, ended: Ended | None = None) -> None:
+        """Take the end of the run.
+
+        Args:
+            at: When, in nanoseconds of simulated time; None for the time of the last occurrence.
+            ended: How; None where that is not known, as of a trace.
+        """
+        if self._over:
+            return
+        self.timeline.end(at)
+        self._over = True
+        for watcher in self._watchers:
+            watcher.end(self.timeline.now, ended)
+
+    def listen(self, told: Callable[[Violation], object]) -> None:
+        """Call a function with each violation from now on, as soon as it is found."""
+        self._told = told
+
+    def verdicts(self) -> list[Verdict]:
+        """Return the verdict on each property, first on those of the file."""
+        return [watcher.verdict() for watcher in self._watchers]
+
+    def _tell(self, violation: Violation) -> None:
+        self.violations.append(violation)
+        self._told(violation)
+
+    def _status(self, at: int, event: GoalStatusChanged) -> None:
+        seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
+        for handler in self._goal_handlers:
+            handler(at, seen)

@@ -1,0 +1,116 @@
+"""Files of properties: what can be said in them, and what is said about mistakes."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.errors import PropertyError
+from hmrsim.properties import properties_of, read_properties
+
+EXAMPLE = """
+properties:
+  medicine_arrives: {eventually: {item: medicine, at: ward_a, carried: false}, within: 600}
+  charged:          {always: {battery: "*", above: 0.05}}
+  keep_out:         {never: {robot: eve, at: lab}}
+  in_time:
+    {whenever: {event: order_placed}, then: {event: order_delivered, where: {order: $order}}, within: 900}
+  retries:          {whenever: {goal: aborted, robot: "*"}, then: {goal: accepted, robot: $robot}, within: 30}
+  door_used:        {sometimes: {event: door_opened}}
+  rounds:           {patrolling: [ward_a, ward_b], robot: eve, every: 300}
+  order_of_visits:  {ordered_visit: [pharmacy, ward_a], robot: wall_e}
+  few_visits:       {upper_restricted_avoidance: {robot: eve, at: lab}, count: 3}
+  react:
+    {instantaneous_reaction: {event: fault_began, where: {fault: breakdown}}, then: {robot: $robot, is: stopped}}
+built_in: {no_deadlock: false, nobody_stranded: true, no_vain_goals: 3}
+"""
+
+
+def told(said: object) -> list[str]:
+    """Return the errors of properties: path and message."""
+    with pytest.raises(PropertyError) as error:
+        properties_of(said)
+    return [f"{problem.path}: {problem.message}" for problem in error.value.problems]
+
+
+def test_a_file_is_read(tmp_path):
+    """All of the example is understood; true stands for the default of a property that is built in."""
+    (tmp_path / "p.yaml").write_text(EXAMPLE)
+
+    read = read_properties(tmp_path / "p.yaml")
+
+    assert (10, False, 120.0, 3) == (
+        len(read.properties),
+        read.built_in.no_deadlock,
+        read.built_in.nobody_stranded,
+        read.built_in.no_vain_goals,
+    )
+
+
+def test_all_errors_of_a_file_are_told_with_their_lines(tmp_path):
+    """Errors of form and of meaning are told at once, each with line, path and remedy."""
+    path = tmp_path / "p.yaml"
+    path.write_text(
+        "properties:\n"
+        "  a: {eventualy: {robot: eve, at: lab}}\n"
+        "  b: {never: {robot: eve, att: lab}}\n"
+        "  c: {sometimes: {event: door_opend}}\n"
+        "built_in: {no_deadlok: 3}\n"
+    )
+
+    with pytest.raises(PropertyError) as error:
+        read_properties(path)
+
+    assert [
+        (2, "properties.a", "is no property; did you mean 'eventually'?"),
+        (3, "properties.b.never.att", "unknown key 'att'; did you mean 'at'?"),
+        (4, "properties.c.sometimes.event", "there is no kind of event 'door_opend'; did you mean 'door_opened'?"),
+        (5, "built_in.no_deadlok", "unknown key 'no_deadlok'; did you mean 'no_deadlock'?"),
+    ] == [(each.line, each.path, each.message) for each in error.value.problems]
+
+
+def test_conditions_are_checked_at_any_depth():
+    """A mistake within conditions within conditions has its path."""
+    nested = {"sometimes": {"all": [{"not": {"any": [{"lane": ["a"], "is": "closed"}, {"robot": "eve"}]}}]}}
+
+    assert [
+        "properties.x.sometimes.all.0.not.any.0.lane: expected the two waypoints where the lane begins and ends, got 1",
+        "properties.x.sometimes.all.0.not.any.1: expected at: PLACE, is: STATE, or both",
+    ] == told({"properties": {"x": nested}})
+
+
+def test_a_field_of_no_trigger_is_an_error():
+    """``$order`` needs a trigger with such a field, and stands in ``then`` only."""
+    delivered = {"event": "order_delivered", "where": {"order": "$ordr"}}
+
+    assert [
+        "properties.x.then.where.order: the trigger has no field 'ordr'; did you mean 'order'?",
+        "properties.y.never.robot: '$robot' stands for a field of a trigger's event; it can be used in `then` of one",
+    ] == told(
+        {
+            "properties": {
+                "x": {"whenever": {"event": "order_placed"}, "then": delivered},
+                "y": {"never": {"robot": "$robot", "at": "lab"}},
+            }
+        }
+    )
+
+
+def test_the_name_of_a_built_in_property_is_taken():
+    """A verdict must say which property it is about."""
+    assert ["properties.goals_end: 'goals_end' is a property that is built in; give another name"] == told(
+        {"properties": {"goals_end": {"sometimes": {"event": "door_opened"}}}}
+    )
+
+
+def test_what_is_no_mapping_is_no_file(tmp_path):
+    """A list is told to be none."""
+    (tmp_path / "p.yaml").write_text("[1, 2]")
+
+    with pytest.raises(PropertyError, match=r"expected a mapping with properties, built_in or both, got \[1, 2\]"):
+        read_properties(tmp_path / "p.yaml")
+
+
+def test_a_file_that_is_not_there_is_an_error(tmp_path):
+    """The error is one of properties, with the file's name."""
+    with pytest.raises(PropertyError, match=r"none\.yaml: no such file"):
+        read_properties(tmp_path / "none.yaml")
