@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Generator, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from hmrsim.actions._inputs import Input, goal_schema, title_of
@@ -27,6 +28,19 @@ F_contra = TypeVar("F_contra", bound=Message, contravariant=True)
 
 FRAMES = ("", "map")
 """The frames of poses: the map, by its name or as the default."""
+
+
+_NO_ERRORS = frozenset({"NONE", "SUCCESS", "UNDEFINED", "GOAL_REJECTED", "SEND_GOAL_FAILURE", "ALL_GOALS"})
+"""The codes of results that no server aborts a goal with: what clients note, and what is none."""
+
+
+_PASSED_ON = MappingProxyType(
+    {
+        "navigate_to_pose": ("compute_path_to_pose", "follow_path"),
+        "navigate_through_poses": ("compute_path_through_poses", "follow_path"),
+    }
+)
+"""The actions whose codes are in the results of others."""
 
 
 def unknown_frame(frame: str) -> str:
@@ -171,6 +185,24 @@ AnyAction = Action[Any, Any, Any]
 def registry() -> dict[str, AnyAction]:
     """Return all actions by name."""
     return discover(sys.modules[__name__], "ACTION", Action)
+
+
+def error_codes(action: AnyAction) -> dict[int, str]:
+    """Return the names of the codes that say why the action's server aborts a goal, Nav2's or MoveIt's, by code.
+
+    Nav2's navigators pass on the codes of their planner and their controller.
+    """
+    passed_on = (_own_codes(registry()[name]) for name in _PASSED_ON.get(action.name, ()))
+    return {code: name for codes in (_own_codes(action), *passed_on) for code, name in codes.items()}
+
+
+def _own_codes(action: AnyAction) -> dict[int, str]:
+    code = action.result.model_fields.get("error_code")
+    kind = code.annotation if code is not None else None
+    source = kind if isinstance(kind, type) and issubclass(kind, Message) else action.result
+    named = ((name, getattr(source, name)) for name in dir(source) if name.isupper())
+    codes = {value: name for name, value in named if isinstance(value, int) and name not in _NO_ERRORS}
+    return dict(sorted(codes.items(), key=lambda entry: abs(entry[0])))
 
 
 def error_of(result: Message) -> str:

@@ -105,6 +105,28 @@ class Spell(Occurrence):
 S = TypeVar("S", bound=Occurrence)
 
 
+class GoalSite(Protocol):
+    """The goals of robots as faults see them. Each method returns what ends its effect."""
+
+    def reject(
+        self, robot: str, action: str | None, *, reason: str, why: str, done: Callable[[], None]
+    ) -> Callable[[], None]:
+        """Reject goals of an action, or of all if it is None, for a reason and a text; *done* is called with each."""
+
+    def abort(
+        self,
+        robot: str,
+        action: str | None,
+        *,
+        code: int | None,
+        why: str,
+        cause: str,
+        delay: float,
+        done: Callable[[], None],
+    ) -> Callable[[], None]:
+        """Abort goals some seconds after they began to execute, or now if they do so for longer; likewise."""
+
+
 class FaultSite(Protocol):
     """The entities of a world as faults see them."""
 
@@ -119,6 +141,10 @@ class FaultSite(Protocol):
     @property
     def admission(self) -> Admission:
         """What admits robots to lanes, and knows which are closed."""
+
+    @property
+    def goals(self) -> GoalSite:
+        """The goals of the robots."""
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""
@@ -136,6 +162,7 @@ class Case(Generic[S]):
         random: Its own stream of random numbers.
         concurrent: Returns the settings of other faults of this kind that are active on the same subject, in order of
             their beginnings.
+        finish: Ends it before its time, at this instant: it has done what it can do.
     """
 
     name: str
@@ -143,6 +170,7 @@ class Case(Generic[S]):
     roster: FaultSite
     random: random.Random
     concurrent: Callable[[], Sequence[S]]
+    finish: Callable[[], None]
 
     @property
     def robot(self) -> Robot:
@@ -241,6 +269,7 @@ __all__ = [
     "Case",
     "FaultSite",
     "FaultType",
+    "GoalSite",
     "Name",
     "Occurrence",
     "Probability",

@@ -20,6 +20,7 @@ from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.feedback import Feedback
+from hmrsim.goals.hindrances import Hindrances
 from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.sampling import Telemetry
     from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.goals.hindrances import Abortion
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, ChangeState, ForgetResult, GetResult, SendGoal, StopWaiting
@@ -74,6 +76,7 @@ class Dispatcher:
     Attributes:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
         nodes: The states of the ROS nodes that serve the actions.
+        hindrances: What faults do to goals.
         feedback: Publishes the feedback of goals.
     """
 
@@ -93,6 +96,7 @@ class Dispatcher:
         self.servers = ActionServers(actions, seed)
         self.cut_off = CutOff()
         self.nodes = NodeStates()
+        self.hindrances = Hindrances(env, self.servers.active, self._hinder)
         self.feedback = Feedback(
             env, self.servers, self.cut_off, telemetry, publisher=publisher, errors=errors, rate=feedback_rate
         )
@@ -139,6 +143,7 @@ class Dispatcher:
                 if rejection.code is None or command.goal is None or not _aborts(command.verdict, rejection):
                     raise
                 message, flaw = command.goal, (rejection.code, str(rejection))
+            self.hindrances.check(command)
         except GoalRejected as rejection:
             self._reject(command, rejection.reason, str(rejection))
             return
@@ -196,9 +201,15 @@ class Dispatcher:
             result = self._failed(goal, action.codes.busy, f"{name} is busy with {running}")
             self._end(goal, GoalEvent.ABORT, result, Cause.BUSY)
             return
+        hit = self.hindrances.met(name, action.name)
+        if hit is not None:
+            self._end(goal, GoalEvent.ABORT, self._failed(goal, self._code_of(hit, goal), hit.why), hit.cause)
+            hit.done()
+            return
         if needed:
             self._holders[needed] = goal
         goal.process = self._env.process(self._pursue(goal, message))
+        self.hindrances.begun(goal)
 
     def _begin(self, goal: ServedGoal, message: Message) -> None:
         """Publish that a goal executes."""
@@ -210,6 +221,14 @@ class Dispatcher:
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
         server.robot.act(server.action.name, begins=True)
+
+    def _hinder(self, goal: ServedGoal, hit: Abortion) -> None:
+        """Abort an executing goal, as a fault says."""
+        self._halt(goal, GoalEvent.ABORT, self._code_of(hit, goal), hit.why, hit.cause)
+
+    @staticmethod
+    def _code_of(hit: Abortion, goal: ServedGoal) -> int:
+        return goal.server.action.codes.unknown if hit.code is None else hit.code
 
     def _pursue(self, goal: ServedGoal, message: Message) -> Generator[Any, Any, None]:
         """Run the action's process and set the goal's terminal status, unless it was halted."""
@@ -307,6 +326,7 @@ class Dispatcher:
             return
         name = goal.server.robot.name
         self.feedback.finish(goal)
+        self.hindrances.ended(goal)
         needed = _needed(goal)
         if self._holders.get(needed) is goal:
             del self._holders[needed]

@@ -62,7 +62,7 @@ class GoalStatus(IntEnum):
 
 
 class Cause(StrEnum):
-    """Why a goal did not succeed, as an identifier; a fault that stops a robot has its own, the name of its kind."""
+    """Why a goal did not succeed, as an identifier; a fault that ends goals has its own, the name of its kind."""
 
     CANCELED = "canceled"
     """A client canceled it."""

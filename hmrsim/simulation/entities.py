@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
+    from hmrsim.goals.hindrances import Hindrances
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.outputs import Output
@@ -196,6 +197,11 @@ class Roster:
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of a fault's own; it is made only if it is wanted."""
         self._publisher.publish(make)
+
+    @property
+    def goals(self) -> Hindrances:
+        """What faults do to goals."""
+        return self._dispatcher.hindrances
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""

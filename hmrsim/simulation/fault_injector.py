@@ -267,7 +267,14 @@ class FaultInjector:
     def _begin(self, injected: InjectedFault) -> None:
         injected.since = self._env.now
         self._publisher.publish(injected.began)
-        case = Case(injected.name, injected.drawn, self._roster, injected.what, partial(self._concurrent, injected))
+        case = Case(
+            injected.name,
+            injected.drawn,
+            self._roster,
+            injected.what,
+            partial(self._concurrent, injected),
+            partial(self._env.call_soon, partial(self._finish, injected)),
+        )
         end = self._guarded(injected, partial(injected.fault.begin, case))
         if end is None or not injected.fault.lasts:
             self._publisher.publish(injected.ended)
@@ -294,6 +301,14 @@ class FaultInjector:
         injected.over = None
         self._end(injected)
         self._after(injected)
+
+    def _finish(self, injected: InjectedFault) -> None:
+        """End a fault before its time; one that is over by now is passed over."""
+        if injected.end is None:
+            return
+        if injected.over is not None:
+            self._env.abandon(injected.over)
+        self._time_out(injected)
 
     def _after(self, injected: InjectedFault) -> None:
         """Schedule a recurring fault again, or forget one that does not recur."""

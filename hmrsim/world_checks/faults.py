@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.components import registry as components
 from hmrsim.components._sensor import SensorSettings
@@ -103,6 +104,7 @@ def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Fin
     if robot in there.robots:
         yield from _check_component(fault, settings, there.robots[robot])
         yield from _check_cell(settings, there.cells.get(robot))
+        yield from _check_action(settings, there.robots[robot])
     lane = getattr(settings, "lane", None)
     if lane is not None and lane not in there.lanes and lane[::-1] not in there.lanes:
         known = [f"{a}-{b}" for a, b in there.lanes]
@@ -126,16 +128,15 @@ def check_pattern(pattern: EventPattern, there: There) -> Iterator[Finding]:
         noun, names = known.get(path[-1], ("", ()))
         if isinstance(name, str) and noun and path not in told and name not in names and name != WORLD:
             yield Finding(path, f"no {noun} {name!r}{instead(name, names)}", name)
-    yield from _check_served(pattern, there)
+    if pattern.robot is not None and pattern.robot in there.robots:
+        yield from _check_served(pattern.robot, pattern.action or "", there.robots[pattern.robot])
 
 
-def _check_served(pattern: EventPattern, there: There) -> Iterator[Finding]:
+def _check_served(robot: str, action: str, carried: Collection[str]) -> Iterator[Finding]:
     """Yield that a robot does not serve an action, for want of a component."""
-    action = actions().get(pattern.action or "")
-    carried = there.robots.get(pattern.robot or "")
-    if action is not None and carried is not None and action.component is not None and action.component not in carried:
-        text = f"{pattern.robot} does not serve {action.name}: it has no {action.component}"
-        yield Finding(("action",), text, action.name)
+    known = actions().get(action)
+    if known is not None and known.component is not None and known.component not in carried:
+        yield Finding(("action",), f"{robot} does not serve {action}: it has no {known.component}", action)
 
 
 def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
@@ -151,6 +152,25 @@ def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
     cell = getattr(settings, "cell", None)
     if cell is not None and cells is not None and cell >= cells:
         yield Finding(("cell",), f"{settings.subject} has no cell {cell}; its battery has {cells}, from 0 on", cell)
+
+
+def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
+    """Yield what is wrong with the action whose goals are hit, and with the code that they end with."""
+    name, code = getattr(settings, "action", None), getattr(settings, "error_code", None)
+    served = [name for name, action in actions().items() if not action.of_world]
+    if name is None:
+        if code is not None:
+            text = f"each action has its own codes; give action for {code}, or leave error_code out"
+            yield Finding(("error_code",), text, code)
+        return
+    if name not in served:
+        yield Finding(("action",), f"no action {name!r}{instead(name, served)}", name)
+        return
+    yield from _check_served(settings.subject, name, carried)
+    codes = error_codes(actions()[name])
+    if code is not None and code not in codes:
+        known = ", ".join(f"{number} {words}" for number, words in codes.items())
+        yield Finding(("error_code",), f"{name} has no error code {code}; there are {known}", code)
 
 
 def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
