@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
+
+_OUT_OF_ORDER: Final = "dock_out_of_order"
+"""The cause of goals that end as their dock is out of order: the name of the fault."""
 
 _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
 
@@ -69,14 +72,27 @@ def _process(
                 text = f"can't line up for {dock.name!r}: {why}"
                 raise GoalAborted(_RESULT.FAILED_TO_STAGE, text, why.cause) from None
             docking.enter(_STAGE.INITIAL_PERCEPTION)
+            _check_order(dock, _RESULT.FAILED_TO_DETECT_DOCK)
             docking.enter(_STAGE.CONTROLLING)
             yield from _drive_in(robot, dock)
             if takes := robot.draw(dock.spec.docking_time, f"docking_time/{dock.name}"):
                 yield from robot.hold(takes)
+            _check_order(dock, _RESULT.FAILED_TO_CONTROL)
             dock.take_in(robot)
     if dock.spec.charges:
         docking.enter(_STAGE.WAIT_FOR_CHARGE)
+        _check_order(dock, _RESULT.FAILED_TO_CHARGE)
     return DockRobot.Result()
+
+
+def _check_order(dock: DockBay, code: int) -> None:
+    """Check that a dock is in order; a robot notices it where it needs that.
+
+    Raises:
+        GoalAborted: It is not.
+    """
+    if dock.out_of_order:
+        raise GoalAborted(code, f"{dock.name!r} is out of order", _OUT_OF_ORDER)
 
 
 def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:

@@ -190,6 +190,11 @@ class Battery:
         self.settle(now)
         self.settle(now, max(0.0, self._charge - energy))
 
+    def drop(self, now: float, charge: float) -> None:
+        """Have no more units of energy in it than so many, at once."""
+        self.settle(now)
+        self.settle(now, min(self._charge, charge))
+
     def rebase(self, to: float) -> None:
         """Let it be another time, without any passing."""
         self._since = to

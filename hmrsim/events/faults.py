@@ -11,7 +11,7 @@ from hmrsim.events._event import Event, EventGroup
 from hmrsim.events._parts import Part
 
 
-class FaultEvent(Event, subject=("robot", "door", "lane"), rest="settings"):
+class FaultEvent(Event, subject=("robot", "door", "lane", "dock", "lift", "item"), rest="settings"):
     """Something about a fault. In JSON its settings are fields of the event: `robot`, `at`, `duration`, ...
 
     Note:
@@ -53,7 +53,7 @@ class FaultEnded(
 class FaultMissed(
     FaultEvent, kind="fault_missed", severity="warning", text="is not hit by the fault {name} ({fault}): {why}"
 ):
-    """A fault is due, but does not begin, as its robot, component, door or lane does not exist."""
+    """A fault is due, but does not begin, as its subject, or a component of its robot, does not exist."""
 
     why: Annotated[str, Field(description="What is missing.")]
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _MAX = 1e9
 
-SUBJECTS = ("robot", "door", "lane")
+SUBJECTS = ("robot", "door", "lane", "dock", "lift", "item")
 """The fields that name the subject of a fault."""
 
 _IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration", "mean_duration"})
@@ -67,8 +67,9 @@ class Occurrence(BaseModel):
 
     @property
     def subject(self) -> str:
-        """What it affects: the name of a robot or a door, or the waypoints of a lane."""
-        return str(getattr(self, "robot", "") or getattr(self, "door", "") or "-".join(getattr(self, "lane", ())))
+        """What it affects: the name of a robot, an item or a part of the building, or the waypoints of a lane."""
+        found = next((value for name in SUBJECTS if (value := getattr(self, name, None))), "")
+        return found if isinstance(found, str) else "-".join(found)
 
     @model_validator(mode="after")
     def _one_beginning(self) -> Self:
@@ -129,6 +130,9 @@ class GoalSite(Protocol):
 
 class FaultSite(Protocol):
     """The entities of a world as faults see them."""
+
+    def delete(self, name: str) -> None:
+        """Remove an entity from the world; a robot that carries an item holds it no longer."""
 
     @property
     def robots(self) -> Mapping[str, Robot]:
@@ -198,8 +202,8 @@ class FaultType(Generic[S]):
 
     Attributes:
         name: As in world files, and that of its module.
-        settings: The model of its settings. A field ``robot``, ``door`` or ``lane`` names the subject, which must exist
-            when the fault begins.
+        settings: The model of its settings. A field named as one of `SUBJECTS` names the subject, which must exist when
+            the fault begins.
         begin: Begins it; returns what ends it.
         component: The component that the robot needs; None for none.
         example: Valid settings in the world of the contract tests, in plain values.

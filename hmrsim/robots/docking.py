@@ -35,6 +35,10 @@ class DockBay(Protocol):
     def staging(self) -> Point:
         """Where robots line up before they drive in."""
 
+    @property
+    def out_of_order(self) -> bool:
+        """Whether no robot can dock there, and none is charged."""
+
     def serves(self, robot: DockClient) -> bool:
         """Return whether a robot may dock here."""
 
@@ -68,3 +72,6 @@ class DockClient(Vehicle, Protocol):
 
     def leave_dock(self) -> None:
         """Be docked no longer."""
+
+    def dock_changed(self) -> None:
+        """Take note that its dock charges, or does no longer."""

@@ -183,6 +183,11 @@ class Energy:
         self.battery.mend(self._env.now, cell)
         self.switch()
 
+    def drop_to(self, share: float) -> None:
+        """Lose at once what is more than a share of the capacity."""
+        self.battery.drop(self._env.now, share * self.battery.usable)
+        self.switch()
+
     def stop(self) -> None:
         """Set no alarm any more: the robot is there no longer, or time is reset."""
         self.battery.settle(self._env.now)

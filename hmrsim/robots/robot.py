@@ -263,6 +263,11 @@ class Robot(MobileBase):
         if self.energy is not None:
             self.energy.switch()
 
+    def dock_changed(self) -> None:
+        """Take note that its dock charges, or does no longer."""
+        if self.energy is not None:
+            self.energy.switch()
+
     def release_all(self) -> None:
         """Put down all items that its components hold where it is."""
         for item in self.held:

@@ -357,9 +357,15 @@ class FaultInjector:
         return There(
             robots=_ByRobot(roster.robots, lambda robot: robot.components),
             lanes=roster.admission.graph.lanes.numbers,
-            doors=[fixture.name for fixture in roster.fixtures.values() if fixture.kind == "door"],
+            doors=self._fixtures("door"),
+            docks=self._fixtures("dock"),
+            lifts=self._fixtures("lift"),
+            items=roster.items,
             cells=_ByRobot(roster.robots, _cells),
         )
+
+    def _fixtures(self, kind: str) -> list[str]:
+        return [fixture.name for fixture in self._roster.fixtures.values() if fixture.kind == kind]
 
 
 class _ByRobot(Mapping[str, V_co]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
@@ -15,7 +15,7 @@ from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
-from hmrsim.faults import registry
+from hmrsim.faults import SUBJECTS, registry
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.explain import explain
@@ -27,6 +27,13 @@ if TYPE_CHECKING:
     from hmrsim.world_checks.validation import Lost
 
 
+_NAMED: Final = tuple(subject for subject in SUBJECTS if subject != "lane")
+"""The subjects that have a name."""
+
+_PARTS: Final = ("robots", "doors", "docks", "lifts", "items", "demand")
+"""The parts of a world file that name them."""
+
+
 @dataclass(frozen=True)
 class There:
     """The possible subjects of faults.
@@ -35,13 +42,31 @@ class There:
         robots: The components of each robot, by its name.
         lanes: Its keys are the waypoints where each lane begins and ends, in each direction in which it can be driven.
         doors: The names of the doors.
+        docks: Those of the docks.
+        lifts: Those of the lifts.
+        items: Those of the items.
+        made: What items are called, with a number, that orders will make.
         cells: How many cells the battery of a robot has, by its name; None if it has no battery.
     """
 
     robots: Mapping[str, Collection[str]]
     lanes: Mapping[tuple[str, str], object]
     doors: Collection[str]
+    docks: Collection[str]
+    lifts: Collection[str]
+    items: Collection[str]
     cells: Mapping[str, int | None]
+    made: Collection[str] = ()
+
+    def named(self, field: str) -> Collection[str]:
+        """Return the names of the subjects that a field of a fault may have."""
+        names: Collection[str] = getattr(self, f"{field}s")
+        return names
+
+    def will_have(self, item: str) -> bool:
+        """Return whether an order may make an item of this name."""
+        kind, _, number = item.rpartition("_")
+        return kind in self.made and number.isdecimal()
 
 
 def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
@@ -96,10 +121,10 @@ def flaws(
 
 def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
     """Yield what a fault needs to begin and what is not there."""
-    for field, noun, known in (("robot", "robot", there.robots), ("door", "door", there.doors)):
-        name = getattr(settings, field, None)
-        if name is not None and name not in known:
-            yield Finding((field,), f"no {noun} {name!r}{instead(name, known)}", name)
+    for field in _NAMED:
+        name, known = getattr(settings, field, None), there.named(field)
+        if name is not None and name not in known and not (field == "item" and there.will_have(name)):
+            yield Finding((field,), f"no {field} {name!r}{instead(name, known)}", name)
     robot: str = getattr(settings, "robot", "")
     if robot in there.robots:
         yield from _check_component(fault, settings, there.robots[robot])
@@ -116,8 +141,7 @@ def check_pattern(pattern: EventPattern, there: There) -> Iterator[Finding]:
     flawed = [*pattern.flaws()]
     yield from flawed
     known: Mapping[str, tuple[str, Collection[str]]] = {
-        "robot": ("robot", there.robots),
-        "door": ("door", there.doors),
+        **{field: (field, there.named(field)) for field in _NAMED if field != "item"},
         "action": ("action", actions()),
         "fault": ("fault type", registry()),
     }
@@ -176,10 +200,10 @@ def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Fi
 def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
     """Return whether a missing name may be missing because of another error."""
     if flaw.path[0] == "when":
-        return lost.has(str(flaw.value), "robots", "doors") or bool(lost and flaw.path[-1] in ("robot", "action"))
+        return lost.has(str(flaw.value), *_PARTS) or bool(lost and flaw.path[-1] in ("robot", "action"))
     if flaw.path == ("lane",):
         return lost.has("", "lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
-    return lost.has(settings.subject, "robots", "doors") or bool(lost and flaw.path in (("robot",), ("sensor",)))
+    return lost.has(settings.subject, *_PARTS) or bool(lost and flaw.path in (("robot",), ("sensor",), ("action",)))
 
 
 def _there(world: World) -> There:
@@ -191,7 +215,16 @@ def _there(world: World) -> There:
         for name, robot in world.robots.items()
     }
     cells = {name: cells for name, carried in robots.items() if (cells := _cells(carried.get("battery")))}
-    return There(robots, dict.fromkeys(sorted(lanes | {(b, a) for a, b in lanes})), world.doors, cells)
+    return There(
+        robots=robots,
+        lanes=dict.fromkeys(sorted(lanes | {(b, a) for a, b in lanes})),
+        doors=world.doors,
+        docks=world.docks,
+        lifts=world.lifts,
+        items=world.items,
+        cells=cells,
+        made=[demand.item or demand.name for demand in world.demand],
+    )
 
 
 def _cells(settings: Any) -> int | None:

@@ -13,6 +13,8 @@ from tests.simulation import SMALL_WORLD, simulate
 WORLD = {
     **SMALL_WORLD,
     "doors": {"gate": {"at": [[3, 1], [3, 3]]}},
+    "docks": {"charger": {"at": [9, 5], "type": "charger"}},
+    "lifts": {"lift": {"stops": ["island", "home"]}},
     "robot_types": {"nurse": {"components": {"claw": {}, "camera": {}, "battery": {"cells": 4}}}},
 }
 
@@ -74,7 +76,10 @@ def test_it_leaves_the_world_as_it_was(fault):
     def state(run):
         robot = run.simulator.robots["wall_e"]
         return (
-            {name: run.ask("get_entity_info", {"entity": name}) for name in (*run.simulator.robots, "gate")},
+            {
+                name: run.ask("get_entity_info", {"entity": name})
+                for name in (*run.simulator.robots, "gate", "charger", "lift")
+            },
             robot.speed,
             robot.disabled,
             robot.pose_stamped(),
@@ -90,13 +95,13 @@ def test_it_leaves_the_world_as_it_was(fault):
 
 
 def test_it_is_seen_where_it_hits(fault):
-    """The tags of the robot or the door say so."""
+    """The tags of its subject say so."""
     run = simulate(WORLD)
     run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
-    subject = fault.example.get("robot") or fault.example.get("door")
+    subject = next((fault.example[name] for name in ("robot", "door", "dock", "lift") if name in fault.example), None)
     seen = subject and run.ask("get_entity_info", {"entity": subject}).info.tags
 
-    assert not fault.lasts or subject is None or {fault.name, fault.name.removeprefix("door_")} & {*seen}
+    assert not fault.lasts or subject is None or {fault.name, fault.name.partition("_")[2]} & {*seen}
 
 
 def test_two_at_once_end_one_by_one(fault):

@@ -1,0 +1,25 @@
+"""The item is gone: taken away by someone, or fallen where nobody finds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hmrsim.faults import Case, FaultType, Name, Occurrence
+
+
+class ItemLost(Occurrence):
+    """When which item is lost.
+
+    Attributes:
+        item: Its name; one that an order makes has the name of its kind and a number, such as ``medicine_2``.
+    """
+
+    item: Name
+
+
+def _begin(case: Case[ItemLost]) -> Callable[[], None]:
+    case.roster.delete(case.settings.item)
+    return lambda: None
+
+
+FAULT = FaultType(name="item_lost", settings=ItemLost, begin=_begin, example={"item": "letter"})
