@@ -33,9 +33,10 @@ test-unit: $(READY)  ## Run the tests that need nothing but their own process, i
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)
 
-torture: $(READY)  ## Send a million requests that nobody should send, and damage 100,000 files
+torture: $(READY)  ## Send a million requests that nobody should send, damage 100,000 files, compare monitors
 	$(BIN)/python -m tests.torture.requests $(ARGS)
 	$(BIN)/python -m tests.torture.files $(ARGS)
+	$(BIN)/python -m tests.torture.monitors $(ARGS)
 
 soak: $(READY)  ## Run random clients for an hour, and fail if memory grows or answers slow down
 	$(BIN)/python -m tests.torture.soak $(ARGS)
