@@ -15,6 +15,7 @@ from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, 
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
     "check": "load and check a tree without running it",
+    "coverage": "show what runs of trees have covered",
     "nodes": "list the nodes of XML trees",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from pathlib import Path
 from typing import Any, Final
 
 _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
@@ -46,6 +47,13 @@ def add_watching_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="show only the final status of each tree")
     parser.add_argument(
         "--transitions", metavar="FILE", help="write a line of JSON for each change of a behaviour's status"
+    )
+    parser.add_argument(
+        "--coverage",
+        type=Path,
+        metavar="FILE",
+        help="count what happens to the nodes, for `bt-controller coverage`: FILE.json, with what is in it already, or"
+        " FILE.info for LCOV's tracefile",
     )
     add_picture_options(parser, when=" of the final trees")
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
+from bt_controller.coverage import TreeCoverage
+from bt_controller.coverage.files import check_mergeable, merge_into
 from bt_controller.running.snapshot import nodes_of, reasons
 from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
@@ -37,7 +39,7 @@ def check_files(args: argparse.Namespace, plan: Plan) -> None:
     Raises:
         OutputError: One is.
     """
-    outputs = [(f"--{name}", getattr(args, name, None)) for name in ("transitions", "dot", "svg")]
+    outputs = [(f"--{name}", getattr(args, name, None)) for name in ("transitions", "dot", "svg", "coverage")]
     check_outputs(outputs, [*plan.files, getattr(args, "zenoh_config", None)])
 
 
@@ -87,6 +89,27 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
     from bt_controller.watching.live_display import live_display  # noqa: PLC0415
 
     return live_display()
+
+
+@contextmanager
+def covering(args: argparse.Namespace) -> Iterator[TreeCoverage | None]:
+    """Yield where to count what happens to nodes, if anywhere; it is written in the end, whatever that is.
+
+    Raises:
+        CoverageError: The file is there, and is no coverage.
+        OutputError: The file can't be written.
+        WriteError: The disk is full.
+    """
+    if args.coverage is None:
+        yield None
+        return
+    check_mergeable("--coverage", args.coverage)
+    coverage = TreeCoverage()
+    try:
+        yield coverage
+    finally:
+        if coverage.trees:
+            merge_into("--coverage", args.coverage, coverage)
 
 
 @contextmanager

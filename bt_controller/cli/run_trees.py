@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Final
 
 from bt_controller.cli._codes import DONE, FAILED
 from bt_controller.cli._trees import tree_of
-from bt_controller.cli._watching import check_files, check_pictures, display, draw, in_words, watching, why_failed
+from bt_controller.cli._watching import (
+    check_files,
+    check_pictures,
+    covering,
+    display,
+    draw,
+    in_words,
+    watching,
+    why_failed,
+)
 from bt_controller.errors import TreeError
 from bt_controller.running.clocks import clock_for
 from bt_controller.running.interruption import on_interrupt
@@ -67,10 +76,11 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     with (
         display(args) as shown,
         logging_to_stderr(args),
+        covering(args) as coverage,
         Client(options, clock=args.clock, name=args.name) as client,
     ):
         client.wait_for_simulator(options.timeout)
-        missions = missions_for(_chosen(args, client), plan, resume=_resumed(args, plan))
+        missions = missions_for(_chosen(args, client), plan, resume=_resumed(args, plan), coverage=coverage)
         prepare(missions)
         # The trees live until the end: the garbage collector need not traverse those of a thousand robots.
         gc.freeze()

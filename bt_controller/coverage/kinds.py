@@ -16,6 +16,7 @@ from py_trees.composites import Selector
 from py_trees.composites import Sequence as SequenceOfPyTrees
 
 from bt_controller.coverage.outcomes import CANCELED, FAILURE, RECOVERED, RUNNING, SUCCESS
+from bt_controller.scripting.conditions import ScriptConditions
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -60,11 +61,12 @@ def _first_of_three(index: int, count: int) -> bool:
 _S: Final = frozenset({SUCCESS})
 _F: Final = frozenset({FAILURE})
 _R: Final = frozenset({RUNNING})
+_NOTHING: Final[Outcomes] = frozenset()
 _ANY: Final = _S | _F | _R
 
 
 def _whole(children: Sequence[Outcomes]) -> Outcomes:
-    return frozenset[str]().union(*children)
+    return _NOTHING.union(*children)
 
 
 def _sequence(children: Sequence[Outcomes]) -> Outcomes:
@@ -267,6 +269,9 @@ def _of_leaf(kind: type[Behaviour]) -> Outcomes:
 
 
 def _kind(node: Behaviour) -> _Kind:
+    if isinstance(node, ScriptConditions):
+        more = (_S if "_successIf" in node.scripts else _NOTHING) | (_F if "_failureIf" in node.scripts else _NOTHING)
+        return _Kind(_also(more), halts=_all if "_while" in node.scripts else _none)
     for each in type(node).__mro__:
         if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
             if isinstance(node, (SequenceOfPyTrees, Selector)) and not node.memory:

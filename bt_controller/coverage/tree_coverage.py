@@ -85,7 +85,17 @@ class _Tree:
             self.nodes.setdefault(path, NodeCoverage(node.place, path, node.kind)).merge(node)
 
     def in_order(self) -> list[NodeCoverage]:
-        return sorted(self.nodes.values(), key=lambda node: (node.place, node.path))
+        """Return the nodes, each followed by those below it; trees of several robots may differ."""
+        return [self.nodes[path] for path in sorted(self.nodes, key=self._way)]
+
+    def _way(self, path: str) -> tuple[tuple[int, str], ...]:
+        """Return the way from the root to a node."""
+        node, above = self.nodes[path], path
+        while "/" in above:
+            above = above.rpartition("/")[0]
+            if above in self.nodes:
+                return *self._way(above), (node.place[-1], path)
+        return ((0, path),)
 
 
 class TreeCoverage:

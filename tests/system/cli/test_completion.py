@@ -105,7 +105,7 @@ def test_a_shell_gets_an_answer(tmp_path, line, words):
         ("hmrsim run scenario1 --real-", ["--real-time-factor"]),
         ("hmrsim topic list --mode ", ["peer", "client", "router"]),
         ("hmrsim completion ", ["bash", "zsh", "fish"]),
-        ("bt-controller ", ["run", "check", "nodes"]),
+        ("bt-controller ", ["run", "check", "coverage", "nodes"]),
         ("bt-controller run missions:patrol --per", ["--period"]),
     ],
 )

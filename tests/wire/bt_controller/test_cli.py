@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from bt_controller.cli import main, run_trees
+from bt_controller.coverage import TreeCoverage
 from hmrsim_zenoh.client.client import Client
 from tests.served_world import served_world
 
@@ -74,6 +75,26 @@ class TestRun:
 
         assert main(["run", GO, "--robot", "wall_e"]) == 1
         assert "GoToPoseAction [✕] -- aborted: no route" in capsys.readouterr().out
+
+    def test_the_coverage_of_runs_is_counted_together(self, simulator, tmp_path):
+        """The second run adds to the file of the first one."""
+        file = tmp_path / "seen.json"
+        main(["run", GO, "--robot", "wall_e", "--coverage", str(file)])
+        simulator.then = lambda goal: goal.abort(208, "no route")
+        main(["run", GO, "--robot", "wall_e", "--coverage", str(file)])
+
+        keys = {key.rpartition("/")[2] for key in TreeCoverage.from_json(file.read_text(encoding="utf-8")).keys()}  # noqa: SIM118 - no mapping
+        assert {"GoToPoseAction:SUCCESS", "GoToPoseAction:FAILURE", "208"} <= keys
+
+    @pytest.mark.usefixtures("simulator")
+    def test_a_file_that_is_no_coverage_is_not_replaced(self, tmp_path, capsys):
+        """The run does not begin."""
+        file = tmp_path / "seen.json"
+        file.write_text("precious", encoding="utf-8")
+
+        assert main(["run", GO, "--robot", "wall_e", "--coverage", str(file)]) == 2
+        assert file.read_text(encoding="utf-8") == "precious"
+        assert "seen.json: no coverage of trees: " in capsys.readouterr().err
 
     @pytest.mark.usefixtures("simulator")
     def test_robots_can_be_given_together_and_repeatedly(self, capsys):

@@ -80,3 +80,11 @@ def test_what_is_missing_is_what_could_have_happened():
     nodes = ticked(Success("A"), Failure("B")).nodes("trees:errand")
 
     assert [("Root", ()), ("A", ()), ("B", ())] == [(node.name, node.missing) for node in nodes]
+
+
+def test_nodes_are_followed_by_those_below_them():
+    """Also where the trees of two robots differ at the same place."""
+    coverage = ticked(Sequence("A", memory=True, children=[Success("B")]))
+    coverage.merge(ticked(Sequence("C", memory=True, children=[Success("D")])))
+
+    assert ["Root", "A", "B", "C", "D"] == [node.name for node in coverage.nodes("trees:errand")]

@@ -61,6 +61,8 @@ CASES = [
     ("bt-controller check a_tree:tree --dot {}", "a_tree.py"),
     ("bt-controller run tree.xml --robot wall_e --svg {}", "tree.xml"),
     ("bt-controller run tree.xml --robot wall_e --zenoh-config zenoh.json5 --transitions {}", "zenoh.json5"),
+    ("bt-controller run tree.xml --robot wall_e --coverage {}", "tree.xml"),
+    ("bt-controller coverage seen.json --output {}", "seen.json"),
 ]
 
 TWICE = [
@@ -104,6 +106,7 @@ def files(tmp_path, monkeypatch):
     texts = {"w.yaml": WORLD, "more.yaml": "places: {p: {at: [1, 1]}}\n", "a_tree.py": MODULE}
     texts |= {"tree.xml": TREE, "more.xml": MORE, "settings.yaml": "seed: 3\n", "zenoh.json5": "{}"}
     texts |= {"over.yaml": "tables: {levels: levels.csv}\nseed: 3\n", "levels.csv": "a,b\n"}
+    texts["seen.json"] = '{"format": "hmrsim tree coverage 1", "trees": {}}'
     texts["e.yaml"] = EXPERIMENT
     for name, text in texts.items():
         Path(name).write_text(text)
