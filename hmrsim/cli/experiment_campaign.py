@@ -102,6 +102,8 @@ def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> N
     show(f"{plan.file.name}: {progress.done:,} runs, {progress.made:,} of them now in {seconds:.1f} s{pace}")
     for ending, count in results.count("ending").items():
         show(f"  {ending}: {count:,}")
+    if plan.file.keep.coverage:
+        show(f"coverage: `bt-controller coverage {folder}/coverage_TREATMENT.json` for each treatment with a tree")
     show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
 
 

@@ -225,9 +225,11 @@ class Keep(Part):
 
     Attributes:
         traces: Of which runs: ``none``, ``failed`` or ``all``.
+        coverage: Whether to count what happens to the nodes of trees, in a file for each treatment.
     """
 
     traces: Literal["none", "failed", "all"] = "none"
+    coverage: Annotated[bool, Field(strict=True)] = False
 
 
 def _design(value: Any) -> str:

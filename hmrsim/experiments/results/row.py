@@ -40,6 +40,7 @@ class Row:
         reported: What controllers have reported.
         output: The last lines that the controller printed.
         trace: The trace, if it is to be kept.
+        coverage: What it has covered of its trees, packed, if that is to be kept.
     """
 
     run: Run
@@ -52,3 +53,4 @@ class Row:
     reported: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""
     trace: str = ""
+    coverage: bytes = b""

@@ -8,6 +8,7 @@ import platform
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim import __version__
@@ -24,6 +25,8 @@ FILE: Final = "results.sqlite"
 TRACES: Final = "traces"
 """The folder of the traces that are kept."""
 
+_NOTHING: Final[Mapping[str, bytes]] = MappingProxyType({})
+_COVERAGE: Final = "coverage (treatment TEXT PRIMARY KEY, counts BLOB NOT NULL)"
 _FORMAT: Final = 1
 _FIXED: Final = {
     "number": "INTEGER PRIMARY KEY",
@@ -129,8 +132,13 @@ class Results:
             self._db.execute("PRAGMA synchronous=NORMAL")
             yield
 
-    def add(self, plan: Plan, rows: Iterable[Row]) -> None:
+    def add(self, plan: Plan, rows: Iterable[Row], coverages: Mapping[str, bytes] = _NOTHING) -> None:
         """Add the results of some runs, all or none of them.
+
+        Args:
+            plan: The experiment.
+            rows: The results.
+            coverages: What treatments have covered of their trees with these runs, by treatment, if that is kept.
 
         Raises:
             WriteError: They can't be written, as on a full disk.
@@ -141,6 +149,9 @@ class Results:
         try:
             with self._db:
                 self._db.executemany(insert, [[each[name] for name in names] for each in values])
+                if coverages:
+                    self._db.execute(f"CREATE TABLE IF NOT EXISTS {_COVERAGE}")
+                    self._db.executemany("INSERT OR REPLACE INTO coverage VALUES (?, ?)", coverages.items())
         except sqlite3.Error as error:
             raise WriteError(
                 f"{self._path}: results can't be written: {error}; those before are kept, and the same command goes on"
@@ -179,6 +190,12 @@ class Results:
                 path.unlink()
             return reason_of(error)
         return ""
+
+    def coverages(self) -> dict[str, bytes]:
+        """Return what treatments have covered of their trees, by treatment, as `add` was given it."""
+        if not self._db.execute("SELECT 1 FROM sqlite_master WHERE name = 'coverage'").fetchone():
+            return {}
+        return dict(self._db.execute("SELECT treatment, counts FROM coverage ORDER BY treatment"))
 
     def numbers(self) -> set[int]:
         """Return the numbers of the runs that have a result."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.results.row import DIED, HUNG, Row
+from hmrsim.experiments.running.coverages import Coverages
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 from hmrsim.experiments.statistics.libraries import distributions
@@ -85,6 +87,7 @@ class Campaign:
         columns = ["number", until.measure] if until else ["number", "seed"]
         done = {int(row["number"]): row[columns[1]] for row in results.rows(columns)}
         self._schedule = Schedule(plan, done)
+        self._coverages = Coverages(results)
         self._workers = workers or _UNKNOWN
         self._suspects: list[Run] = []
         self._chunk = 1
@@ -95,9 +98,11 @@ class Campaign:
 
         Raises:
             WriteError: Results can't be written.
+            OutputError: The file of a coverage can't be written.
             ExperimentError: The file has changed meanwhile.
         """
-        with self._results.writing():
+        with self._results.writing(), ExitStack() as ending:
+            ending.callback(self._coverages.write)
             while self._schedule.done < self._schedule.expected:
                 executor = self._make()
                 try:
@@ -172,7 +177,7 @@ class Campaign:
     def _note(self, rows: list[Row]) -> None:
         if not rows:
             return
-        self._results.add(self._plan, rows)
+        self._results.add(self._plan, rows, self._coverages.take(rows))
         measure = self._schedule.measure
         for row in rows:
             self._schedule.note(row.run, row.measures.get(measure) if measure else None)

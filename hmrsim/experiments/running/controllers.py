@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from bt_controller.coverage import TreeCoverage
     from hmrsim.experiments.file.model import Treatment
     from hmrsim_zenoh.client.client import Client
 
@@ -24,13 +25,16 @@ Controller = Callable[["Client", "Sequence[str]"], bool]
 """Controls the robots of a simulation to the end; returns whether that succeeded."""
 
 
-def controller_of(treatment: Treatment, names: Mapping[str, Any], folder: Path) -> Controller:
+def controller_of(
+    treatment: Treatment, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
+) -> Controller:
     """Return a controller that runs in this process.
 
     Args:
         treatment: What is run; not a command.
         names: The values that its expressions ask for.
         folder: Where files are looked for, and modules, too.
+        coverage: Where to count what happens to the nodes of a tree, if anywhere.
 
     Raises:
         TreeError: There is none, or something is wrong with it.
@@ -41,7 +45,7 @@ def controller_of(treatment: Treatment, names: Mapping[str, Any], folder: Path) 
         plan = _tree(
             substituted(treatment.tree, names), treatment.tree_id, treatment.nodes, tuple(values.items()), folder
         )
-        return lambda client, robots: run_tree(client, plan, treatment.robots or robots).succeeded
+        return lambda client, robots: run_tree(client, plan, treatment.robots or robots, coverage=coverage).succeeded
     if treatment.python is None:
         raise AssertionError
     function = _function(substituted(treatment.python, names), folder)

@@ -9,11 +9,13 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from bt_controller.coverage import TreeCoverage
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import measures_of, needs_report
 from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY, TIMEOUT, Row
 from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.running.coverages import packed
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
@@ -52,7 +54,10 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     began = time.perf_counter()
     try:
         world = plan.world(run.scenario).world
-        controller = controller_of(plan.treatments[run.treatment], plan.names(run.scenario), plan.path.parent)
+        coverage = TreeCoverage() if plan.file.keep.coverage else None
+        controller = controller_of(
+            plan.treatments[run.treatment], plan.names(run.scenario), plan.path.parent, coverage=coverage
+        )
     except (HmrsimError, ValueError) as error:
         return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
     settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated)
@@ -81,6 +86,7 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
         wall=time.perf_counter() - began,
         trace=trace.whole(simulator.now) if keeps_trace(plan, row) else "",
+        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
     )
 
 

@@ -195,7 +195,7 @@ def test_results_that_can_not_be_written_end_the_campaign_and_lose_nothing(tmp_p
     plan = plan_of(tmp_path)
     add, count = Results.add, 0
 
-    def fails(self: Results, plan: Plan, rows: Any) -> None:
+    def fails(self: Results, plan: Plan, rows: Any, _coverages: Any) -> None:
         nonlocal count
         count += 1
         if count == 2:

@@ -1,0 +1,99 @@
+"""What the runs of an experiment cover of their trees."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+
+from bt_controller.coverage.files import read_coverage
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.running.campaign import Campaign
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from bt_controller.coverage import TreeCoverage
+
+TREE = "bt_controller.examples.hospital:mission"
+
+
+class Here(Executor):
+    """An executor that does everything at once; a run of a number that is too high is as Ctrl-C."""
+
+    def __init__(self, most: int = 100) -> None:
+        self._most = most
+
+    def submit(self, function: Callable[..., Any], task: Any, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
+        """Do it."""
+        if max(task.numbers) > self._most:
+            raise KeyboardInterrupt
+        future: Future[Any] = Future()
+        future.set_result(function(task))
+        return future
+
+
+@pytest.fixture
+def experiment(tmp_path: Path) -> Callable[..., Path]:
+    """Make an experiment of two runs of each treatment; return the folder of its results."""
+
+    def made(most: int = 100, **keep: Any) -> Path:
+        drive = {"python": "math:sqrt"}
+        content = {
+            "name": "e",
+            "world": "hospital",
+            "treatments": {"mission": {"tree": TREE, "robots": ["eve"]}, "function": drive},
+            "replications": 2,
+            "keep": keep,
+        }
+        (tmp_path / "e.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+        plan = read_plan(tmp_path / "e.yaml")
+        with Results.create(tmp_path / "results", plan) as results:
+            Campaign(plan, results, lambda: Here(most), 1).run()
+        return tmp_path / "results"
+
+    return made
+
+
+def seen(folder: Path) -> TreeCoverage:
+    """Return the coverage of the treatment with a tree."""
+    return read_coverage(folder / "coverage_mission.json")
+
+
+def test_the_runs_of_a_treatment_are_counted_together(experiment: Callable[..., Path]) -> None:
+    """The mission was run twice."""
+    assert 2 == seen(experiment(coverage=True)).runs(TREE)
+
+
+def test_a_treatment_without_a_tree_has_no_file(experiment: Callable[..., Path]) -> None:
+    """Only trees have nodes."""
+    assert ["coverage_mission.json"] == [path.name for path in experiment(coverage=True).glob("coverage*")]
+
+
+def test_nothing_is_kept_unless_it_is_wanted(experiment: Callable[..., Path]) -> None:
+    """The default."""
+    assert [] == [*experiment().glob("coverage*")]
+
+
+def test_an_experiment_that_goes_on_counts_no_run_twice(experiment: Callable[..., Path], tmp_path: Path) -> None:
+    """What was counted is kept with the rows."""
+    with pytest.raises(KeyboardInterrupt):
+        experiment(most=1, coverage=True)
+    assert 1 == seen(tmp_path / "results").runs(TREE)
+
+    assert 2 == seen(experiment(coverage=True)).runs(TREE)
+
+
+def test_the_hash_of_a_plan_without_coverage_is_as_before(tmp_path: Path) -> None:
+    """So that experiments which were begun go on."""
+    content: dict[str, Any] = {"name": "e", "world": "hospital", "treatments": {"mission": {"tree": TREE}}}
+    hashes = []
+    for keep in ({}, {"keep": {"coverage": False}}, {"keep": {"coverage": True}}):
+        (tmp_path / "e.yaml").write_text(yaml.safe_dump(content | keep), encoding="utf-8")
+        hashes.append(read_plan(tmp_path / "e.yaml").hash)
+
+    assert hashes[0] == hashes[1] != hashes[2]
