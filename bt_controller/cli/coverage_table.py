@@ -48,8 +48,10 @@ def _show(merged: TreeCoverage, *, missing: bool) -> None:
     console = Console(width=None if Console().is_terminal else _WIDTH, highlight=False)
     for number, name in enumerate(merged.trees):
         nodes, runs = merged.nodes(name), merged.runs(name)
-        said = f"{'' if number == 0 else chr(10)}{printable(name)}: {share_of(nodes)} in {runs:,} run{'s'[: runs != 1]}"
-        console.print(Text(said, style="bold"))
+        if number:
+            console.print()
+        times = "1 run" if runs == 1 else f"{runs:,} runs"
+        console.print(Text(f"{printable(name)}: {share_of(nodes)} in {times} of the tree", style="bold"))
         console.print(_table(name, [node for node in nodes if not missing or never(node)]))
 
 

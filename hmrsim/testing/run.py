@@ -9,6 +9,7 @@ from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.run_tree import run_tree
 from hmrsim.diagnostics import listed
@@ -49,6 +50,7 @@ def simulation(
     robots: Sequence[str] | None = None,
     values: Mapping[str, str] | None = None,
     settings: RunSettings | None = None,
+    coverage: bool = False,
 ) -> Run:
     """Return a run of a world, to be used in a ``with`` statement; time stands until somebody waits.
 
@@ -59,6 +61,7 @@ def simulation(
         robots: Who runs it; all robots if left out.
         values: Texts that are on each tree's blackboard from the start.
         settings: The seed and others, as ``hmrsim run`` has them.
+        coverage: Whether to count what happens to the nodes of the tree, in `Run.coverage`.
 
     Raises:
         WorldError: Something is wrong with the world; it has all errors.
@@ -74,7 +77,8 @@ def simulation(
     else:
         world = load_world(world, overlays=overlays).world
     plan = None if tree is None else _plan(tree, values or {})
-    return Run(world, plan, robots, (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP}))
+    chosen = (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP})
+    return Run(world, plan, robots, chosen, TreeCoverage() if coverage else None)
 
 
 def _plan(tree: AnyTree, values: Mapping[str, str]) -> Plan:
@@ -90,9 +94,17 @@ class Run:
         client: A client of the simulator, as controllers have one; time moves while it waits.
         simulator: The simulator, to look into; it must not be changed.
         outcome: How the trees have ended; None before `to_the_end`.
+        coverage: What has happened to the nodes of the trees since `to_the_end`; None if it was not asked for.
     """
 
-    def __init__(self, world: World, plan: Plan | None, robots: Sequence[str] | None, settings: RunSettings) -> None:
+    def __init__(
+        self,
+        world: World,
+        plan: Plan | None,
+        robots: Sequence[str] | None,
+        settings: RunSettings,
+        coverage: TreeCoverage | None = None,
+    ) -> None:
         self._plan = plan
         self._robots = robots
         self._record = Record(self.where)
@@ -103,6 +115,7 @@ class Run:
         self.simulator: Simulator = self._host.simulator
         self.client = self.open_client(_FLEET)
         self.outcome: Outcome | None = None
+        self.coverage = coverage
 
     def __enter__(self) -> Self:
         """Return the run."""
@@ -140,7 +153,7 @@ class Run:
         if self._plan is None:
             raise ValueError("there is no tree to run; give one: simulation(WORLD, tree=...)")
         robots = self._robots if self._robots is not None else [*self.simulator.robots]
-        self.outcome = run_tree(self.client, self._plan, robots)
+        self.outcome = run_tree(self.client, self._plan, robots, coverage=self.coverage)
         return self.outcome
 
     @property

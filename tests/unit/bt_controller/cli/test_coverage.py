@@ -28,7 +28,7 @@ def test_a_table_says_what_never_happened(seen, capsys):
     assert 0 == main(["coverage", seen])
 
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert "trees:errand: 4 of 5 outcomes (80%) in 1 run" == " ".join(lines[0])
+    assert "trees:errand: 4 of 5 outcomes (80%) in 1 run of the tree" == " ".join(lines[0])
     assert ["node", "ticks", "succeeded", "failed", "canceled", "recovered", "goals"] == lines[1]
     assert ["A", "1", "-", "1", "-", "1"] == lines[3]
     assert ["C", "never", "never", "-", "-", "-"] == lines[5]
@@ -38,7 +38,7 @@ def test_files_are_counted_together(seen, capsys):
     """A file that is named twice counts twice."""
     main(["coverage", seen, seen])
 
-    assert "in 2 runs" in capsys.readouterr().out
+    assert "in 2 runs of the tree" in capsys.readouterr().out
 
 
 def test_only_what_is_missing_is_shown_if_wanted(seen, capsys):

@@ -48,6 +48,19 @@ def test_a_tree_is_run_to_its_end(simulation):
     assert run.now == run.goals()[-1].ended
 
 
+def test_the_coverage_of_a_tree(simulation):
+    """It is counted if that is asked for."""
+    run = simulation(WORLD, tree=pick_up, robots=["wall_e"], coverage=True)
+    run.to_the_end()
+
+    assert run.coverage.keys() == {f"pick_up/Pick up medicine:{seen}" for seen in ("RUNNING", "FAILURE", "ABORTED/-1")}
+
+
+def test_nothing_is_counted_unasked(simulation):
+    """The default."""
+    assert simulation(WORLD, tree=deliver).coverage is None
+
+
 def test_a_client_and_a_commander(simulation):
     """Drive by hand, with what happened between."""
     run = simulation(WORLD)
