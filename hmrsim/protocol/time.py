@@ -18,11 +18,16 @@ KINDS = ("status", "feedback", "result")
 
 
 class Join(NamedTuple):
-    """Join lockstep; answered by `Joined`."""
+    """Join lockstep; answered by `Joined`.
+
+    Attributes:
+        token: Known to this participant alone: a repeated request is answered as the first one was. Empty for none.
+    """
 
     name: str
     reply_to: Any = None
 
+    token: str = ""
 
 class Leave(NamedTuple):
     """Leave lockstep; answered by `HasLeft`."""

@@ -95,14 +95,21 @@ class LockstepCoordinator:
     def join(self, command: Join, wall: float) -> None:
         """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
         name, participants = command.name, self._participants
-        if participants.get(name):
+        there = participants.get(name)
+        if there is not None:
+            if command.token and command.token == there.joined_with and there.last is None:
+                self._welcome(command)
+                return
             self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
             return
-        participants.add(name, wall)
+        participants.add(name, wall, command.token)
         waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
         _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
-        answer = Joined(name, self._next, self._simulator.now, participants.goals_of(name))
-        self._simulator.answer(command.reply_to, answer)
+        self._welcome(command)
+
+    def _welcome(self, command: Join) -> None:
+        goals = self._participants.goals_of(command.name)
+        self._simulator.answer(command.reply_to, Joined(command.name, self._next, self._simulator.now, goals))
 
     def leave(self, command: Leave) -> None:
         """Remove a participant on its own request."""

@@ -10,7 +10,7 @@ from hmrsim.protocol.commands import Participation
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, GetResult
-    from hmrsim.protocol.outputs import Granted
+    from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 
 
 @dataclass
@@ -41,6 +41,12 @@ class Participant:
         token: Whether its liveliness token was ever seen.
     """
 
+        joined_with: The token of its request to join; empty for none.
+        begun: Whether the commands of its open request were applied, so that it gets the next grant.
+        early: Whether its open request came before it was stalled.
+        kinds: The kinds of events that it wants to be told of, as it last said.
+        missed: The events of grants that it did not get, as it is stalled.
+        behind: The epoch that it may ask for though there have been later ones; None if there is none.
     name: str
     since: float
     open: Advance | None = None
@@ -50,6 +56,12 @@ class Participant:
     token: bool = False
 
 
+    joined_with: str = ""
+    begun: bool = False
+    early: bool = False
+    kinds: frozenset[str] = frozenset()
+    missed: list[tuple[str, int, GoalChanged | FeedbackSent]] = field(default_factory=list)
+    behind: int | None = None
 class Participants:
     """All participants.
 
@@ -83,9 +95,9 @@ class Participants:
         """Return why there is no participant of a name."""
         return self._gone.get(name) or f"no participant {name!r}; join first"
 
-    def add(self, name: str, since: float) -> None:
+    def add(self, name: str, since: float, joined_with: str = "") -> None:
         """Add a participant; its name must be free."""
-        self._here[name] = Participant(name, since, token=name in self._tokens)
+        self._here[name] = Participant(name, since, token=name in self._tokens, joined_with=joined_with)
         self._known[name] = None
         self._gone.pop(name, None)
         self._changes.append(Participation(name, "joined"))

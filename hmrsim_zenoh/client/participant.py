@@ -203,8 +203,9 @@ class Participant:
             call.give_up()
 
     def _join(self) -> _Joined:
+        payload = dump({"name": self.name, "token": str(self._link.session.new_timestamp())})
         while True:
-            self._call = call = self._send("join", dump({"name": self.name}), _ONE_TRY)
+            self._call = call = self._send("join", payload, _ONE_TRY)
             self._answered(call, math.inf)
             if isinstance(answer := call.answer, RequestError):
                 raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer

@@ -69,9 +69,10 @@ _Kind = Literal["status", "feedback", "result"]
 
 
 class JoinRequest(Envelope):
-    """The request to join lockstep."""
+    """The request to join lockstep; one that is repeated with the same token gets the same answer."""
 
     name: _Name
+    token: Annotated[str, Field(max_length=200)] = ""
 
 
 class LeaveRequest(Envelope):
@@ -159,7 +160,8 @@ class TimeRequests:
         return request
 
     def _join(self, payload: bytes, reply_to: Any) -> Join:
-        return Join(self._request(JoinRequest, payload).name, reply_to)
+        request: JoinRequest = self._request(JoinRequest, payload)
+        return Join(request.name, reply_to, request.token)
 
     def _leave(self, payload: bytes, reply_to: Any) -> Leave:
         return Leave(self._request(LeaveRequest, payload).participant, reply_to)

@@ -13,8 +13,9 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
-from hmrsim.protocol.time import HasLeft, Joined
+from hmrsim.protocol.time import HasLeft, Join, Joined
 from hmrsim.protocol.topics import Topic
+from tests.simulation import in_lockstep
 from tests.steps import Steps
 
 
@@ -140,6 +141,16 @@ class TestOne:
     def test_a_name_that_has_joined_is_refused(self, steps):
         """Another name will do."""
         assert "participant 'alone' has joined already; take another name" == steps.join("alone").message
+
+    def test_joining_again_with_its_token_gets_the_same_answer(self):
+        """As the first one may be lost; another client with that name is refused."""
+        run, lockstep = in_lockstep()
+        for number, token in enumerate(("mine", "mine", "", "other")):
+            lockstep.join(Join("nurse", number, token), 0.0)
+        answers = [run.log.answers(number)[0] for number in range(4)]
+
+        assert [Joined("nurse", 0, 0.0, 0)] * 2 == answers[:2]
+        assert [Refused] * 2 == [type(answer) for answer in answers[2:]]
 
     def test_a_stranger_is_refused(self, steps):
         """It has to join first."""
