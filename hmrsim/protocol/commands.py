@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.goal_ids import ZERO_ID
-from hmrsim.protocol.time import CheckWatchdog, Join, Leave, ReadTime, SetClock, TokenSeen
+from hmrsim.protocol.time import CheckWatchdog, Intervene, Join, Leave, ReadTime, SetClock, TokenSeen
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -234,7 +234,7 @@ class Advance(NamedTuple):
     reply_to: Any = None
 
 
-TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | CheckWatchdog
+TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | CheckWatchdog | Intervene
 
 
 AnyCommand = Command | TimeCommand

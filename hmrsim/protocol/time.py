@@ -6,6 +6,7 @@ Epochs count the grants. Times are simulated seconds here, as they are in reques
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 REALTIME = "realtime"
@@ -26,8 +27,8 @@ class Join(NamedTuple):
 
     name: str
     reply_to: Any = None
-
     token: str = ""
+
 
 class Leave(NamedTuple):
     """Leave lockstep; answered by `HasLeft`."""
@@ -64,6 +65,12 @@ class ReadTime(NamedTuple):
 
 class CheckWatchdog(NamedTuple):
     """Check whether a participant has exceeded its time to answer."""
+
+
+class Intervene(NamedTuple):
+    """Call a function in the simulation's thread, when all of this instant has been taken."""
+
+    act: Callable[[], None]
 
 
 class Joined(NamedTuple):

@@ -67,9 +67,9 @@ class Conditions:
         return bool(self._names)
 
     @property
-    def met(self) -> bool:
-        """Whether a condition was met that its participant was not told of."""
-        return bool(self._met)
+    def met(self) -> tuple[str, ...]:
+        """The participants that were not told of a condition that was met."""
+        return tuple(self._met)
 
     @property
     def due(self) -> float:

@@ -13,10 +13,11 @@ from __future__ import annotations
 import itertools
 import logging
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.answers import Refused, ResultResponse
 from hmrsim.protocol.commands import (
     Advance,
@@ -29,9 +30,18 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.conditions import Unwatch, Watch
 from hmrsim.protocol.goal_ids import made_goal_id
-from hmrsim.protocol.outputs import Answered, FeedbackSent, GoalChanged, Granted, PlanWanted, RosterChanged
+from hmrsim.protocol.outputs import (
+    Answered,
+    FeedbackSent,
+    GoalChanged,
+    Granted,
+    PlanWanted,
+    RosterChanged,
+    TimeRestarted,
+)
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
+from hmrsim.timing.absences import Absences
 from hmrsim.timing.conditions import Conditions
 from hmrsim.timing.participants import Participants, Slot
 
@@ -68,6 +78,7 @@ class LockstepCoordinator:
         self.lost = ""
         self._over = ""
         self._participants = Participants(awaited)
+        self._absences = Absences()
         self._granting = False
         self._horizon = math.inf
         self._wake = self._reported = _NO_KINDS
@@ -84,13 +95,23 @@ class LockstepCoordinator:
     @property
     def thinks(self) -> bool:
         """Whether a participant has yet to ask to advance."""
-        return bool(self._participants.thinking)
+        return bool(self._thinking)
 
     @property
     def waiting_for(self) -> tuple[str, ...]:
         """The participants that have yet to ask to advance, or to join for the first time."""
-        thinking = [each.name for each in self._participants.thinking]
-        return tuple(sorted((*thinking, *self._participants.missing)))
+        thinking = [each.name for each in self._thinking]
+        return tuple(sorted((*thinking, *self._participants.missing, *self._absences.awaited)))
+
+    @property
+    def _thinking(self) -> list[Participant]:
+        """The participants that time waits for: not those that are stalled."""
+        return [each for each in self._participants.thinking if not self._absences.stalled(each.name)]
+
+    @property
+    def _asking(self) -> list[tuple[Participant, Advance]]:
+        """The participants that have asked to advance and are not stalled, with their requests."""
+        return [pair for pair in self._participants.asking if not self._absences.stalled(pair[0].name)]
 
     def join(self, command: Join, wall: float) -> None:
         """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
@@ -103,6 +124,7 @@ class LockstepCoordinator:
             self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
             return
         participants.add(name, wall, command.token)
+        self._absences.forget(name)
         waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
         _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
         self._welcome(command)
@@ -133,7 +155,45 @@ class LockstepCoordinator:
         """
         if self._granting or self._simulator.paused:
             return []
-        return sorted(each.name for each in self._participants.thinking if each.since < before)
+        return sorted(each.name for each in self._thinking if each.since < before)
+
+    def stall(self, name: str, until: float) -> None:
+        """Let time go on without a participant until some time: it hears nothing, and what it says is not heard.
+
+        What it said before is done. At that time it is told of all that has happened, as it would have been before.
+        Nothing happens if there is no such participant.
+
+        Args:
+            name: Who is stalled.
+            until: Simulated seconds; it may be stalled for longer already.
+        """
+        participant = self._participants.get(name)
+        if participant is None:
+            return
+        if participant.open is not None:
+            participant.early = True
+        elif participant.behind is None:
+            participant.behind = self._next
+        for slot in participant.slots:
+            slot.wakes = slot.woke = False
+        self._absences.stall(name, until)
+        self._reconsider()
+
+    def expect(self, name: str, at: float = 0.0, on_due: Callable[[], None] = lambda: None) -> None:
+        """Let time go on until some time, also without any participant, and wait there for one to join.
+
+        Args:
+            name: Who joins; empty for nobody, so that nothing is waited for.
+            at: Simulated seconds; infinite to let time go on as far as anything is scheduled.
+            on_due: Called when it is that time.
+        """
+        self._absences.expect(name, at, on_due)
+        self._absences.end(self._simulator.now)
+        self._reconsider()
+
+    def expect_no_more(self, name: str) -> None:
+        """Do not wait for a participant that was expected."""
+        self._absences.forget(name)
 
     def drop(self, name: str, why: str) -> None:
         """Drop a participant; its goals continue to execute."""
@@ -147,6 +207,7 @@ class LockstepCoordinator:
             self._stop_waiting(participant)
             participant.open = None
         self._remove(name, "dropped", why, error=error)
+        self._reconsider()
 
     def end(self, why: str, reason: str) -> None:
         """End the run: abort every goal, and remove all participants, which are told how their goals have ended.
@@ -160,6 +221,7 @@ class LockstepCoordinator:
         if self._over:
             return
         self._over, self._granting = why, False
+        self._absences.clear()
         asked = [participant for participant, _ in self._participants.asking]
         for name in self.participants:
             self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
@@ -191,10 +253,13 @@ class LockstepCoordinator:
         """Restart at epoch 0; a participant that waits for a grant receives the changes of its goals by the reset."""
         self._granting = False
         self.epoch = 0
-        thinking = self._participants.thinking
-        for participant, _ in self._participants.asking:
+        thinking = self._thinking
+        for each in self._participants.all:
+            each.behind = None
+        for participant, _ in self._asking:
             self._grant(participant, "event")
         if not thinking:
+            self._keep_missed()
             self._events.clear()
 
     def _remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
@@ -202,6 +267,7 @@ class LockstepCoordinator:
         if participant and participant.open is not None:
             self._grant(participant, "end")
         self._participants.remove(name, change, why, error=error)
+        self._absences.forget(name)
         self._conditions.drop(name)
         if not self._participants:
             self._granting = False
@@ -229,9 +295,10 @@ class LockstepCoordinator:
             participant.askers.append(command.reply_to)
         elif participant.last is not None and participant.last[0] == command.epoch != self._next:
             self._simulator.answer(command.reply_to, participant.last[1])
-        elif command.epoch == self._next and participant.open is None:
+        elif command.epoch in (self._next, participant.behind) and participant.open is None:
             participant.open, participant.since = command, wall
             participant.askers = [command.reply_to]
+            participant.begun = participant.early = False
         else:
             text = f"epoch {command.epoch} is not the current one, which is {self._next}"
             if participant.open is not None:
@@ -241,9 +308,9 @@ class LockstepCoordinator:
     @property
     def ready(self) -> bool:
         """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
-        if self._granting or not self._participants or self._simulator.paused:
+        if self._granting or self._simulator.paused or not (self._participants or self._absences):
             return False
-        return not self._participants.thinking and not self._participants.missing
+        return not (self._thinking or self._participants.missing or self._absences.awaited)
 
     @property
     def granting(self) -> bool:
@@ -259,23 +326,58 @@ class LockstepCoordinator:
         """Begin a grant: apply the commands of this epoch."""
         self._granting, self._woken = True, False
         self._apply_changes()
-        asked = self._participants.asking
-        self._horizon = min(max(advance.until, self._simulator.now) for _, advance in asked)
-        self._wake = frozenset().union(*(advance.wake for _, advance in asked))
-        reported = frozenset().union(self._wake, *(advance.report - {"feedback"} for _, advance in asked))
+        stalled = self._absences.stalled
+        asked = [
+            (participant, advance)
+            for participant, advance in self._participants.asking
+            if not participant.begun and (participant.early or not stalled(participant.name))
+        ]
+        for participant, advance in asked:
+            participant.begun, participant.behind = True, None
+            participant.kinds = _wanted_by(advance)
+        self._limit_grant()
+        reported = _NO_KINDS.union(*(each.kinds for each in self._participants.all))
         if (reported ^ self._reported) & {"feedback"}:
             self._reported = reported
             self._simulator.submit(InterestChanged())
         self._reported = reported
-        if self._conditions.met or any(kind in self._wake for kind, _, _ in self._events):
-            # A client that does not take part has caused an event meanwhile.
+        if self._has_news:
+            # A client that does not take part has caused an event meanwhile, or a stalled participant has missed it.
             self._halt()
         for participant, advance in asked:
-            wakes = "result" in advance.wake
+            wakes = "result" in advance.wake and not stalled(participant.name)
             participant.slots = [Slot(wakes) for _ in advance.commands]
             for command, slot in zip(advance.commands, participant.slots, strict=True):
                 self._give(command, participant.name, slot)
         self._conditions.refresh()
+
+    def _limit_grant(self) -> None:
+        """Let the grant go as far as those allow who ask for it, and end with the kinds of events that wake them."""
+        now = self._simulator.now
+        asked = [advance for participant, advance in self._asking if participant.begun]
+        self._horizon = min(max(until, now) for until in (self._absences.due, *(each.until for each in asked)))
+        self._wake = _NO_KINDS.union(*(each.wake for each in asked))
+
+    @property
+    def _has_news(self) -> bool:
+        """Whether there is something to wake a participant that asks, or one is to join first."""
+        if self._absences.awaited or any(kind in self._wake for kind, _, _ in self._events):
+            return True
+        asked = [(participant, advance) for participant, advance in self._asking if participant.begun]
+        if any(kind in advance.wake for each, advance in asked for kind, _, _ in each.missed):
+            return True
+        if any(slot.woke for each, _ in asked for slot in each.slots):
+            return True
+        return bool({each.name for each, _ in asked}.intersection(self._conditions.met))
+
+    def _reconsider(self) -> None:
+        """Let the grant under way go as far as those allow who are left."""
+        if not self._granting:
+            return
+        self._woken = False
+        self._limit_grant()
+        if self._has_news:
+            self._halt()
 
     def _give(self, command: _Given, name: str, slot: Slot) -> None:
         match command:
@@ -330,6 +432,8 @@ class LockstepCoordinator:
             simulator.advance_clock(stop)
             self._finish("end", wall)
         else:
+            if not any(each.begun for each, _ in self._asking):
+                self._absences.give_up()
             self._finish("idle", wall)
         return False
 
@@ -344,9 +448,12 @@ class LockstepCoordinator:
         return bool(answers)
 
     def _finish(self, reason: str, wall: float) -> None:
-        asked = [pair for pair in self._participants.asking if pair[1].epoch == self.epoch]
         self._granting = False
         self.epoch += 1
+        for name in self._absences.end(self._simulator.now):
+            if participant := self._participants.get(name):
+                participant.since = wall
+        asked = [pair for pair in self._asking if pair[0].begun]
         if self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
@@ -355,7 +462,14 @@ class LockstepCoordinator:
         for participant, _ in asked:
             participant.since = wall
             self._grant(participant, reason, sampled)
+        self._keep_missed()
         self._events.clear()
+
+    def _keep_missed(self) -> None:
+        """Keep the events that stalled participants would be told of now."""
+        for each in self._participants.all:
+            if self._absences.stalled(each.name) or each.behind is not None:
+                each.missed += [event for event in self._events if event[0] in each.kinds]
 
     def _sampled(self, advances: Iterable[Advance]) -> list[tuple[str, int, FeedbackSent]]:
         """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
@@ -375,7 +489,7 @@ class LockstepCoordinator:
         if reason == "until" and stamp(advance.until) == stamp(now):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = max(now, advance.until)
-        events = self._wanted(advance)
+        events = (*(each for each in participant.missed if each[0] in _wanted_by(advance)), *self._wanted(advance))
         if "feedback" in advance.report - advance.wake:
             events = (*events, *sampled)
         accepted = tuple(slot.answer for slot in participant.slots)
@@ -384,12 +498,13 @@ class LockstepCoordinator:
         participant.last = (advance.epoch, granted)
         self._stop_waiting(participant)
         askers, participant.open, participant.slots, participant.askers = participant.askers, None, [], []
+        participant.missed, participant.behind = [], None
         for reply_to in askers:
             self._simulator.answer(reply_to, granted)
 
     def _wanted(self, advance: Advance) -> tuple[tuple[str, int, GoalChanged | FeedbackSent], ...]:
         """Return the events since the last grant of which a participant wants to be told."""
-        wanted = advance.wake | (advance.report - {"feedback"})
+        wanted = _wanted_by(advance)
         return tuple(event for event in self._events if event[0] in wanted)
 
     def _stop_waiting(self, participant: Participant) -> None:
@@ -413,6 +528,8 @@ class LockstepCoordinator:
         elif kind is FeedbackSent:
             if "feedback" in self._reported:
                 self._note("feedback", stamp(self._simulator.now), output)  # type: ignore[arg-type]
+        elif kind is TimeRestarted:
+            self._absences.shift(output.ended / NANOSECONDS)  # type: ignore[union-attr]
         elif kind is RosterChanged:
             self._note_withheld()
             self._conditions.follow()
@@ -429,10 +546,11 @@ class LockstepCoordinator:
         slot.answer = answer
         if slot.wakes and not goes_on:
             # It counts as the result: no later event could wake the participant that sent the command.
+            slot.woke = True
             self._halt()
 
     def _note_met(self) -> None:
-        if self._granting and not self._woken:
+        if self._granting and not self._woken and self._has_news:
             self._halt()
 
     def _note_withheld(self) -> None:
@@ -460,6 +578,11 @@ class LockstepCoordinator:
         self._woken = True
         self._horizon = self._simulator.now
         self._simulator.halt()
+
+
+def _wanted_by(advance: Advance) -> frozenset[str]:
+    """Return the kinds of events that a participant is told of as they come."""
+    return advance.wake | (advance.report - {"feedback"})
 
 
 def _goes_on(answer: Any) -> bool:

@@ -17,7 +17,17 @@ from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, PlanAnswered, TimeCommand
-from hmrsim.protocol.time import LOCKSTEP, CheckWatchdog, Join, Leave, ReadTime, SetClock, TimeState, TokenSeen
+from hmrsim.protocol.time import (
+    LOCKSTEP,
+    CheckWatchdog,
+    Intervene,
+    Join,
+    Leave,
+    ReadTime,
+    SetClock,
+    TimeState,
+    TokenSeen,
+)
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import LockstepCoordinator
@@ -132,6 +142,17 @@ class Pacing:
     def finish_instant(self) -> None:
         """Let the run be over after this instant, of which all is taken still; from within the simulation."""
         self._over = True
+        self._simulator.halt()
+
+    def intervene(self, act: Callable[[], None]) -> None:
+        """Call a function in the simulation's thread when all of this instant has been taken, and before time moves on.
+
+        From any thread, and from within the simulation, as a sink may.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        self._inbox.put(Intervene(act))
         self._simulator.halt()
 
     def end(self, reason: str) -> None:
@@ -327,6 +348,9 @@ class Pacing:
                 lockstep.leave(command)
             case TokenSeen(name, alive):
                 lockstep.token_seen(name, alive=alive)
+            case Intervene(act):
+                self._simulator.finish_instant()
+                act()
             case CheckWatchdog():
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")

@@ -21,11 +21,13 @@ class Slot:
         wakes: Whether the participant that sent it wants to be woken for results.
         wanted: The goal whose result is wanted, if that is the command.
         answer: The answer; None before there is one.
+        woke: Whether the answer ends the grant, as no event would tell of more.
     """
 
     wakes: bool
     wanted: GetResult | None = None
     answer: Any = None
+    woke: bool = False
 
 
 @dataclass
@@ -39,14 +41,14 @@ class Participant:
         slots: The answers to its commands.
         last: Its last epoch, and the grant of that epoch.
         token: Whether its liveliness token was ever seen.
-    """
-
         joined_with: The token of its request to join; empty for none.
         begun: Whether the commands of its open request were applied, so that it gets the next grant.
         early: Whether its open request came before it was stalled.
         kinds: The kinds of events that it wants to be told of, as it last said.
         missed: The events of grants that it did not get, as it is stalled.
         behind: The epoch that it may ask for though there have been later ones; None if there is none.
+    """
+
     name: str
     since: float
     open: Advance | None = None
@@ -54,14 +56,14 @@ class Participant:
     slots: list[Slot] = field(default_factory=list)
     last: tuple[int, Granted] | None = None
     token: bool = False
-
-
     joined_with: str = ""
     begun: bool = False
     early: bool = False
     kinds: frozenset[str] = frozenset()
     missed: list[tuple[str, int, GoalChanged | FeedbackSent]] = field(default_factory=list)
     behind: int | None = None
+
+
 class Participants:
     """All participants.
 
@@ -140,6 +142,11 @@ class Participants:
         """Count one more goal; return its number."""
         number = self._goals[name] = self.goals_of(name) + 1
         return number
+
+    @property
+    def all(self) -> list[Participant]:
+        """All of them, in the order in which they have joined."""
+        return list(self._here.values())
 
     @property
     def missing(self) -> list[str]:
