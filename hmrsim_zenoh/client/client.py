@@ -340,9 +340,11 @@ class Client:
         """
         # A thread that is joining at this moment may take a while.
         lockstep = self._lockstep
-        if lockstep is not None and not self._link.closed:
-            lockstep.close()
-        self._disconnect()
+        try:
+            if lockstep is not None and not self._link.closed:
+                lockstep.close()
+        finally:
+            self._disconnect()
 
     def _disconnect(self) -> None:
         """Close without a word to the simulator, which may not answer."""

@@ -315,6 +315,11 @@ class Link:
         by_name = request == "advance" and member is not None and member.role == "controller"
         return self.keys.world(f"time/{request}/{member.name}" if by_name and member else f"time/{request}")
 
+    @property
+    def is_local_and_alive(self) -> bool:
+        """Whether the simulator is within this process and there, so that it answers at once or not at all."""
+        return isinstance(self.session, LoopbackSession) and self.presence.is_there
+
     def absence(self) -> HmrsimError | None:
         """Return why no answer can come any more; None while the simulator is alive or may still come (back)."""
         if self.closed:

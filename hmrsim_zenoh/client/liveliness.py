@@ -50,6 +50,11 @@ class Presence:
         return self._seen
 
     @property
+    def is_there(self) -> bool:
+        """Whether the token is there, as far as is known."""
+        return self._alive
+
+    @property
     def gone(self) -> bool:
         """Whether the token has been missing for longer than the grace period, counted from `start`."""
         with self._changed:

@@ -236,7 +236,8 @@ class Participant:
         if call.answer is None:
             if absence := self._link.absence():
                 raise absence
-            time.sleep(_PAUSE)
+            if not self._link.is_local_and_alive:
+                time.sleep(_PAUSE)
         return True
 
     def _check(self) -> None:

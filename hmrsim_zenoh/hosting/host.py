@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.timing.pacing import Pacing
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.losses import Losses
 
 _STOP_SECONDS = 1.5
 """Wall seconds within which the simulation thread has to end every goal."""
@@ -107,6 +108,11 @@ class Host:
         self._served.declare()
         self._thread.start()
         self._claim.watch(self._give_way)
+
+    @property
+    def losses(self) -> Losses:
+        """What of requests and answers is lost, or comes twice; for the simulation's thread once it runs."""
+        return self._served.losses
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""

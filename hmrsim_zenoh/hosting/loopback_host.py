@@ -9,7 +9,7 @@ from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
 from hmrsim_zenoh.loopback.exchange import Exchange
-from hmrsim_zenoh.loopback.session import open_session
+from hmrsim_zenoh.loopback.session import LoopbackSession, open_session
 from hmrsim_zenoh.server.local_intake import within
 from hmrsim_zenoh.wire.keys import Keys
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
     from hmrsim.world.model import World
+    from hmrsim_zenoh.server.losses import Losses
 
 
 class LoopbackHost:
@@ -76,9 +77,29 @@ class LoopbackHost:
         """Stop."""
         self.stop()
 
-    def open_session(self) -> zenoh.Session:
-        """Return a session with the simulation, which the caller closes; it passes for one of Zenoh's."""
-        return open_session(self._exchange)
+    @property
+    def losses(self) -> Losses:
+        """What of requests and answers is lost, or comes twice."""
+        return self._served.losses
+
+    def open_session(self, waits: Callable[[], bool] | None = None) -> zenoh.Session:
+        """Return a session with the simulation, which the caller closes; it passes for one of Zenoh's.
+
+        *waits* returns whether what the session wants to send has to wait, as another thread comes first.
+        """
+        return open_session(self._exchange, waits)
+
+    def cut(self, session: zenoh.Session, error: BaseException) -> None:
+        """Cut a session off, as the end of its process would; also from within the simulation.
+
+        Each call of the session raises *error* from now on, also one under way.
+        """
+        if isinstance(session, LoopbackSession):
+            session.cut(error)
+
+    def go_on(self) -> None:
+        """Have the simulation run until it can't go on without a message."""
+        self._exchange.settle()
 
     def end(self, reason: str) -> None:
         """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.intake import Intake
+    from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -134,6 +135,11 @@ class ServedSimulation:
             self.join()
             raise
         self._participants = self._watch_participants()
+
+    @property
+    def losses(self) -> Losses:
+        """What of requests and answers is lost, or comes twice."""
+        return self.server.inbox.losses
 
     def declare(self) -> None:
         """Declare it on the session: clients may send goals from now on."""

@@ -77,6 +77,8 @@ class Exchange:
         # One thread at a time has the simulation run, or changes what is declared.
         self._lock = threading.RLock()
         self._running = False
+        self._settled = threading.Condition()
+        self._settling = 0
 
     def number(self) -> int:
         """Return the next number; nobody else gets it."""
@@ -121,6 +123,24 @@ class Exchange:
                     call()
                 except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
                     _log.exception("a callback failed")
+        self.notify()
+
+    def wait_while(self, holds: Callable[[], bool]) -> None:
+        """Wait in the calling thread while something holds; it is looked at whenever another thread has settled."""
+        if not holds():
+            return
+        with self._settled:
+            self._settling += 1
+            try:
+                self._settled.wait_for(lambda: not holds())
+            finally:
+                self._settling -= 1
+
+    def notify(self) -> None:
+        """Have the threads that wait look again."""
+        if self._settling:
+            with self._settled:
+                self._settled.notify_all()
 
     def _has_run(self) -> bool:
         """Have the simulation run, and return whether that leaves something to deliver."""

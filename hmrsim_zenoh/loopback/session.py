@@ -15,9 +15,12 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
 
-def open_session(exchange: Exchange) -> zenoh.Session:
-    """Return a session on an exchange: it passes for one of Zenoh's."""
-    return cast("zenoh.Session", LoopbackSession(exchange))
+def open_session(exchange: Exchange, waits: Callable[[], bool] | None = None) -> zenoh.Session:
+    """Return a session on an exchange: it passes for one of Zenoh's.
+
+    *waits* returns whether the session has to wait with what it wants to send, as others come first.
+    """
+    return cast("zenoh.Session", LoopbackSession(exchange, waits))
 
 
 class LoopbackSession:
@@ -27,8 +30,10 @@ class LoopbackSession:
         exchange: The exchange.
     """
 
-    def __init__(self, exchange: Exchange) -> None:
+    def __init__(self, exchange: Exchange, waits: Callable[[], bool] | None = None) -> None:
         self.exchange = exchange
+        self._waits = waits
+        self._error: BaseException | None = None
         self._number = exchange.number()
         self._tokens: list[Token] = []
         self._declared: list[Declaration] = []
@@ -43,6 +48,20 @@ class LoopbackSession:
             for declared in self._declared:
                 declared.undeclare()
             self.exchange.settle()
+
+    def cut(self, error: BaseException) -> None:
+        """Cut it off at once, as the end of its process would; also from within the simulation.
+
+        Its tokens are gone, it gets nothing any more, and each call raises *error*, also one under way.
+        """
+        if self._closed:
+            return
+        self._closed, self._error = True, error
+        for declared in self._declared:
+            declared.undeclare()
+        for token in self._tokens:
+            token.lose()
+        self.exchange.notify()
 
     def is_closed(self) -> bool:
         """Return whether it was closed."""
@@ -65,7 +84,7 @@ class LoopbackSession:
             sample = Sample(name, Payload.of(payload), str(encoding))
             for each in found:
                 self.exchange.deliver(each.call, sample)
-            self.exchange.settle()
+            self._settle()
 
     def get(
         self,
@@ -86,7 +105,7 @@ class LoopbackSession:
         self._check()
         exchange, name = self.exchange, str(key)
         replies: list[Reply] = []
-        take: Callable[[Reply], object] = replies.append if handler is None else handler.callback
+        take = self._heard(replies.append if handler is None else handler.callback)
         found = [each for each in exchange.matching(Kind.QUERYABLE, name) if among(each)]
         left = len(found)
 
@@ -100,7 +119,7 @@ class LoopbackSession:
             each.call(Query(name, sent, partial(exchange.deliver, take), end))
         if not found:
             end()
-        exchange.settle()
+        self._settle()
         return iter(replies)
 
     def declare_subscriber(self, key: str, handler: Any) -> Declaration:
@@ -121,7 +140,7 @@ class LoopbackSession:
 
     def _declare(self, kind: Kind, key: str, call: Callable[[Any], object]) -> Declaration:
         self._check()
-        declaration = self.exchange.declare(kind, key, call, self)
+        declaration = self.exchange.declare(kind, key, self._heard(call), self)
         self._declared.append(declaration)
         return declaration
 
@@ -132,8 +151,23 @@ class LoopbackSession:
         return token
 
     def _check(self) -> None:
+        if self._waits is not None:
+            self.exchange.wait_while(lambda: not self._closed and self._waits is not None and self._waits())
+        self._check_cut()
         if self._closed:
             raise zenoh.ZError("the session is closed")
+
+    def _settle(self) -> None:
+        self.exchange.settle()
+        self._check_cut()
+
+    def _check_cut(self) -> None:
+        if self._error is not None:
+            raise self._error
+
+    def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
+        """Return what takes something unless the session was cut off."""
+        return lambda item: take(item) if self._error is None else None
 
 
 class Liveliness:
@@ -181,6 +215,14 @@ class Token:
         if declaration is not None:
             declaration.undeclare()
             self._tell(zenoh.SampleKind.DELETE)
+
+    def lose(self) -> None:
+        """Take it back within the simulation, which learns of it at once."""
+        declaration, self._declaration = self._declaration, None
+        if declaration is not None:
+            declaration.undeclare()
+            for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):
+                each.call(Sample(self._key, kind=zenoh.SampleKind.DELETE))
 
     def _tell(self, kind: zenoh.SampleKind) -> None:
         for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):

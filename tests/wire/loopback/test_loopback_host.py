@@ -194,3 +194,78 @@ class TestPlanner:
         client.action_client("bob", NAVIGATE).send_goal(goal_to(10, 0)).result()
 
         assert ([0.0], (10.0, 0.0)) == (asked, host.simulator.robots["bob"].pose().point)
+
+
+class Cut(BaseException):
+    """A session was cut."""
+
+
+class TestCut:
+    """A session that is cut off, as the end of its process would."""
+
+    def test_each_call_raises_the_error(self, host):
+        """Also one that waits for its answer at that moment."""
+        with Client(session=host.open_session()) as client:
+            client.sleep(1.0)
+            host.simulator.env.alarm(1.0, lambda: host.pacing.intervene(lambda: host.cut(client.session, Cut())))
+            for _ in range(2):
+                with pytest.raises(Cut):
+                    client.sleep(5.0)
+            with pytest.raises(Cut):
+                client.close()
+
+    def test_its_token_is_gone_at_once(self, host):
+        """Its participant is dropped before time goes on."""
+        client = Client(session=host.open_session())
+        client.sleep(1.0)
+        host.simulator.env.alarm(1.0, lambda: host.pacing.intervene(lambda: host.cut(client.session, Cut())))
+        with pytest.raises(Cut):
+            client.sleep(5.0)
+
+        assert (2.0, ()) == (host.simulator.now, host.pacing.lockstep.participants)
+
+    def test_it_hears_nothing_more(self, host, client):
+        """What is published goes to others."""
+        session, heard = host.open_session(), []
+        session.declare_subscriber("there/**", lambda sample: heard.append(sample.payload.to_bytes()))
+        host.cut(session, Cut())
+        client.session.put("there/it/is", b"news")
+
+        assert [] == heard
+
+
+class TestLosses:
+    """Answers that are lost, and requests that come twice."""
+
+    def test_an_answer_is_lost(self, host, client):
+        """The query ends without a reply; the next one has its reply."""
+        host.losses.watch()
+        host.losses.lose_answers(1)
+        key, request = "hmrsim/_world/get_entities", b"{}"
+        lost, there = list(client.session.get(key, payload=request)), list(client.session.get(key, payload=request))
+
+        assert ([], 1) == (lost, len(there))
+
+    def test_a_lost_answer_to_join_is_given_again(self, host, client):
+        """The client is not taken for another one of its name."""
+        host.losses.watch()
+        host.losses.lose_answers(1)
+        client.sleep(2.0)
+
+        assert ("client",) == host.pacing.lockstep.participants
+
+    def test_a_request_comes_twice(self, host, client):
+        """And is answered once."""
+        host.losses.repeat_requests(1)
+        goal = b'{"goal": {"time": {"sec": 60}}}'
+        replies = list(client.session.get("hmrsim/ann/wait/_action/send_goal", payload=goal))
+        status = json.loads(client.get("hmrsim/ann/wait/_action/status"))
+
+        assert (1, 2) == (len(replies), len(status["status_list"]))
+
+    def test_readings_are_left_alone(self, host, client):
+        """A query without a payload is answered."""
+        host.losses.watch()
+        host.losses.lose_answers(1)
+
+        assert client.info()

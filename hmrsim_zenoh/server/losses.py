@@ -1,0 +1,86 @@
+"""Losses on the way between clients and the simulation, on purpose: answers that get lost, requests that come twice."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    import zenoh
+
+
+class Losses:
+    """What of requests and answers is lost, or comes twice: nothing, unless that is asked for.
+
+    Readings are left alone, which are queries without a payload: they are repeated without a thought.
+    """
+
+    def __init__(self) -> None:
+        self._watching = False
+        self._answers = 0
+        self._requests = 0
+
+    def watch(self) -> None:
+        """Prepare to lose answers to requests that come from now on."""
+        self._watching = True
+
+    def lose_answers(self, count: int) -> None:
+        """Lose the next answers, also to requests that have come since `watch`."""
+        self._answers += count
+
+    def repeat_requests(self, count: int) -> None:
+        """Let the next requests come twice; only the answers to the first of both arrive."""
+        self._requests += count
+
+    def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
+        """Return a query as it arrives: once, or twice."""
+        if query.payload is None:
+            return (query,)
+        watched = cast("zenoh.Query", _Watched(query, self)) if self._watching else query
+        if not self._requests:
+            return (watched,)
+        self._requests -= 1
+        return watched, cast("zenoh.Query", _Repeated(query))
+
+    def lost(self) -> bool:
+        """Return whether an answer that is sent now is lost, and count it."""
+        lost = self._answers > 0
+        self._answers -= lost
+        return lost
+
+
+class _Watched:
+    """A query whose answers may get lost; it has the interface of a query."""
+
+    def __init__(self, query: zenoh.Query, losses: Losses) -> None:
+        self._query = query
+        self._losses = losses
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._query, name)
+
+    def reply(self, *arguments: Any, **options: Any) -> None:
+        if not self._losses.lost():
+            self._query.reply(*arguments, **options)
+
+    def reply_err(self, *arguments: Any, **options: Any) -> None:
+        if not self._losses.lost():
+            self._query.reply_err(*arguments, **options)
+
+
+class _Repeated:
+    """A query that has come again: nobody hears the answers to it, as with those to the first one it has ended."""
+
+    def __init__(self, query: zenoh.Query) -> None:
+        self._query = query
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._query, name)
+
+    def reply(self, *arguments: Any, **options: Any) -> None:
+        """Send nothing."""
+
+    def reply_err(self, *arguments: Any, **options: Any) -> None:
+        """Send nothing."""
+
+    def drop(self) -> None:
+        """Do nothing: the first one ends it."""
