@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.experiments.running.single import WallLimit
+from hmrsim.experiments.running.controlling import WallLimit
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.model import Limits

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -13,29 +12,21 @@ from bt_controller.coverage import TreeCoverage
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import measures_of, needs_report
-from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY, TIMEOUT, Row
+from hmrsim.experiments.results.row import CRASHED, ERROR, TIMEOUT, Row
 from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, control
 from hmrsim.experiments.running.coverages import packed
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
-    from hmrsim.experiments.running.controllers import Controller
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
-
-_SUCCEEDED, _FAILED = "succeeded", "failed"
-
-
-class WallLimit(BaseException):
-    """A run takes too long; not an Exception, so that a controller does not catch it by accident."""
-
 
 Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
 """Makes further sinks of a simulation."""
@@ -71,13 +62,13 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         simulator = host.simulator
         judge.watch(simulator, host.end)
         client = stack.enter_context(Client(session=host.open_session(), name=plan.treatments[run.treatment].name))
-        ending, cause = _control(controller, client, simulator)
-        if ending in {_SUCCEEDED, _FAILED} and not host.pacing.over:
-            judge.controller_ended(succeeded=ending == _SUCCEEDED, now=simulator.now)
+        ending, cause = control(controller, client, simulator)
+        if ending in {SUCCEEDED, FAILED} and not host.pacing.over:
+            judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
         # What the judge has found counts, and so does the limit, also where a controller is confused by the end.
         judged = bool(judge.label)
         confused = host.pacing.over and ending == CRASHED
-        ending, cause = (TIMEOUT, "") if confused or ending in {_SUCCEEDED, _FAILED} else (ending, cause)
+        ending, cause = (TIMEOUT, "") if confused or ending in {SUCCEEDED, FAILED} else (ending, cause)
         judge.end(ending, simulator.now)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)
@@ -116,26 +107,3 @@ def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: 
         measures=measures,
         reported=judge.reported,
     )
-
-
-def _control(controller: Controller, client: Client, simulator: Simulator) -> tuple[str, str]:
-    """Let a controller control the robots; return the ending if the judge finds none, and its cause."""
-    try:
-        return (_SUCCEEDED if controller(client, [*simulator.robots]) else _FAILED), ""
-    except SimulatorGone:
-        return _FAILED, ""
-    except WallLimit as limit:
-        return HUNG, str(limit)
-    except MemoryError:
-        return MEMORY, "it takes more memory than its limit"
-    except HmrsimError as error:
-        return CRASHED, f"{type(error).__name__}: {error}"
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the user's code raises
-        return CRASHED, described(error)
-
-
-def described(error: BaseException) -> str:
-    """Return an error of the user's code as one line: the error and its place."""
-    text = f"{type(error).__name__}: {error}".splitlines()[0]
-    frames = traceback.extract_tb(error.__traceback__)
-    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text

@@ -15,8 +15,9 @@ from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY, Row
 from hmrsim.experiments.running.commands import run_command
+from hmrsim.experiments.running.controlling import WallLimit, described
 from hmrsim.experiments.running.guards import guarded
-from hmrsim.experiments.running.single import WallLimit, described, run_in_process, unwatched
+from hmrsim.experiments.running.single import run_in_process, unwatched
 from hmrsim.program.garbage import collect_rarely
 
 if TYPE_CHECKING:
