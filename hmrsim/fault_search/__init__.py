@@ -1,0 +1,1 @@
+"""The search for the faults under which a controller fails, in simulation."""

@@ -1,0 +1,148 @@
+"""When disturbances happen: a sink that waits for their events, and has them carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.engine.sim_time import stamp
+from hmrsim.errors import SimulationStopped
+from hmrsim.events import registry
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
+from hmrsim.protocol.commands import CallService
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.topics import Topic
+
+if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.fault_search.disturbances.model import Disturbance
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+
+
+class Acted(NamedTuple):
+    """A disturbance that has happened.
+
+    Attributes:
+        at: When, in nanoseconds of simulated time.
+    """
+
+    at: int
+    disturbance: Disturbance
+
+
+class Disturber:
+    """A sink that has disturbances carried out, each once and at the end of an instant; of one run.
+
+    Events are counted through the whole run, also where the simulation is reset meanwhile.
+
+    Attributes:
+        acted: Those that have happened, in order.
+    """
+
+    def __init__(self, disturbances: Sequence[Disturbance] = ()) -> None:
+        self.acted: list[Acted] = []
+        self._waiting = [_Waiting(each) for each in disturbances]
+        self._kinds = frozenset(kind for each in disturbances for kind in each.when.kinds)
+        self._wants_motion = any(kind in registry() and not registry()[kind].traced for kind in self._kinds)
+        self._simulator: Simulator | None = None
+        self._pacing: Pacing | None = None
+        self._act: Callable[[Disturbance], None] = lambda _disturbance: None
+
+    @property
+    def disturbances(self) -> list[Disturbance]:
+        """All disturbances, in order."""
+        return [each.disturbance for each in self._waiting]
+
+    def watch(self, simulator: Simulator, pacing: Pacing) -> Disturber:
+        """Begin to wait for events; return this sink, to be one of the simulator's."""
+        self._simulator, self._pacing = simulator, pacing
+        return self
+
+    def attach(self, act: Callable[[Disturbance], None]) -> None:
+        """Have disturbances of the controller and of its wire carried out; resets of the simulation are done here.
+
+        *act* is called in the simulation's thread, when all of an instant has been taken.
+        """
+        self._act = act
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic's messages are wanted: events."""
+        return bool(self._waiting) and (topic is Topic.EVENTS or (topic is Topic.MOTION and self._wants_motion))
+
+    def emit(self, output: Output) -> None:
+        """Look whether disturbances have waited for an event."""
+        if isinstance(output, TimeRestarted):
+            self._set_alarms_anew(output.ended)
+            return
+        for event in self._events(output):
+            for each in self._waiting:
+                if each.comes_with(event):
+                    self._expect(each, each.disturbance.when.after)
+
+    def _events(self, output: Output) -> Iterator[Event]:
+        """Yield the events that an output stands for, as far as one is waited for."""
+        if isinstance(output, EventStamped):
+            if output.kind in self._kinds:
+                yield output.event
+        elif isinstance(output, GoalChanged):
+            if "status" in self._kinds:
+                yield output.event()
+            if output.goal is not None and "goal" in self._kinds:
+                yield output.accepted()
+
+    def _expect(self, waiting: _Waiting, after: float) -> None:
+        """Carry a disturbance out after some seconds."""
+        if self._simulator is None:
+            raise AssertionError
+        waiting.due = self._simulator.now + after
+        if after > 0.0:
+            self._simulator.env.alarm(after, partial(self._intervene, waiting))
+        else:
+            self._intervene(waiting)
+
+    def _intervene(self, waiting: _Waiting) -> None:
+        if self._pacing is not None and waiting.due is not None:
+            waiting.due = None
+            # After the end of the run nothing can be disturbed.
+            with suppress(SimulationStopped):
+                self._pacing.intervene(partial(self._carry_out, waiting.disturbance))
+
+    def _carry_out(self, disturbance: Disturbance) -> None:
+        if self._simulator is None or self._pacing is None:
+            raise AssertionError
+        self.acted.append(Acted(stamp(self._simulator.now), disturbance))
+        if disturbance.disturbance == "simulation_reset":
+            self._pacing.submit(CallService("reset_simulation", ResetSimulation.Request()))
+        else:
+            self._act(disturbance)
+
+    def _set_alarms_anew(self, ended: int) -> None:
+        """Set the alarms again that were dropped as time has gone back; what is left of a delay is left."""
+        for each in self._waiting:
+            if each.due is not None:
+                self._expect(each, max(each.due - ended / NANOSECONDS, 0.0))
+
+
+class _Waiting:
+    """A disturbance that waits for its event, or for its time.
+
+    Attributes:
+        due: When it is due, in simulated seconds, once its event has come and until then.
+    """
+
+    def __init__(self, disturbance: Disturbance) -> None:
+        self.disturbance = disturbance
+        self.due: float | None = None
+        self._left = disturbance.when.nth
+
+    def comes_with(self, event: Event) -> bool:
+        """Count an event if it is meant; return whether it is the one that is waited for."""
+        if self._left == 0 or not self.disturbance.when.matches(event):
+            return False
+        self._left -= 1
+        return self._left == 0

@@ -1,0 +1,1 @@
+"""The running of schedules: worlds with their controllers, and what disturbs these."""

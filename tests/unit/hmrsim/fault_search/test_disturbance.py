@@ -1,0 +1,62 @@
+"""What a disturbance is."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from hmrsim.fault_search.disturbances import Disturbance
+from tests.cases import case
+
+PICKUP = {"goal": "executing", "robot": "eve", "action": "pickup", "after": 0.5}
+
+
+def disturbance(kind, **more):
+    """Return a disturbance."""
+    return Disturbance.model_validate({"disturbance": kind, "when": PICKUP, **more})
+
+
+def test_it_is_told_in_words():
+    """What happens, and when."""
+    for made, text in [
+        (disturbance("controller_killed"), "the controller is killed"),
+        (disturbance("controller_killed", restart_after=5), "the controller is killed, and started again after 5 s"),
+        (disturbance("controller_stalled", duration=20), "the controller is stalled for 20 s"),
+        (disturbance("second_controller"), "a second controller is started"),
+        (disturbance("reply_lost"), "the next answer is lost"),
+        (disturbance("request_repeated", count=3), "the next 3 requests come twice"),
+        (disturbance("simulation_reset"), "the simulation is reset"),
+    ]:
+        with case(text):
+            assert f"{text}: 0.5 s after pickup of eve is executing" == made.describe()
+
+
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({"disturbance": "controller_killed", "duration": 5}, "duration belongs to controller_stalled"),
+        ({"disturbance": "controller_stalled"}, "needs a duration"),
+        ({"disturbance": "second_controller", "count": 2}, "count belongs to reply_lost and request_repeated"),
+        ({"disturbance": "simulation_reset", "restart_after": 2}, "restart_after belongs to controller_killed"),
+        ({"disturbance": "reply_lost", "count": 0}, "greater than or equal to 1"),
+        ({"disturbance": "power_cut"}, "controller_killed"),
+    ],
+)
+def test_what_is_wrong_is_refused(settings, why):
+    """Each setting belongs to a kind."""
+    with pytest.raises(ValidationError, match=why):
+        Disturbance.model_validate({"when": PICKUP, **settings})
+
+
+def test_it_is_the_same_after_a_round_trip():
+    """As JSON without what was left out."""
+    made = disturbance("controller_killed", restart_after=5)
+
+    assert made == Disturbance.model_validate_json(made.model_dump_json(exclude_unset=True))
+
+
+def test_a_kind_of_event_that_there_is_not_is_a_flaw():
+    """Found at its place."""
+    made = Disturbance.model_validate({"disturbance": "simulation_reset", "when": {"event": "picked_up"}})
+
+    assert [("when", "event")] == [finding.path for finding in made.flaws()]
