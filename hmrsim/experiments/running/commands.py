@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import shlex
-import signal
-import subprocess
-import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import needs_report
-from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
-from hmrsim.experiments.running.guards import Tail
+from hmrsim.experiments.results.row import ERROR, TIMEOUT, Row
+from hmrsim.experiments.running.processes import ControllerProcess, follow
 from hmrsim.experiments.running.single import keeps_trace, result_of, unwatched, with_report
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
@@ -31,13 +26,6 @@ if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.running.single import Watchers
     from hmrsim.protocol.sinks import Sink
-
-_GRACE: Final = 2.0
-"""Wall seconds that a controller has to end by itself after the run has ended."""
-_POLL: Final = 0.002
-"""Wall seconds between two looks whether the controller, or the run, has ended."""
-_FAILED: Final = 1
-"""The exit code of a controller that has failed, and not crashed."""
 
 
 def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
@@ -65,11 +53,11 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         judge.watch(host.simulator, host.end)
         host.start()
         try:
-            controller = _Controller(words, plan, run, host.endpoints[0])
+            controller = ControllerProcess(words, plan.path.parent, _variables(plan, run, host.endpoints[0]))
         except OSError as error:
             return Row(run, ERROR, f"{words[0]}: {error.strerror or error}", wall=time.monotonic() - began)
         with controller:
-            ending, cause = _follow(controller, host, began + limits.wall)
+            ending, cause = follow(controller, host, began + limits.wall)
         over = host.pacing.over
         host.stop()
         # Nothing runs any more: what the simulator knows can be read.
@@ -97,71 +85,7 @@ def _words(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
     return words
 
 
-class _Controller:
-    """The process of a controller, and all that it starts; a context manager that kills them."""
-
-    def __init__(self, words: list[str], plan: Plan, run: Run, endpoint: str) -> None:
-        values = {key: str(substituted(each, plan.names(run.scenario))) for key, each in _set(plan, run).items()}
-        environment = os.environ | values
-        environment |= {"HMRSIM_CONNECT": endpoint, "HMRSIM_SEED": str(run.seed), "HMRSIM_RUN": str(run.number)}
-        self._tail = Tail()
-        self._process = subprocess.Popen(  # noqa: S603 - the user's own command
-            words,
-            cwd=plan.path.parent,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-            text=True,
-            errors="replace",
-        )
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        with suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
-        self._reader.join(_GRACE)
-
-    @property
-    def code(self) -> int | None:
-        """The exit code; None while it runs."""
-        return self._process.poll()
-
-    @property
-    def output(self) -> str:
-        """The end of what it has printed."""
-        return self._tail.text
-
-    def _read(self) -> None:
-        stream = self._process.stdout
-        with suppress(ValueError, OSError):
-            while stream is not None and (text := stream.read(4096)):
-                self._tail.write(text)
-
-
-def _set(plan: Plan, run: Run) -> Mapping[str, Any]:
-    return plan.treatments[run.treatment].set
-
-
-def _follow(controller: _Controller, host: Host, until: float) -> tuple[str, str]:
-    """Wait for the end of a controller, or of the run; return the ending if the judge finds none, and its cause."""
-    while controller.code is None:
-        if host.wait(_POLL):
-            deadline = min(until, time.monotonic() + _GRACE)
-            while controller.code is None and time.monotonic() < deadline:
-                time.sleep(_POLL)
-            return TIMEOUT, ""
-        if time.monotonic() > until:
-            return HUNG, "it takes too long by the wall's clock"
-    code = controller.code
-    if code == 0:
-        return "succeeded", ""
-    if code == _FAILED:
-        return "failed", ""
-    return CRASHED, f"the controller ended with {f'signal {-code}' if code < 0 else f'exit code {code}'}"
+def _variables(plan: Plan, run: Run, endpoint: str) -> dict[str, str]:
+    names = plan.names(run.scenario)
+    values = {key: str(substituted(each, names)) for key, each in plan.treatments[run.treatment].set.items()}
+    return values | {"HMRSIM_CONNECT": endpoint, "HMRSIM_SEED": str(run.seed), "HMRSIM_RUN": str(run.number)}
