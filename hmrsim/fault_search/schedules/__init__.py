@@ -1,0 +1,1 @@
+"""Schedules: what goes wrong in a run, and when."""

@@ -1,0 +1,194 @@
+"""The things of a schedule: a fault, a change of the world, or a disturbance of the wire or the controller."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from hmrsim.diagnostics import Finding, instead, shown
+from hmrsim.fault_search.disturbances import Disturbance
+from hmrsim.faults import Anchor
+from hmrsim.world_checks.explain import explain
+from hmrsim.world_checks.faults import read_fault
+
+FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"
+"""The key by which a thing is a fault, a change or a disturbance."""
+
+_KEYS: Final = (FAULT, CHANGE, DISTURBANCE)
+_SUBJECTS: Final = ("robot", "door", "lane", "dock", "item", "lift")
+
+
+@dataclass(frozen=True)
+class Thing:
+    """One thing of a schedule, in plain values.
+
+    Attributes:
+        said: As in a file: an entry of a world's ``faults``, ``{"change": {PATH: VALUE}}`` or
+            ``{"disturbance": KIND, …}``.
+    """
+
+    said: Mapping[str, Any]
+
+    @cached_property
+    def key(self) -> str:
+        """The same in canonical JSON; equal things have equal keys."""
+        return json.dumps(self.said, sort_keys=True, separators=(",", ":"))
+
+    def __hash__(self) -> int:
+        """Return the hash of its key."""
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another thing says the same."""
+        return isinstance(other, Thing) and other.key == self.key
+
+    @property
+    def family(self) -> str:
+        """``type`` for a fault, ``change`` or ``disturbance``."""
+        return next(key for key in _KEYS if key in self.said)
+
+    @property
+    def kind(self) -> str:
+        """The type of a fault, the kind of a disturbance, or the last step of a change's paths."""
+        if self.family == CHANGE:
+            paths = [*self.said[CHANGE]]
+            return paths[0].rpartition(".")[2].lstrip("~") if paths else CHANGE
+        return str(self.said[self.family])
+
+    @property
+    def subject(self) -> str:
+        """What it happens to: a robot, a door, a dock, an item or a lane; empty for none."""
+        for name in _SUBJECTS:
+            value = self.said.get(name)
+            if value:
+                return "-".join(value) if isinstance(value, (list, tuple)) else str(value)
+        if self.family == CHANGE:
+            first = next(iter(self.said[CHANGE]), "")
+            parts = first.lstrip("~").split(".")
+            return parts[1] if len(parts) > 1 else parts[0]
+        return ""
+
+    @property
+    def anchor(self) -> Mapping[str, Any]:
+        """The anchor, in plain values; empty if it has none."""
+        return self.said.get("when") or {}
+
+    def replaced(self, **values: Any) -> Thing:
+        """Return the same with other values; those of None are left out."""
+        said = {**self.said, **values}
+        return Thing({key: value for key, value in said.items() if value is not None})
+
+    def describe(self) -> str:
+        """Return it in words, such as ``claw_misses of wall_e for 20 s, when pickup of wall_e is executing``."""
+        if self.family == CHANGE:
+            return ", ".join(_change(path, value) for path, value in self.said[CHANGE].items())
+        parts = [self.kind + (f" of {self.subject}" if self.subject else "")]
+        further = {key: value for key, value in self.said.items() if key not in _TOLD}
+        if further:
+            parts.append("(" + ", ".join(f"{key} {_plain(value)}" for key, value in further.items()) + ")")
+        if "duration" in self.said:
+            parts.append(f"for {_plain(self.said['duration'])} s")
+        return f"{' '.join(parts)}{self._when()}"
+
+    def _when(self) -> str:
+        if self.anchor:
+            return f", {described(Anchor.model_validate(self.anchor))}"
+        return f", at {_plain(self.said['at'])} s" if self.said.get("at") else ""
+
+
+_TOLD: Final = (FAULT, DISTURBANCE, "when", "at", "duration", "name", *_SUBJECTS)
+
+
+def described(anchor: Anchor) -> str:
+    """Return an anchor in words, such as ``0.5 s after pickup of eve is executing (number 2)``."""
+    return anchor.describe() if anchor.after else f"when {anchor.describe()}"
+
+
+def _change(path: str, value: Any) -> str:
+    return f"without {path[1:]}" if path.startswith("~") else f"{path} = {_plain(value)}"
+
+
+def _plain(value: Any) -> str:
+    return (
+        f"{value:g}" if isinstance(value, float) else str(value) if not isinstance(value, dict) else json.dumps(value)
+    )
+
+
+Schedule = tuple[Thing, ...]
+"""What goes wrong in a run; the order means nothing but which of two at one instant comes first."""
+
+
+def key_of(schedule: Sequence[Thing]) -> str:
+    """Return a schedule in canonical JSON."""
+    return f"[{','.join(thing.key for thing in schedule)}]"
+
+
+def read_things(values: object) -> tuple[Schedule, list[Finding]]:
+    """Return the things that plain values describe, and all that is wrong with them, by path from the list on."""
+    if not isinstance(values, (list, tuple)):
+        return (), [Finding((), f"expected a list of faults, changes and disturbances, got {shown(values)}", values)]
+    things: list[Thing] = []
+    findings: list[Finding] = []
+    for i, said in enumerate(values):
+        found = [*_flaws(said)]
+        findings += [Finding((i, *each.path), each.message, each.value) for each in found]
+        if not found:
+            things.append(Thing(said))
+    return tuple(things), findings
+
+
+def _flaws(said: object) -> Iterator[Finding]:
+    if not isinstance(said, dict):
+        yield Finding((), f"expected a mapping with {', '.join(_KEYS[:-1])} or {_KEYS[-1]}, got {shown(said)}", said)
+        return
+    families = [key for key in _KEYS if key in said]
+    if len(families) != 1:
+        unknown = next((key for key in said if key not in _KEYS), "")
+        hint = instead(unknown, _KEYS) if unknown and not families else ""
+        yield Finding((), f"expected one of {', '.join(_KEYS[:-1])} and {_KEYS[-1]}{hint}", said)
+        return
+    yield from _READERS[families[0]](said)
+
+
+def _fault(said: dict[str, Any]) -> Iterator[Finding]:
+    found = read_fault(str(said[FAULT]), {key: value for key, value in said.items() if key != FAULT})
+    if isinstance(found, list):
+        yield from found
+    elif found[1].when is not None:
+        yield from _of_anchor(found[1].when)
+
+
+def _change_flaws(said: dict[str, Any]) -> Iterator[Finding]:
+    if not isinstance(said[CHANGE], dict) or not said[CHANGE]:
+        message = "expected a mapping of paths to values such as robots.eve.base.speed: 0.2"
+        yield Finding((CHANGE,), f"{message}, got {shown(said[CHANGE])}", said[CHANGE])
+    for key, value in said.items():
+        if key != CHANGE:
+            yield Finding((key,), f"a change has no key {key!r}; it holds from the start", value)
+
+
+def _disturbance(said: dict[str, Any]) -> Iterator[Finding]:
+    try:
+        disturbance = Disturbance.model_validate(said)
+    except ValidationError as error:
+        yield from explain(error, said, Disturbance)
+        return
+    if disturbance.when is not None:
+        yield from _of_anchor(disturbance.when)
+
+
+def _of_anchor(anchor: Anchor) -> Iterator[Finding]:
+    for flaw in anchor.flaws():
+        yield Finding(("when", *flaw.path), flaw.message, flaw.value)
+
+
+_READERS: Final[Mapping[str, Callable[[dict[str, Any]], Iterator[Finding]]]] = {
+    FAULT: _fault,
+    CHANGE: _change_flaws,
+    DISTURBANCE: _disturbance,
+}

@@ -1,0 +1,69 @@
+"""The things of schedules: what they say in words, and what can be wrong with them."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.fault_search.schedules.thing import Thing, read_things
+
+GOAL = {"goal": "executing", "robot": "eve", "action": "pickup"}
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"type": "breakdown", "robot": "eve", "duration": 20.0}, "breakdown of eve for 20 s"),
+        (
+            {"type": "claw_misses", "robot": "eve", "probability": 0.5, "when": {**GOAL, "nth": 2, "after": 0.5}},
+            "claw_misses of eve (probability 0.5), 0.5 s after pickup of eve is executing (number 2)",
+        ),
+        ({"type": "lane_closed", "lane": ["a", "b"], "at": 3.0}, "lane_closed of a-b, at 3 s"),
+        ({"change": {"robots.eve.base.speed": 0.2}}, "robots.eve.base.speed = 0.2"),
+        ({"change": {"~docks.charger": None}}, "without docks.charger"),
+        (
+            {"disturbance": "controller_stalled", "duration": 5.0, "when": GOAL},
+            "controller_stalled for 5 s, when pickup of eve is executing",
+        ),
+    ],
+)
+def test_a_thing_is_told_in_words(said, words):
+    """What happens to what, for how long, and when it begins."""
+    assert words == Thing(said).describe()
+
+
+def test_things_that_say_the_same_are_equal():
+    """In whatever order they say it."""
+    one, other = Thing({"type": "slip", "robot": "eve"}), Thing({"robot": "eve", "type": "slip"})
+
+    assert one == other
+    assert {one: 1}[other] == 1
+    assert one != one.replaced(robot="wall_e")
+
+
+def test_everything_that_is_wrong_is_told_at_once():
+    """With its place in the list, and what would do."""
+    things, findings = read_things(
+        [
+            {"type": "breakdwn", "robot": "eve"},
+            {"type": "slip", "robot": "eve", "factor": 0.5, "when": {"event": "pickd"}},
+            {"disturbance": "controller_kiled", "when": GOAL},
+            {"change": {}},
+            {"robot": "eve"},
+            "slip",
+            {"type": "breakdown", "robot": "eve"},
+        ]
+    )
+    told = [(".".join(map(str, finding.path)), finding.message) for finding in findings]
+
+    assert len(things) == 1
+    assert told[0] == ("0.type", "no fault type 'breakdwn'; did you mean 'breakdown'?")
+    assert told[1] == ("1.when.event", "there is no kind of event 'pickd'; did you mean 'picked'?")
+    assert told[2][0] == "2.disturbance"
+    assert [place for place, _ in told[3:]] == ["3.change", "4", "5"]
+
+
+def test_a_schedule_is_a_list():
+    """Anything else is told."""
+    assert [finding.message for finding in read_things({"type": "slip"})[1]] == [
+        "expected a list of faults, changes and disturbances, got a mapping"
+    ]
