@@ -1,0 +1,105 @@
+"""The faults that can happen in a world: for each kind and each subject, what a file would say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.actions import registry as actions
+from hmrsim.components.battery import BatterySettings
+from hmrsim.faults import Spell
+from hmrsim.faults import registry as faults
+from hmrsim.world_checks.faults import read_fault
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.faults import AnyFault
+    from hmrsim.world.model import World
+
+_SUBJECTS: Final = ("robot", "door", "lane", "dock", "item", "lift")
+_SENSORS: Final = ("sensor_blind", "localisation_jump")
+"""Kinds that only a controller notices that looks at sensors or poses; they are tried last."""
+
+
+def fault_kinds() -> Mapping[str, AnyFault]:
+    """Return the kinds of faults that the search knows: all that are installed."""
+    return faults()
+
+
+def faults_of(world: World, moments: Sequence[Moment], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
+    """Yield the faults that can happen in a world, without the time at which they begin.
+
+    Args:
+        world: The world.
+        moments: What happens in a run without faults: which robots are asked for what.
+        durations: Seconds that those last that last.
+    """
+    asked: dict[str, dict[str, None]] = {}
+    for moment in moments:
+        if moment.goal:
+            asked.setdefault(moment.robot, {})[moment.action] = None
+    for kind in faults().values():
+        for subject in _subjects_of(kind, world, asked):
+            for said in _variants(kind, subject, world, asked):
+                for lasting in _lasting(kind, said, durations):
+                    if isinstance(read_fault(kind.name, {k: v for k, v in lasting.items() if k != "type"}), tuple):
+                        yield lasting
+
+
+def _subjects_of(kind: AnyFault, world: World, asked: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield what a kind of fault can happen to, as the field that names it."""
+    field = next((name for name in _SUBJECTS if name in kind.settings.model_fields), "")
+    if field == "robot":
+        for name in world.robots:
+            carried = world.robot_type(world.robots[name]).components
+            if name in asked and (kind.component is None or kind.component in carried) and _notices(kind, carried):
+                yield {"robot": name}
+    elif field == "lane":
+        yield from ({"lane": [lane.from_, lane.to]} for lane in world.lanes)
+    elif field:
+        yield from ({field: name} for name in getattr(world, f"{field}s"))
+
+
+def _notices(kind: AnyFault, carried: Mapping[str, Any]) -> bool:
+    """Return whether a robot with these components can be hit by a kind of fault."""
+    if kind.name.startswith("battery"):
+        return "battery" in carried
+    return kind.name != "sensor_blind" or bool({"camera", "proximity"} & {*carried})
+
+
+def _variants(
+    kind: AnyFault, subject: dict[str, Any], world: World, asked: Mapping[str, Mapping[str, None]]
+) -> Iterator[dict[str, Any]]:
+    """Yield what a fault of a kind says of a subject: each action that it is asked for, and how strong it is."""
+    fields = kind.settings.model_fields
+    required = {name for name, field in fields.items() if field.is_required()} - {*subject}
+    said: dict[str, Any] = {"type": kind.name, **subject}
+    for name in sorted(required):
+        said[name] = _strength(kind, name, subject, world)
+    if "count" in fields:
+        said["count"] = 1
+    if "action" not in fields:
+        yield said
+        return
+    for action in asked.get(subject.get("robot", ""), {}):
+        if actions()[action].of_world:
+            continue
+        yield {**said, "action": action}
+        if "count" in fields:
+            yield {**said, "action": action, "count": 3}
+
+
+def _strength(kind: AnyFault, name: str, subject: Mapping[str, Any], world: World) -> Any:
+    """Return the value of a field that has to be given: that of the kind's example, or what is low for a battery."""
+    if name == "share" and "robot" in subject:
+        carried = world.robot_type(world.robots[subject["robot"]]).components
+        return BatterySettings.model_validate(carried.get("battery") or {}).low
+    return kind.example.get(name)
+
+
+def _lasting(kind: AnyFault, said: dict[str, Any], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
+    """Yield a fault with each duration, if it lasts; one that counts goals ends by itself."""
+    if not issubclass(kind.settings, Spell) or "count" in said:
+        yield said
+        return
+    yield from ({**said, "duration": seconds} for seconds in durations)

@@ -1,0 +1,149 @@
+"""The menu of a search: all that can happen, each with the moments at which it can begin."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.fault_search.schedules.thing import CHANGE, DISTURBANCE, FAULT, Thing
+from hmrsim.fault_search.space.changes import changes_of
+from hmrsim.fault_search.space.disturbances import disturbances_of
+from hmrsim.fault_search.space.faults import faults_of
+
+if TYPE_CHECKING:
+    import random
+
+    from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.fault_search.space.model import Space
+    from hmrsim.world.model import World
+
+_FEW: Final = 12
+"""Moments at which something begins that is about no robot; they are spread over the run."""
+
+_FAMILIES: Final = {FAULT: "faults", CHANGE: "changes", DISTURBANCE: "disturbances"}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Something that can happen, at one of several moments.
+
+    Attributes:
+        thing: What happens, without an anchor.
+        weight: How often it is tried, beside 1.
+    """
+
+    thing: Thing
+    weight: float
+
+    @property
+    def anchored(self) -> bool:
+        """Whether it begins at a moment; a change of the world holds from the start."""
+        return self.thing.family != CHANGE and not self.thing.said.get("when") and "at" not in self.thing.said
+
+    def moments_in(self, moments: Sequence[Moment]) -> list[dict[str, Any]]:
+        """Return the anchors at which it can begin in a run with these moments, in plain values.
+
+        A thing of a robot begins when one of its goals begins, in the middle of it, and when it has ended, and at
+        what else happens to it; another one at moments that are spread over the run.
+        """
+        if not self.anchored:
+            return []
+        robot = self.thing.said.get("robot")
+        own = [moment for moment in moments if robot in (None, moment.robot)]
+        anchors = [anchor for moment in own for anchor in _anchors(moment, moments)]
+        if robot is not None or len(anchors) <= _FEW:
+            return anchors
+        step = len(anchors) / _FEW
+        return [anchors[math.floor(i * step)] for i in range(_FEW)]
+
+    def at(self, anchor: Mapping[str, Any]) -> Thing:
+        """Return it as it begins at an anchor."""
+        return self.thing.replaced(when=dict(anchor))
+
+
+def _anchors(moment: Moment, moments: Sequence[Moment]) -> Iterator[dict[str, Any]]:
+    yield moment.anchor()
+    if moment.goal == "executing":
+        lasted = next((each.lasted for each in moments if _ends(each, moment)), 0.0)
+        if lasted > 0:
+            yield moment.anchor(round(lasted / 2, 3))
+
+
+def _ends(other: Moment, moment: Moment) -> bool:
+    return (other.goal, other.robot, other.action, other.nth) == ("ended", moment.robot, moment.action, moment.nth)
+
+
+class Menu:
+    """All that can happen in a check's world.
+
+    Args:
+        world: The world, without a schedule.
+        space: What the check says of it.
+        moments: What happens in a run without faults.
+
+    Attributes:
+        entries: What can happen; the order means nothing.
+    """
+
+    def __init__(self, world: World, space: Space, moments: Sequence[Moment]) -> None:
+        self._space = space
+        asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
+        said: list[dict[str, Any]] = []
+        if "faults" in space.families:
+            said += faults_of(world, moments, space.durations)
+        if "changes" in space.families:
+            said += changes_of(world, asked)
+        if "disturbances" in space.families:
+            said += disturbances_of(space.durations, space.also)
+        things = [thing for thing in map(Thing, said) if self._allowed(thing)]
+        things += [Thing(each) for template in space.further for each in expanded(template, [*world.robots])]
+        self.entries = [Entry(thing, space.weights.get(thing.kind, 1.0)) for thing in dict.fromkeys(things)]
+
+    def _allowed(self, thing: Thing) -> bool:
+        space = self._space
+        if space.only is not None and thing.kind not in space.only:
+            return False
+        return thing.kind not in space.without and thing.subject not in space.spare
+
+    def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Thing]:
+        """Return each thing at each moment: first everything once, then everything at another moment, and so on."""
+        ranked: list[tuple[float, float, Thing]] = []
+        for entry in self.entries:
+            anchors = entry.moments_in(moments)
+            things = [entry.at(anchor) for anchor in anchors] if entry.anchored else [entry.thing]
+            rng.shuffle(things)
+            ranked += [(rank / entry.weight, rng.random(), thing) for rank, thing in enumerate(things)]
+        ranked.sort(key=lambda each: each[:2])
+        return [thing for _, _, thing in ranked]
+
+    def any(self, moments: Sequence[Moment], rng: random.Random) -> Thing | None:
+        """Return something at some moment, by the weights; None if nothing can happen."""
+        entries = self.entries
+        while entries:
+            entry = rng.choices(entries, [each.weight for each in entries])[0]
+            anchors = entry.moments_in(moments)
+            if anchors:
+                return entry.at(rng.choice(anchors))
+            if not entry.anchored:
+                return entry.thing
+            entries = [each for each in entries if each is not entry]
+        return None
+
+
+def expanded(template: Mapping[str, Any], robots: Sequence[str]) -> list[dict[str, Any]]:
+    """Return what a template of a file stands for: each combination of the values in its lists.
+
+    A robot ``*`` stands for each robot. A lane, and what is inside of a mapping, is no list of values.
+    """
+    fields = {
+        name: [*robots] if (name, value) == ("robot", "*") else value if _several(name, value) else [value]
+        for name, value in template.items()
+    }
+    return [dict(zip(fields, values, strict=True)) for values in itertools.product(*fields.values())]
+
+
+def _several(name: str, value: object) -> bool:
+    return isinstance(value, list) and (name != "lane" or all(isinstance(each, list) for each in value))

@@ -1,0 +1,108 @@
+"""Controllers of a porter, as users write them, and checks of them in a small world."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hmrsim.fault_search.file.model import CheckFile
+from hmrsim.fault_search.file.reading import check_at
+from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
+from hmrsim_zenoh.client.commander import Commander
+from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError
+
+HERE = Path(__file__).parent
+TRIES = 3
+
+WORLD: dict[str, Any] = {
+    "name": "porters",
+    "waypoints": {"home": [0, 0], "store": [10, 0], "shelf": [20, 0], "nook": [20, 10]},
+    "lanes": [["home", "store"], ["store", "shelf"], ["shelf", "nook"]],
+    "items": {"box": {"at": [10, 0.3]}, "crate": {"at": [20, 9.5]}},
+    "robots": {
+        "porter": {"at": "home", "components": {"claw": {}}},
+        "other": {"at": "nook", "components": {"claw": {}}},
+    },
+}
+
+
+def check_of(function: str, **said: Any):
+    """Return the check of a porter."""
+    file = {"world": WORLD, "controller": {"python": f"porters.py:{function}"}, **said}
+    return check_at(CheckFile.model_validate(file), HERE)
+
+
+def searched(check, executor=Serial, **options: Any):
+    """Return what comes of a search within this process."""
+    with Evaluator(check, executor, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        check = limited(check, nominal)
+        evaluator.take(check)
+        return Campaign(check, evaluator, nominal, Options(**options)).run()
+
+
+def careful(client):
+    """Bring the box; try what fails again after a while, and say so when that does not help."""
+    porter = Commander(client, "porter")
+    return all(tried(client, step) for step in steps(porter))
+
+
+def vain(client):
+    """Bring the box; try what fails again at once, for ever."""
+    porter = Commander(client, "porter")
+    for step in steps(porter):
+        while not done(step):
+            pass
+    return True
+
+
+def proud(client):
+    """Bring the box, and say that all is well whatever has become of it."""
+    porter = Commander(client, "porter")
+    for step in steps(porter):
+        done(step)
+    return True
+
+
+def crashing(client):
+    """Bring the box, and have no idea that something could fail."""
+    porter = Commander(client, "porter")
+    for step in steps(porter):
+        step()
+    return True
+
+
+def broken(client):
+    """Raise an error at once."""
+    raise RuntimeError(f"nothing works for {client}")
+
+
+def steps(porter):
+    """Return what has to be done, in order."""
+    return [
+        lambda: porter.go_to_pose(10, 0),
+        lambda: porter.pickup("box"),
+        lambda: porter.go_to_pose(20, 0),
+        lambda: porter.place("box"),
+        lambda: porter.go_to_pose(0, 0),
+    ]
+
+
+def done(step):
+    """Return whether a step succeeds."""
+    try:
+        step()
+    except (GoalFailed, GoalRejectedError):
+        return False
+    return True
+
+
+def tried(client, step):
+    """Return whether a step succeeds at last."""
+    for _ in range(TRIES):
+        if done(step):
+            return True
+        client.sleep(30)
+    return False

@@ -1,0 +1,119 @@
+"""What can happen in a world, and at which moments."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+
+import pytest
+
+from hmrsim.fault_search.schedules.moment import Moment
+from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.space.menu import Entry, Menu, expanded
+from hmrsim.fault_search.space.model import Space
+from hmrsim.world_checks.loading import world_of
+from tests.porters import WORLD
+
+MOMENTS = (
+    Moment(0.0, "executing", "", "porter", "navigate_to_pose", 1),
+    Moment(10.0, "ended", "", "porter", "navigate_to_pose", 1, 10.0),
+    Moment(10.0, "executing", "", "porter", "pickup", 1),
+    Moment(10.0, "", "picked", "porter", "", 1),
+    Moment(10.0, "ended", "", "porter", "pickup", 1),
+)
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Return the world of porters."""
+    return world_of(dict(WORLD), "world")
+
+
+def menu(world, **space):
+    """Return the menu of a world."""
+    return Menu(world, Space.model_validate(space), MOMENTS)
+
+
+def test_only_robots_that_are_asked_for_something_have_faults(world):
+    """What happens to a robot that the controller does not use can't break it."""
+    robots = {entry.thing.said["robot"] for entry in menu(world).entries if "robot" in entry.thing.said}
+
+    assert robots == {"porter"}
+
+
+def test_a_fault_of_a_component_needs_it(world):
+    """The porter has a claw, and neither battery nor sensors."""
+    kinds = {entry.thing.kind for entry in menu(world).entries}
+
+    assert {"claw_misses", "claw_drops", "breakdown", "slip", "lane_closed", "controller_killed", "speed"} <= kinds
+    assert not {"battery_cell", "battery_drop", "sensor_blind", "door_jammed", "capacity"} & kinds
+
+
+def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
+    """Also several times in a row."""
+    aborted = [entry.thing.said for entry in menu(world, only=["goals_aborted"]).entries]
+
+    assert {(said.get("action"), said.get("count")) for said in aborted} >= {
+        ("navigate_to_pose", 1),
+        ("navigate_to_pose", 3),
+        ("pickup", 1),
+    }
+
+
+def test_what_a_check_leaves_out_does_not_happen(world):
+    """Kinds, families, and what is spared."""
+    assert {entry.thing.kind for entry in menu(world, only=["slip", "breakdown"]).entries} == {"slip", "breakdown"}
+    assert "slip" not in {entry.thing.kind for entry in menu(world, without=["slip"]).entries}
+    assert {entry.thing.family for entry in menu(world, families=["changes"]).entries} == {"change"}
+    assert not [entry for entry in menu(world, spare=["porter"]).entries if entry.thing.said.get("robot")]
+
+
+def test_some_disturbances_happen_only_if_they_are_asked_for(world):
+    """Few controllers promise to bear a second one beside them."""
+    assert "second_controller" not in {entry.thing.kind for entry in menu(world).entries}
+    assert "second_controller" in {entry.thing.kind for entry in menu(world, also=["second_controller"]).entries}
+
+
+def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals(world):
+    """The drive lasts for ten seconds."""
+    entry = next(each for each in menu(world, only=["claw_drops"]).entries)
+
+    anchors = entry.moments_in(MOMENTS)
+
+    assert {"goal": "executing", "robot": "porter", "action": "navigate_to_pose", "after": 5.0} in anchors
+    assert {"event": "picked", "robot": "porter"} in anchors
+    assert len(anchors) == len(MOMENTS) + 1
+
+
+def test_single_things_come_each_once_before_any_comes_again(world):
+    """So that a short search has tried everything, and a longer one at each moment; a change has no moment."""
+    whole = menu(world)
+    singles = whole.singles(MOMENTS, random.Random(1))
+    first = [Entry(thing, 1.0).thing.replaced(when=None).key for thing in singles[: len(whole.entries)]]
+
+    assert len(set(first)) == len(whole.entries)
+    assert len(singles) == sum(len(entry.moments_in(MOMENTS)) or 1 for entry in whole.entries)
+
+
+def test_a_weight_has_a_kind_tried_more_often(world):
+    """Three to one, of what is drawn."""
+    rng = random.Random(1)
+    weighted = menu(world, only=["slip", "claw_drops"], weights={"claw_drops": 10}, durations=[5.0])
+    drawn = Counter(weighted.any(MOMENTS, rng).kind for _ in range(300))
+
+    assert drawn["claw_drops"] > 4 * drawn["slip"] > 0
+
+
+def test_a_template_stands_for_each_combination_of_its_values():
+    """A robot ``*`` stands for each robot; a lane is one value."""
+    template = {"type": "slip", "robot": "*", "factor": [0.1, 0.5], "duration": 5.0}
+
+    assert len(expanded(template, ["eve", "wall_e"])) == 4
+    assert expanded({"type": "lane_closed", "lane": ["a", "b"]}, []) == [{"type": "lane_closed", "lane": ["a", "b"]}]
+
+
+def test_things_of_one_s_own_are_on_the_menu(world):
+    """With the others, or alone."""
+    own = {"type": "slip", "robot": "other", "factor": 0.01, "at": 3.0}
+
+    assert Thing(own) in [entry.thing for entry in menu(world, further=[own]).entries]
