@@ -7,6 +7,7 @@
     ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
     ├── ExperimentError         the file of an experiment can't be read or is invalid; carries every problem found
     ├── PropertyError           a file of properties can't be read or is invalid; carries every problem found
+    ├── CheckError              the file of a check can't be read or is invalid; carries every problem found
     ├── ResultsError            results of an experiment can't be read, or are of another one
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
@@ -94,6 +95,10 @@ class ExperimentError(_FileError):
 
 class PropertyError(_FileError):
     """A file of properties can't be read or is not valid; *problems* lists all problems in file order."""
+
+
+class CheckError(_FileError):
+    """The file of a check can't be read or is not valid; *problems* lists all problems in file order."""
 
 
 class ResultsError(HmrsimError):

@@ -7,9 +7,11 @@ from enum import IntEnum
 from typing import Final
 
 from hmrsim.errors import (
+    CheckError,
     ExperimentError,
     HmrsimError,
     OutputError,
+    PropertyError,
     RecordingError,
     ResultsError,
     SettingsError,
@@ -52,6 +54,8 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
     WorldError: ExitCode.WRONG_USE,
     SettingsError: ExitCode.WRONG_USE,
     ExperimentError: ExitCode.WRONG_USE,
+    CheckError: ExitCode.WRONG_USE,
+    PropertyError: ExitCode.WRONG_USE,
     ResultsError: ExitCode.WRONG_USE,
     TraceError: ExitCode.WRONG_USE,
     OutputError: ExitCode.WRONG_USE,
@@ -77,5 +81,9 @@ def text_of(error: HmrsimError) -> str:
 
     Control characters are escaped: parts of it may be from a file or from another process.
     """
-    prefix = "" if isinstance(error, (WorldError, SettingsError, ExperimentError, WrongUse)) else "hmrsim: "
+    prefix = (
+        ""
+        if isinstance(error, (WorldError, SettingsError, ExperimentError, CheckError, PropertyError, WrongUse))
+        else "hmrsim: "
+    )
     return "\n".join(f"{prefix}{printable(line)}" for line in str(error).rstrip("\n").split("\n"))

@@ -149,6 +149,10 @@ def _bytes(value: Any) -> Any:
     return int(float(match[1]) * _BYTES[match[2]]) if match else value
 
 
+Memory = Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)]
+"""Bytes; in a file also 500 MB or 1 GB."""
+
+
 class Limits(Part):
     """What a run may take.
 
@@ -160,7 +164,7 @@ class Limits(Part):
 
     simulated: Seconds = 3600.0
     wall: Seconds = 300.0
-    memory: Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)] | None = None
+    memory: Memory | None = None
 
 
 class Ending(Part):

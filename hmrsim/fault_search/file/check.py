@@ -1,0 +1,133 @@
+"""A check that can be run: a world, a controller, properties, and the space of what can go wrong."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.errors import HmrsimError
+from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_faults
+from hmrsim.world.overlays.overlay import overlay_of
+from hmrsim.world.writing import native_data
+from hmrsim.world_checks.loading import BaseWorld, world_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hmrsim.experiments.file.model import Treatment
+    from hmrsim.fault_search.file.model import CheckFile
+    from hmrsim.fault_search.schedules.case import Case
+    from hmrsim.fault_search.schedules.thing import Thing
+    from hmrsim.properties import Properties
+    from hmrsim.world.model import World
+    from hmrsim.world.overlays.overlay import Overlay
+
+_KEPT_WORLDS: Final = 64
+"""Worlds with changes that a process keeps."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A check that can be run, in this process or in a worker.
+
+    Attributes:
+        place: The file that it was read from as the user named it, or ``command line``; for errors.
+        folder: Where the files of the controller are looked for.
+        file: What is said.
+        source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
+        properties: The properties that have to hold.
+        limit: Seconds of simulated time by which the controller has to end.
+    """
+
+    place: str
+    folder: Path
+    file: CheckFile
+    source: str | None
+    properties: Properties
+    limit: float
+    _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs; what can be made again is left out."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {"_worlds": {}}
+
+    @property
+    def treatment(self) -> Treatment:
+        """The controller."""
+        return self.file.controller
+
+    @property
+    def name(self) -> str:
+        """The name: what the file says, or that of the world."""
+        return self.file.name or self.world.name
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of what decides the outcome of a run, beside its case."""
+        said = self.file.model_dump(mode="json", exclude={"budget", "space", "seed", "name", "properties"})
+        properties = self.properties.model_dump(mode="json", by_alias=True)
+        text = json.dumps([said, properties, self.limit, str(self.folder)], sort_keys=True, default=str)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @cached_property
+    def world(self) -> World:
+        """The world, without a schedule.
+
+        Raises:
+            WorldError: Something is wrong with it.
+        """
+        return self._laid(())
+
+    @cached_property
+    def definition(self) -> dict[str, Any]:
+        """The world as a native file has it."""
+        return native_data(self.world)
+
+    def world_of(self, case: Case) -> World:
+        """Return the world of a case, with its schedule.
+
+        Raises:
+            WorldError: Something is wrong with it.
+        """
+        if case.definition is None:
+            world = self._kept(changes_in(case.schedule))
+        else:
+            world = world_of(dict(case.definition), "world", overlays_of(case.schedule))
+        return with_faults(world, case.schedule)
+
+    def _kept(self, changes: Sequence[Thing]) -> World:
+        if not changes:
+            return self.world
+        key = "/".join(change.key for change in changes)
+        world = self._worlds.get(key)
+        if world is None:
+            while len(self._worlds) >= _KEPT_WORLDS:
+                del self._worlds[next(iter(self._worlds))]
+            world = self._worlds[key] = self._laid(overlays_of(changes))
+        return world
+
+    def _laid(self, overlays: Sequence[Overlay]) -> World:
+        first = [overlay_of(self.file.overlay, self.place)] if self.file.overlay else []
+        if isinstance(self.file.world, dict):
+            return world_of(dict(self.file.world), self.place, [*first, *overlays])
+        return self._base.load([*first, *overlays]).world
+
+    @cached_property
+    def _base(self) -> BaseWorld:
+        return BaseWorld(self.source or "")
+
+    def with_file(self, file: CheckFile) -> Check:
+        """Return the same with another budget, seed or space."""
+        return replace(self, file=file, _worlds={})
+
+    def runnable(self, case: Case) -> str:
+        """Return why a case can't be run; empty if it can."""
+        try:
+            self.world_of(case)
+        except (HmrsimError, ValueError) as error:
+            return str(error)
+        return ""

@@ -1,0 +1,242 @@
+"""Reading the file of a check, or of a failure that was found, with all that is wrong in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from hmrsim.diagnostics import Finding, dotted, instead, shown
+from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
+from hmrsim.experiments.file.model import Treatment
+from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.fault_search.file.check import Check
+from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Schedule, read_things
+from hmrsim.fault_search.space.changes import KINDS as CHANGES
+from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
+from hmrsim.fault_search.space.faults import fault_kinds
+from hmrsim.fault_search.space.model import Space
+from hmrsim.properties import Properties, properties_of, read_properties
+from hmrsim.world.files import read_text
+from hmrsim.world.yaml_text import Unreadable, line_of, read
+from hmrsim.world_checks.explain import explain
+
+M = TypeVar("M", bound=CheckFile)
+
+COMMAND_LINE: Final = "command line"
+
+DEFAULT_LIMIT: Final = 3600.0
+"""Simulated seconds that the run without faults may take where a check sets no limit."""
+
+_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
+    ("controller",): Treatment,
+    ("space",): Space,
+    ("limits",): Limits,
+    ("budget",): Budget,
+    ("failure",): Failed,
+}
+
+
+@dataclass(frozen=True)
+class Repro:
+    """A failure that was found.
+
+    Attributes:
+        check: The check.
+        case: The case that shows it.
+        failure: The failure.
+        trace: SHA-256 of the run's trace when it was found; empty if it is not known.
+    """
+
+    check: Check
+    case: Case
+    failure: Failed
+    trace: str
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A file that was read, as far as it is YAML."""
+
+    file: str
+    data: dict[str, Any]
+    line: Callable[..., int | None]
+    findings: Sequence[Finding]
+
+    def raise_if(self, findings: Sequence[Finding]) -> None:
+        """Raise all findings with their lines, if there are any."""
+        if findings:
+            problems = [
+                Problem(self.file, dotted(each.path), each.message, each.line or self.line(each.path), each.value)
+                for each in findings
+            ]
+            raise CheckError(sorted(problems, key=lambda problem: problem.line or 0))
+
+
+def read_check(path: str | Path) -> Check:
+    """Return the check of a file.
+
+    Raises:
+        CheckError: Something is wrong; it has all errors.
+    """
+    said = _read(path)
+    model = _model(said, CheckFile)
+    folder = Path(path).absolute().parent
+    return _checked(said, model, folder, folder)
+
+
+def check_of(file: CheckFile) -> Check:
+    """Return the check that a command line describes; files are looked for in the current folder.
+
+    Raises:
+        CheckError: Something is wrong; it has all errors.
+    """
+    return check_at(file, Path.cwd())
+
+
+def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
+    """Return a check whose files are looked for in a folder.
+
+    Raises:
+        CheckError: Something is wrong; it has all errors.
+    """
+    return _checked(_Read(place, {}, lambda _path: None, ()), file, folder, folder)
+
+
+def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
+    """Return a failure that was found.
+
+    Args:
+        path: Its file.
+        folder: Where the controller's files are; None for what the file says, or the current folder.
+
+    Raises:
+        CheckError: Something is wrong; it has all errors.
+    """
+    said = _read(path)
+    model = _model(said, ReproFile)
+    home = Path(path).absolute().parent
+    where = folder or _folder(model, home)
+    schedule, findings = read_things(model.schedule)
+    said.raise_if([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
+    check = _checked(said, model, home, where, also=lambda check: _unrunnable(check, schedule))
+    return Repro(check, Case(schedule), model.failure, model.trace)
+
+
+def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
+    if why := check.runnable(Case(schedule)):
+        yield Finding(("schedule",), why)
+
+
+def _folder(model: ReproFile, home: Path) -> Path:
+    """Return where the controller's files are: the first folder that has the one it names."""
+    name = (model.controller.tree or model.controller.python or "").partition(":")[0]
+    folders = ((home / model.folder).resolve(), Path.cwd(), home)
+    return next((each for each in folders if (each / name).is_file()), folders[0])
+
+
+def _read(path: str | Path) -> _Read:
+    file = str(path)
+    try:
+        data, lines, twice = read(read_text(Path(path), file))
+    except WorldError as error:
+        raise CheckError(error.problems) from None
+    except Unreadable as error:
+        raise CheckError([Problem(file, "", str(error), error.line)]) from None
+    if not isinstance(data, dict):
+        message = f"expected a mapping with world, controller and properties, got {shown(data)}"
+        raise CheckError([Problem(file, "", message)])
+    return _Read(file, data, partial(line_of, lines), twice)
+
+
+def _model(said: _Read, model: type[M]) -> M:
+    try:
+        found = model.model_validate(said.data)
+    except ValidationError as error:
+        said.raise_if([*said.findings, *explain(error, said.data, parts={**_PARTS, (): model})])
+        raise AssertionError from None
+    said.raise_if(said.findings)
+    return found
+
+
+def _checked(
+    said: _Read,
+    model: CheckFile,
+    home: Path,
+    folder: Path,
+    *,
+    also: Callable[[Check], Iterator[Finding]] = lambda _check: iter(()),
+) -> Check:
+    """Return a check, after everything was looked at that can be looked at without running it."""
+    findings: list[Finding] = []
+    problems: list[Problem] = []
+    properties = Properties()
+    try:
+        properties = _properties(model, home, said.file)
+    except PropertyError as error:
+        problems += error.problems
+    source = None if isinstance(model.world, dict) else _world(model.world, home)
+    check = Check(said.file, folder, model, source, properties, model.limits.simulated or DEFAULT_LIMIT)
+    try:
+        world = check.world
+    except WorldError as error:
+        problems += error.problems
+    else:
+        findings += _of_space(model.space, world)
+        findings += also(check)
+    if model.controller.in_process:
+        try:
+            controller_of(model.controller, {}, folder)
+        except (HmrsimError, ValueError) as error:
+            findings.append(Finding(("controller",), str(error)))
+    errors = [each for each in findings if each.severity == "error"]
+    if problems:
+        line_known = [
+            Problem(said.file, dotted(each.path), each.message, said.line(each.path), each.value) for each in errors
+        ]
+        raise CheckError([*problems, *line_known])
+    said.raise_if(errors)
+    return check
+
+
+def _properties(model: CheckFile, home: Path, place: str) -> Properties:
+    if isinstance(model.properties, str):
+        return read_properties(home / model.properties)
+    return properties_of(model.properties or {}, place)
+
+
+def _world(source: str, home: Path) -> str:
+    """Return the path of a world's file, or the name of a shipped world."""
+    beside = home / source
+    return str(beside) if beside.is_file() or Path(source).suffix else source
+
+
+def _of_space(space: Space, world: Any) -> Iterator[Finding]:
+    kinds = [*fault_kinds(), *CHANGES, *DISTURBANCES]
+    for key, names in (("only", space.only or ()), ("without", space.without), ("also", space.also)):
+        for i, name in enumerate(names):
+            if name not in kinds:
+                yield Finding(("space", key, i), f"nothing is called {name!r}{instead(name, kinds)}", name)
+    for name in space.weights:
+        if name not in kinds:
+            yield Finding(("space", "weights", name), f"nothing is called {name!r}{instead(name, kinds)}", name)
+    known = [*world.robots, *world.doors, *world.docks, *world.items, *world.lifts]
+    for i, name in enumerate(space.spare):
+        if name not in known:
+            yield Finding(("space", "spare", i), f"nothing is called {name!r}{instead(name, known)}", name)
+    for i, template in enumerate(space.further):
+        _, flaws = read_things([template] if not _has_lists(template) else [])
+        for flaw in flaws:
+            yield Finding(("space", "further", i, *flaw.path[1:]), flaw.message, flaw.value)
+
+
+def _has_lists(template: Mapping[str, Any]) -> bool:
+    return any(isinstance(value, list) for name, value in template.items() if name != "lane") or (
+        template.get("robot") == "*"
+    )

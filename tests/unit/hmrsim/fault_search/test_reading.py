@@ -1,0 +1,108 @@
+"""Everything that can be wrong with the file of a check is told at once, with its line and what would do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from hmrsim.errors import CheckError
+from hmrsim.fault_search.file.reading import read_check, read_repro
+from tests.porters import HERE, WORLD
+
+FILE: dict[str, Any] = {"world": "world.yaml", "controller": {"python": "porters.py:careful"}}
+
+
+def written(folder: Path, text: str | None = None, **changes: Any) -> Path:
+    """Return the file of a check."""
+    (folder / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
+    (folder / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
+    path = folder / "check.yaml"
+    path.write_text(text or yaml.safe_dump({**FILE, **changes}, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def problems(path: Path, read=read_check) -> list[str]:
+    """Return what is wrong with a file, without its name."""
+    with pytest.raises(CheckError) as error:
+        read(path)
+    return [str(problem).removeprefix(f"{path}") for problem in error.value.problems]
+
+
+def test_a_file_has_a_world_and_a_controller(tmp_path):
+    """All else has defaults: ten minutes, and whatever can happen."""
+    check = read_check(written(tmp_path))
+
+    assert check.name == "porters"
+    assert check.file.budget.time == 600.0
+
+
+def test_all_mistakes_are_told_at_once(tmp_path):
+    """Each with its line."""
+    text = """\
+world: world.yaml
+controler: {python: "porters.py:careful"}
+budget: soon
+space:
+  at_most: 0
+  durations: []
+"""
+    told = problems(written(tmp_path, text))
+
+    assert [line.split(":")[1] for line in told if line.startswith(":")] == ["1", "2", "3", "5", "6"]
+    assert any("controler" in line and "did you mean 'controller'?" in line for line in told)
+
+
+def test_kinds_and_names_that_there_are_not_are_told(tmp_path):
+    """With what is similar."""
+    told = problems(written(tmp_path, space={"only": ["brekdown"], "spare": ["portr"], "weights": {"slp": 2}}))
+
+    assert [line.partition(": ")[2] for line in told] == [
+        "space.only.0: nothing is called 'brekdown'; did you mean 'breakdown'?",
+        "space.spare.0: nothing is called 'portr'; did you mean 'porter'?",
+        "space.weights.slp: nothing is called 'slp'; did you mean 'slip'?",
+    ]
+
+
+def test_a_controller_that_there_is_not_is_told(tmp_path):
+    """Before anything is run."""
+    (told,) = problems(written(tmp_path, controller={"python": "porters.py:carful"}))
+
+    assert "controller" in told
+    assert "carful" in told
+
+
+def test_mistakes_of_the_world_and_of_the_check_are_told_together(tmp_path):
+    """Those of each file under its name."""
+    path = written(tmp_path, controller={"python": "porters.py:nobody"})
+    (tmp_path / "world.yaml").write_text("waypoints: {a: [0]}\n", encoding="utf-8")
+
+    told = problems(path)
+
+    assert any("world.yaml" in line for line in told)
+    assert any("nobody" in line for line in told)
+
+
+def test_a_schedule_that_makes_no_sense_is_told(tmp_path):
+    """Of a failure that was found, each thing with its place."""
+    repro = {"repro": 1, "failure": {"property": "mission_ends", "reason": "timeout"}}
+    schedule = [{"type": "slipp", "robot": "porter"}, {"change": {"robots.nobody.yaw": 1}}]
+    path = written(tmp_path, **repro, schedule=schedule)
+
+    (told,) = problems(path, read_repro)
+
+    assert "no fault type 'slipp'; did you mean 'slip'?" in told
+    (tmp_path / "check.yaml").write_text(path.read_text("utf-8").replace("slipp", "breakdown"), encoding="utf-8")
+    (told,) = problems(path, read_repro)
+    assert "nobody" in told
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", "world: [", "world: a\nworld: b\n"])
+def test_a_file_that_is_none_is_told(tmp_path, text):
+    """Without a traceback."""
+    path = tmp_path / "check.yaml"
+    path.write_text(text, encoding="utf-8")
+
+    assert problems(path)
