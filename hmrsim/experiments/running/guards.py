@@ -12,12 +12,9 @@ import threading
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 from hmrsim.experiments.running.controlling import WallLimit
-
-if TYPE_CHECKING:
-    from hmrsim.experiments.file.model import Limits
 
 _PATIENCE: Final = 1.5
 """Times the limit after which the whole process is ended, if the run does not mind that it is over."""
@@ -25,6 +22,18 @@ _GRACE: Final = 5.0
 """Wall seconds to add to that."""
 _TAIL: Final = 2_000
 """Characters of what a run prints that are kept."""
+
+
+class Limits(Protocol):
+    """What a run may take."""
+
+    @property
+    def wall(self) -> float:
+        """Seconds of the wall's clock."""
+
+    @property
+    def memory(self) -> int | None:
+        """Bytes that it may take beyond what its worker has."""
 
 
 class Tail(io.TextIOBase):

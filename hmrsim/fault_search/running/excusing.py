@@ -1,0 +1,21 @@
+"""A monitor's sink that is not told of what a disturbance does on purpose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hmrsim.events.participants import ParticipantDropped
+from hmrsim.properties import MonitorSink
+from hmrsim.protocol.outputs import EventStamped
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.outputs import Output
+
+
+class ExcusingSink(MonitorSink):
+    """A monitor's sink to which a controller that is killed on purpose is not dropped: it is no failure of its own."""
+
+    def emit(self, output: Output) -> None:
+        """Pass on what the monitor wants, but that a participant is dropped."""
+        if not (isinstance(output, EventStamped) and isinstance(output.event, ParticipantDropped)):
+            super().emit(output)

@@ -1,0 +1,115 @@
+"""What a run has exercised: a sink that notes features for the guidance of the search, and moments for anchors."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
+from hmrsim.events.participants import ParticipantEvent
+from hmrsim.fault_search.schedules.moment import Moment
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+
+if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.outputs import Output
+
+_MAX_NTH: Final = 6
+"""Of the same change of the same action only the first ones are noted: a retry without a limit makes thousands."""
+
+
+class Observer:
+    """A sink that notes what happens.
+
+    Args:
+        story: Whether to keep all events in words.
+
+    Attributes:
+        moments: What a fault may be anchored to, in order.
+        begun: How many faults of the schedule have begun, by kind and subject.
+        lines: The events in words, each with its time in seconds.
+    """
+
+    def __init__(self, *, story: bool = False) -> None:
+        self.moments: list[Moment] = []
+        self.begun: Counter[tuple[str, str]] = Counter()
+        self.lines: list[tuple[float, str]] = []
+        self._story = story
+        self._features: dict[str, None] = {}
+        self._counts: Counter[tuple[str, str, str]] = Counter()
+        self._last: dict[str, str] = {}
+        self._fault = ""
+        self._began: dict[str, float] = {}
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """What was exercised: changes of goals and events, each alone, after the one before, and after a fault."""
+        return tuple(self._features)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is wanted: events, and no samples."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Note an event, or a change of a goal."""
+        if isinstance(output, GoalChanged):
+            self._note_goal(output)
+        elif isinstance(output, EventStamped):
+            self._note_event(output.stamp / NANOSECONDS, output.event)
+
+    def _note_goal(self, change: GoalChanged) -> None:
+        status, at = change.status, change.stamp / NANOSECONDS
+        if status is GoalStatus.EXECUTING:
+            self._began[change.goal_id] = at
+            self._note_moment(at, "executing", "", change.robot, change.action)
+        elif status.terminal:
+            why = f"/{change.cause}/{code_of(change.result)}" if status is GoalStatus.ABORTED else ""
+            self._exercise(change.robot, f"{change.action}:{status.name}{why}")
+            lasted = at - self._began.pop(change.goal_id, at)
+            self._note_moment(at, "ended", "", change.robot, change.action, lasted)
+        elif status is GoalStatus.CANCELING:
+            self._exercise(change.robot, f"{change.action}:CANCELING")
+        if self._story and (status.terminal or status is GoalStatus.ACCEPTED):
+            event = change.accepted() if status is GoalStatus.ACCEPTED else change.event()
+            self.lines.append((at, event.describe()))
+
+    def _note_event(self, at: float, event: Event) -> None:
+        if not event.traced:
+            return
+        if self._story:
+            self.lines.append((at, event.describe()))
+        if isinstance(event, (FaultBegan, FaultEnded, FaultMissed)):
+            if isinstance(event, FaultBegan):
+                self._fault = event.fault
+                self.begun[event.fault, event.subject] += 1
+            return
+        if isinstance(event, ParticipantEvent):
+            return
+        robot = getattr(event, "robot", "")
+        self._exercise(robot, event.kind)
+        self._note_moment(at, "", event.kind, robot, "")
+
+    def _exercise(self, robot: str, label: str) -> None:
+        before, self._last[robot] = self._last.get(robot, ""), label
+        features = self._features
+        features[f"{robot}/{label}"] = None
+        features[f"{robot}/{before}>{label}"] = None
+        if self._fault:
+            features[f"{self._fault}>{label}"] = None
+
+    def _note_moment(self, at: float, goal: str, event: str, robot: str, action: str, lasted: float = 0.0) -> None:
+        key = (goal or event, robot, action)
+        self._counts[key] += 1
+        nth = self._counts[key]
+        if nth <= _MAX_NTH:
+            self.moments.append(Moment(at, goal, event, robot, action, nth, lasted))
+
+
+def code_of(result: Message | None) -> Any:
+    """Return the error code of an action's result: Nav2's number, or the value of MoveIt's; 0 if there is none."""
+    code = getattr(result, "error_code", 0)
+    return getattr(code, "val", code)

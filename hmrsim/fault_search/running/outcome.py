@@ -1,0 +1,76 @@
+"""What came of one run of a schedule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.properties import Verdict, Violation
+
+
+class Failure(NamedTuple):
+    """Why a run has failed: two runs with equal failures have failed for the same reason.
+
+    Attributes:
+        property: The property's name.
+        reason: Why, as a stable text without times and names.
+    """
+
+    property: str
+    reason: str
+
+    def __str__(self) -> str:
+        """Return both as text."""
+        return f"{self.property}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    Attributes:
+        ending: How it has ended: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``died``, ``error`` and
+            others of an experiment's endings.
+        cause: What the ending alone does not say.
+        at: When it ended, in simulated seconds.
+        violations: The violations of properties, in order of time.
+        verdicts: What became of each property.
+        features: What it has exercised, as texts, for the guidance of the search.
+        moments: What happened that a fault may be anchored to.
+        missed: The numbers of the things of its schedule that never began.
+        wall: Wall seconds that it took.
+        trace: The trace, if it was asked for.
+        story: Its events in words, if they were asked for: time in seconds, text.
+        coverage: What of the tree was ticked, as JSON, if there is a tree.
+    """
+
+    ending: str
+    cause: str = ""
+    at: float = 0.0
+    violations: tuple[Violation, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+    features: tuple[str, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    missed: tuple[int, ...] = ()
+    wall: float = 0.0
+    trace: str = ""
+    story: tuple[tuple[float, str], ...] = ()
+    coverage: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def failure(self) -> Failure | None:
+        """The first failure; None if no property was violated."""
+        return next(iter(self.failures), None)
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """All different failures, in order of time."""
+        return tuple(dict.fromkeys(Failure(each.property, each.reason) for each in self.violations))
+
+    @property
+    def robustness(self) -> float:
+        """The least robustness of all properties; infinite without one."""
+        return min((verdict.robustness for verdict in self.verdicts), default=float("inf"))

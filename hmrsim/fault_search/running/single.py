@@ -1,0 +1,162 @@
+"""One run of a schedule, within this process or with a command as controller."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from bt_controller.coverage import TreeCoverage
+from hmrsim.engine.sim_time import stamp
+from hmrsim.errors import HmrsimError
+from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY
+from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.running.controlling import WallLimit, described
+from hmrsim.experiments.running.guards import guarded
+from hmrsim.fault_search.disturbances import Disturbance, Disturber
+from hmrsim.fault_search.running.controller_runs import run_controller
+from hmrsim.fault_search.running.excusing import ExcusingSink
+from hmrsim.fault_search.running.observer import Observer
+from hmrsim.fault_search.running.outcome import Outcome
+from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
+from hmrsim.properties import Ended, Monitor, MonitorSink
+from hmrsim.settings.run import RunSettings
+from hmrsim.trace.late import LateTrace
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.schedules.case import Case
+    from hmrsim.properties import Violation
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+
+Ending = tuple[str, str]
+"""How a run has ended, and what that alone does not say."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a run beside its verdicts.
+
+    Attributes:
+        trace: Its trace.
+        story: Its events in words.
+        further: Makes further sinks, such as one that records the run.
+    """
+
+    trace: bool = False
+    story: bool = False
+    further: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
+
+
+VERDICTS = Wanted()
+"""The verdicts alone."""
+
+
+def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
+    """Return what comes of a case, whatever happens in it."""
+    began = time.perf_counter()
+    try:
+        with guarded(check.file.limits):
+            outcome = _Run(check, case, wanted).outcome()
+    except WallLimit as limit:
+        outcome = _without_run(check, case, HUNG, str(limit))
+    except MemoryError:
+        outcome = _without_run(check, case, MEMORY, "it takes more memory than there is")
+    except (HmrsimError, ValueError) as error:
+        outcome = Outcome(ERROR, str(error))
+    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
+        outcome = Outcome(ERROR, described(error))
+    return replace(outcome, wall=time.perf_counter() - began)
+
+
+def _without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
+    """Return the outcome of a run that could not be judged to its end: what its ending alone violates."""
+    monitor = Monitor(check.properties, check.world_of(case))
+    monitor.end(0, Ended(ending, cause))
+    return Outcome(ending, cause, 0.0, tuple(monitor.violations), tuple(monitor.verdicts()))
+
+
+class _Run:
+    """One run."""
+
+    def __init__(self, check: Check, case: Case, wanted: Wanted) -> None:
+        self._check, self._case, self._wanted = check, case, wanted
+        self._world = check.world_of(case)
+        self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
+        self._monitor = Monitor(check.properties, self._world)
+        self._observer = Observer(story=wanted.story)
+        self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
+        self._coverage = TreeCoverage() if check.treatment.tree is not None else None
+        self._disturber = Disturber(
+            [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE]
+        )
+        self._end: Callable[[str], None] = lambda _reason: None
+
+    def outcome(self) -> Outcome:
+        """Make the run; return what came of it."""
+        in_process = self._check.treatment.in_process
+        ending, cause, now = self._in_process() if in_process else self._as_command()
+        self._monitor.end(now, Ended(ending, cause))
+        observer, coverage = self._observer, self._coverage
+        return Outcome(
+            ending,
+            cause,
+            now / 1e9,
+            tuple(self._monitor.violations),
+            tuple(self._monitor.verdicts()),
+            (*observer.features, *(sorted(coverage.keys()) if coverage else ())),
+            tuple(observer.moments),
+            self._missed(),
+            trace=self._trace.whole(now / 1e9) if self._trace else "",
+            story=tuple(observer.lines),
+            coverage=coverage.to_json() if coverage else {},
+        )
+
+    def _in_process(self) -> tuple[str, str, int]:
+        check = self._check
+        controller = controller_of(check.treatment, {}, check.folder, coverage=self._coverage)
+        with ExitStack() as stack:
+            host = stack.enter_context(LoopbackHost(self._world, self._settings, watchers=self._watchers))
+            self._end = host.end
+            ending, cause = run_controller(host, controller, self._disturber, check.treatment.name)
+            over = host.pacing.over
+            host.stop()
+            return *_judged(ending, cause, over=over), stamp(host.simulator.now)
+
+    def _as_command(self) -> tuple[str, str, int]:
+        raise NotImplementedError
+
+    def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
+        """Return the sinks of the run, in the order in which they are told."""
+        killed = any(each.disturbance == "controller_killed" for each in self._disturber.disturbances)
+        monitors = ExcusingSink if killed else MonitorSink
+        own: list[Sink] = [monitors(simulator, self._monitor, self._note), self._observer]
+        if self._disturber.disturbances:
+            own.append(self._disturber.watch(simulator, pacing))
+        return [*([self._trace] if self._trace else []), *own, *self._wanted.further(simulator, pacing)]
+
+    def _note(self, violation: Violation) -> None:
+        if violation.fatal:
+            self._end(f"{violation.property}: {violation.text}")
+
+    def _missed(self) -> tuple[int, ...]:
+        """Return the numbers of the faults of the schedule that never began."""
+        begun = self._observer.begun.copy()
+        missed = []
+        for number, thing in enumerate(self._case.schedule):
+            if thing.family == FAULT:
+                key = (thing.kind, thing.subject)
+                begun[key] -= 1
+                if begun[key] < 0:
+                    missed.append(number)
+        return tuple(missed)
+
+
+def _judged(ending: str, cause: str, *, over: bool) -> Ending:
+    """Return how a run has ended: one that was over before its controller has ended by the limit."""
+    return ("timeout", "") if over and ending in {"succeeded", "failed", "crashed"} else (ending, cause)
