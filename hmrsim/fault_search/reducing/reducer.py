@@ -1,0 +1,139 @@
+"""The smallest case that fails for the same reason: fewer things, then a smaller world, then simpler values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.fault_search.reducing.delta_debugging import needed
+from hmrsim.fault_search.reducing.values import simpler
+from hmrsim.fault_search.reducing.worlds import ROUNDS, Part, parts_of, restricted, tidied
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.running.evaluator import Evaluator
+    from hmrsim.fault_search.running.outcome import Failure, Outcome
+    from hmrsim.fault_search.schedules.case import Case
+    from hmrsim.fault_search.schedules.thing import Schedule
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A case that was reduced.
+
+    Attributes:
+        case: The case, with its world.
+        without: For each thing of its schedule, what comes of the case without it.
+        runs: How many runs that took.
+        complete: Whether there was time for all of it; the schedule is 1-minimal in any case.
+    """
+
+    case: Case
+    without: tuple[Outcome, ...]
+    runs: int
+    complete: bool
+
+
+class Reducer:
+    """Reduces cases that fail.
+
+    Args:
+        evaluator: Runs cases.
+        definition: The world of the check, as a native file has it.
+        nominal: What comes of the run without faults.
+        over: Returns whether there is no more time; what is found by then is returned.
+    """
+
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        definition: Mapping[str, Any],
+        nominal: Outcome,
+        over: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._evaluator, self._definition, self._nominal, self._over = evaluator, definition, nominal, over
+
+    def reduce(self, case: Case, failure: Failure) -> Reduced:
+        """Return the smallest case that fails as a case does."""
+        begun = self._evaluator.runs
+        case = self._fewer_things(case, failure)
+        case = self._smaller_world(case, failure)
+        # What is simpler may need fewer things, and those may have yet simpler values.
+        while True:
+            before = case
+            case = self._simpler_values(case, failure)
+            case = self._fewer_things(case, failure, always=True)
+            if case.key == before.key:
+                break
+        without = tuple(self._evaluator.outcomes(_each_left_out(case)))
+        return Reduced(case, without, self._evaluator.runs - begun, not self._over())
+
+    def _fail(self, cases: Sequence[Case], failure: Failure) -> list[bool]:
+        return [failure in outcome.failures for outcome in self._evaluator.outcomes(cases)]
+
+    def _fewer_things(self, case: Case, failure: Failure, *, always: bool = False) -> Case:
+        def fails(candidates: Sequence[Sequence[Any]]) -> list[bool]:
+            if self._over() and not always:
+                return [False] * len(candidates)
+            return self._fail([case.with_schedule(tuple(each)) for each in candidates], failure)
+
+        return case.with_schedule(tuple(needed(case.schedule, fails)))
+
+    def _smaller_world(self, case: Case, failure: Failure) -> Case:
+        for keys in ROUNDS:
+            definition = self._definition if case.definition is None else case.definition
+            parts = parts_of(definition, keys)
+
+            def fails(
+                candidates: Sequence[Sequence[Part]],
+                case: Case = case,
+                definition: Mapping[str, Any] = definition,
+                keys: Sequence[str] = keys,
+            ) -> list[bool]:
+                if self._over():
+                    return [False] * len(candidates)
+                return self._fail_in([restricted(definition, keys, kept) for kept in candidates], case, failure)
+
+            kept = needed(parts, fails)
+            if len(kept) < len(parts):
+                case = replace(case, definition=restricted(definition, keys, kept))
+        definition = self._definition if case.definition is None else case.definition
+        tidy = tidied(definition)
+        return replace(case, definition=tidy) if self._fail_in([tidy], case, failure)[0] else case
+
+    def _fail_in(self, worlds: Sequence[Mapping[str, Any]], case: Case, failure: Failure) -> list[bool]:
+        """Return in which worlds a case fails because of its schedule: without it the run ends as it did in the first.
+
+        A world in which the mission can't be done at all says nothing about the schedule.
+        """
+        cases = [replace(case, definition=world) for world in worlds]
+        failed = self._fail(cases, failure)
+        if not case.schedule or self._nominal.failure is not None:
+            return failed
+        failing = [each.with_schedule(()) for each, fails in zip(cases, failed, strict=True) if fails]
+        sound = iter([self._is_sound(outcome) for outcome in self._evaluator.outcomes(failing)])
+        return [fails and next(sound) for fails in failed]
+
+    def _is_sound(self, outcome: Outcome) -> bool:
+        return outcome.failure is None and outcome.ending == self._nominal.ending
+
+    def _simpler_values(self, case: Case, failure: Failure) -> Case:
+        number = 0
+        while number < len(case.schedule) and not self._over():
+            things = [*simpler(case.schedule[number])]
+            cases = [case.with_schedule(_with(case.schedule, number, thing)) for thing in things]
+            failing = next((i for i, failed in enumerate(self._fail(cases, failure)) if failed), None)
+            if failing is None:
+                number += 1
+            else:
+                case = cases[failing]
+        return case
+
+
+def _with(schedule: Schedule, number: int, thing: Any) -> Schedule:
+    return (*schedule[:number], thing, *schedule[number + 1 :])
+
+
+def _each_left_out(case: Case) -> list[Case]:
+    schedule = case.schedule
+    return [case.with_schedule((*schedule[:i], *schedule[i + 1 :])) for i in range(len(schedule))]

@@ -1,0 +1,72 @@
+"""Failures are reduced to what they need."""
+
+from __future__ import annotations
+
+from hmrsim.fault_search.reducing.reducer import Reducer
+from hmrsim.fault_search.reducing.values import simpler
+from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.running.outcome import Failure
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Thing
+from tests.porters import check_of
+
+DRIVE = {"goal": "executing", "robot": "porter", "action": "navigate_to_pose"}
+BREAKDOWN = Thing({"type": "breakdown", "robot": "porter", "duration": 25.0, "when": {**DRIVE, "after": 2.0}})
+SLIP = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": DRIVE})
+SLOW = Thing({"change": {"robots.other.base.speed": 0.1}})
+VAIN = Failure("no_vain_goals", "rejected 5 times in a row")
+
+
+def reduced(case, failure=VAIN, function="vain"):
+    """Return a case of a porter as it is reduced."""
+    check = check_of(function)
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        return Reducer(evaluator, check.definition, nominal).reduce(case, failure)
+
+
+def test_things_that_a_failure_does_not_need_are_left_out():
+    """Of three, the breakdown is enough; without it the run passes."""
+    result = reduced(Case((SLIP, BREAKDOWN, SLOW)))
+
+    assert [thing.kind for thing in result.case.schedule] == ["breakdown"]
+    assert [outcome.failure for outcome in result.without] == [None]
+
+
+def test_the_world_is_reduced_to_what_the_mission_needs():
+    """Off the lanes robots drive straight, so that one waypoint is left; without the schedule the mission is done."""
+    result = reduced(Case((BREAKDOWN,)))
+    world = result.case.definition
+
+    assert [*world["robots"]] == ["porter"]
+    assert [*world["items"]] == ["box"]
+    assert [*world["waypoints"]] == ["home"]
+    assert result.without[0].ending == "succeeded"
+
+
+def test_values_become_simple():
+    """A second is enough, from the first moment on."""
+    (thing,) = reduced(Case((BREAKDOWN,))).case.schedule
+
+    assert thing.said["duration"] == 1.0
+    assert thing.anchor == DRIVE
+
+
+def test_a_failure_without_faults_has_no_schedule():
+    """And of the world what its reason needs: nothing, as here the controller crashes at once."""
+    (failure,) = run_case(check_of("broken"), Case()).failures
+    result = reduced(Case((SLIP,)), failure, "broken")
+
+    assert result.case.schedule == ()
+
+
+def test_simpler_values_come_one_at_a_time():
+    """First the anchor, then the count, then durations."""
+    thing = Thing({"type": "goals_rejected", "robot": "eve", "count": 3, "when": {**DRIVE, "nth": 2, "after": 1.25}})
+    whens = [each.anchor for each in simpler(thing)]
+
+    assert whens[0] == {**DRIVE, "nth": 2}
+    assert {**DRIVE, "nth": 2, "after": 1.0} in whens
+    assert {**DRIVE, "after": 1.25} in whens
+    assert [each.said.get("count") for each in simpler(thing)][-1] == 1
