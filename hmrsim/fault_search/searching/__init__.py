@@ -1,0 +1,1 @@
+"""The search: what is run next, guided by what the runs before have exercised."""

@@ -1,0 +1,181 @@
+"""A whole search: earlier failures, the run without faults, batch after batch, and the reduction of what is found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.fault_search.reducing.reducer import Reducer
+from hmrsim.fault_search.results.finding import Finding
+from hmrsim.fault_search.results.summary import Summary, Unreached
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.searching.search import Found, Search, Strategy
+from hmrsim.fault_search.space.menu import Menu
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.running.evaluator import Evaluator
+    from hmrsim.fault_search.running.outcome import Outcome
+
+_LONGER: Final = 10.0
+_MORE: Final = 600.0
+"""By default a run may take so many times what it takes without faults, and so many simulated seconds more."""
+_REDUCING: Final = 0.3
+_LEAST: Final = 30.0
+"""The reduction of a failure may take this share of the budget, or so many wall seconds if that is more."""
+
+
+def limited(check: Check, nominal: Outcome) -> Check:
+    """Return a check whose runs may take ten times what the run without faults has taken, if it sets no limit."""
+    if check.file.limits.simulated is not None or nominal.ending not in {"succeeded", "failed"}:
+        return check
+    return replace(check, limit=round(nominal.at * _LONGER + _MORE, 3), _worlds={})
+
+
+@dataclass
+class Progress:
+    """How far a search is.
+
+    Attributes:
+        search: The search.
+        findings: What was found so far.
+        seconds: Wall seconds that have passed.
+        left: Wall seconds that are left.
+        doing: What is done at the moment: ``searching`` or ``reducing PROPERTY``.
+    """
+
+    search: Search
+    findings: Sequence[Finding]
+    seconds: float
+    left: float
+    doing: str = "searching"
+
+
+@dataclass
+class Options:
+    """How a search is made.
+
+    Attributes:
+        strategy: ``guided``, or ``random`` to compare with.
+        first_only: Whether to end with the first failure.
+        reduce: Whether failures are reduced.
+        earlier: Cases of earlier failures, which come first.
+        tell: Called with the progress, batch by batch.
+        on_finding: Called with each failure, when it was reduced.
+    """
+
+    strategy: Strategy = "guided"
+    first_only: bool = False
+    reduce: bool = True
+    earlier: Sequence[Case] = ()
+    tell: Callable[[Progress], None] = lambda _progress: None
+    on_finding: Callable[[Finding], None] = lambda _finding: None
+
+
+class Campaign:
+    """Searches for failures of a check within its budget, and reduces them.
+
+    Args:
+        check: The check, with its limit.
+        evaluator: Runs its cases.
+        nominal: What comes of the run without faults.
+    """
+
+    def __init__(self, check: Check, evaluator: Evaluator, nominal: Outcome, options: Options) -> None:
+        self._check, self._evaluator, self._nominal, self._options = check, evaluator, nominal, options
+        self._menu = Menu(check.world, check.file.space, nominal.moments)
+        self._search = Search(check, evaluator, self._menu, nominal, options.strategy)
+        self._began = time.monotonic()
+        self._findings: list[Finding] = []
+        self._interrupted = False
+
+    def run(self) -> Summary:
+        """Search until the budget is used up, nothing is left to try, or it is interrupted by Ctrl-C."""
+        try:
+            self._run()
+        except KeyboardInterrupt:
+            self._interrupted = True
+        return self.summary()
+
+    def _run(self) -> None:
+        self._take(self._search.first([Case(), *self._options.earlier]))
+        while not self._ended():
+            found = self._search.next(self._runs_left())
+            if found is None:
+                return
+            self._take(found)
+            self._tell()
+
+    def _ended(self) -> bool:
+        done = bool(self._findings) and self._options.first_only
+        return done or self._left() <= 0 or self._runs_left() <= 0
+
+    def _left(self) -> float:
+        return self._check.file.budget.time - (time.monotonic() - self._began)
+
+    def _runs_left(self) -> int:
+        most = self._check.file.budget.runs
+        return 10**9 if most is None else most - self._search.tried.runs
+
+    def _tell(self, doing: str = "searching") -> None:
+        seconds = time.monotonic() - self._began
+        self._options.tell(Progress(self._search, self._findings, seconds, max(0.0, self._left()), doing))
+
+    def _take(self, found: Sequence[Found]) -> None:
+        for each in found:
+            if self._findings and self._options.first_only:
+                return
+            self._tell(f"reducing {each.failure.property}")
+            finding = self._reduced(each)
+            self._findings.append(finding)
+            self._search.pass_over(finding.schedule)
+            self._options.on_finding(finding)
+
+    def _reduced(self, found: Found) -> Finding:
+        """Return a failure as its user gets it: reduced, with its trace and its events."""
+        began = time.monotonic()
+        until = began + max(_LEAST, _REDUCING * self._check.file.budget.time)
+        over = (lambda: time.monotonic() > until) if self._options.reduce else (lambda: True)
+        reduced = Reducer(self._evaluator, self._check.definition, self._nominal, over).reduce(
+            found.case, found.failure
+        )
+        told = self._evaluator.told(reduced.case)
+        known = any(case.key == found.case.key for case in self._options.earlier)
+        seconds = began - self._began
+        return Finding(
+            found.failure,
+            found.run,
+            found.case.schedule,
+            reduced,
+            told,
+            seconds,
+            time.monotonic() - began,
+            known=known,
+        )
+
+    def summary(self) -> Summary:
+        """Return what came of the search so far."""
+        search = self._search
+        properties = {verdict.property: search.tried.exercised[verdict.property] for verdict in self._nominal.verdicts}
+        kinds = dict.fromkeys(entry.thing.kind for entry in self._menu.entries)
+        unreached = Unreached(
+            search.tried.singles_left,
+            tuple(kind for kind in kinds if not search.tried.begun[kind]),
+            tuple(name for name, count in properties.items() if not count),
+        )
+        seen = search.seen_failures
+        return Summary(
+            self._check.name,
+            self._check.file.seed,
+            self._nominal,
+            [replace(each, seen=seen[each.failure]) for each in self._findings],
+            search.tried,
+            properties,
+            unreached,
+            time.monotonic() - self._began,
+            not self._interrupted,
+            len(search.guide.kept),
+            len(search.guide.features),
+        )

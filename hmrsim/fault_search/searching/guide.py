@@ -1,0 +1,97 @@
+"""The guide of a search: schedules that have exercised something new are changed further.
+
+As coverage-guided fuzzers do it: a schedule is kept if its run has a feature that no run had before, or brings a
+property nearer to its violation; one that is kept is chosen the more often, the rarer its features are. See Böhme,
+Pham and Roychoudhury, "Coverage-based Greybox Fuzzing as Markov Chain", CCS 2016, for why rare ones are preferred.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    import random
+
+    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.fault_search.schedules.thing import Schedule
+
+_NEARER: Final = 0.95
+"""A robustness that is less than this share of the least one so far is worth to go on from."""
+_MAX_KEPT: Final = 2_000
+_MAX_RARE: Final = 24
+"""Features that count for how often a schedule is chosen: the rarest ones."""
+
+
+@dataclass
+class Kept:
+    """A schedule that has exercised something new.
+
+    Attributes:
+        schedule: The schedule.
+        moments: What has happened in its run.
+        fresh: The moments among them that no run had before.
+        features: What was new.
+        chosen: How often it was chosen.
+    """
+
+    schedule: Schedule
+    moments: Sequence[Moment]
+    fresh: Sequence[Moment]
+    features: tuple[str, ...]
+    chosen: int = 0
+
+
+class Guide:
+    """Remembers what runs have exercised, and chooses schedules to go on from.
+
+    Attributes:
+        kept: The schedules that have exercised something new, the oldest first.
+        features: How many runs have had each feature.
+    """
+
+    def __init__(self) -> None:
+        self.kept: list[Kept] = []
+        self.features: Counter[str] = Counter()
+        self._least: dict[str, float] = {}
+        self._moments: dict[tuple[str, str, str, str, int], None] = {}
+
+    def note(self, schedule: Schedule, outcome: Outcome) -> bool:
+        """Note what a run has exercised; return whether that was new."""
+        new = tuple(feature for feature in outcome.features if feature not in self.features)
+        self.features.update(outcome.features)
+        nearer = self._nearer(outcome)
+        fresh = [moment for moment in outcome.moments if moment[1:6] not in self._moments]
+        self._moments |= dict.fromkeys(moment[1:6] for moment in fresh)
+        if (new or nearer) and not outcome.failure and len(self.kept) < _MAX_KEPT:
+            self.kept.append(Kept(schedule, outcome.moments, fresh, new))
+        return bool(new or nearer)
+
+    def _nearer(self, outcome: Outcome) -> bool:
+        """Return whether a property was nearer to its violation than in any run before."""
+        found = False
+        for verdict in outcome.verdicts:
+            robustness = verdict.robustness
+            if not math.isfinite(robustness):
+                continue
+            least = self._least.get(verdict.property, math.inf)
+            if robustness < least:
+                found = found or robustness < least * _NEARER
+                self._least[verdict.property] = robustness
+        return found
+
+    def choose(self, rng: random.Random) -> Kept | None:
+        """Return a schedule to go on from; None if there is none."""
+        if not self.kept:
+            return None
+        kept = rng.choices(self.kept, [self._energy(each) for each in self.kept])[0]
+        kept.chosen += 1
+        return kept
+
+    def _energy(self, kept: Kept) -> float:
+        rare = sorted(self.features[feature] for feature in kept.features)[:_MAX_RARE]
+        return (0.1 + sum(1.0 / count for count in rare)) / (1.0 + kept.chosen)

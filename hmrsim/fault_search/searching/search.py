@@ -1,0 +1,184 @@
+"""The search for schedules that break a controller.
+
+Earlier failures come first, then the run without faults, then each single thing at each moment, and meanwhile schedules
+that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the seed and on the
+outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from hmrsim.fault_search.results.tried import Tried
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.searching.guide import Guide, Kept
+from hmrsim.fault_search.searching.mutation import Mutator, without_twins
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.running.evaluator import Evaluator
+    from hmrsim.fault_search.running.outcome import Failure, Outcome
+    from hmrsim.fault_search.schedules.thing import Schedule, Thing
+    from hmrsim.fault_search.space.menu import Menu
+
+Strategy = Literal["guided", "random"]
+
+BATCH: Final = 32
+"""Cases that are proposed at once."""
+_SINGLES: Final = 20
+"""Of those, the single things, while there are any."""
+_FIRST: Final = 2
+"""Batches of single things alone, before there is anything to go on from."""
+_TRIES: Final = 20
+_RESTART: Final = 0.1
+"""How often a schedule is made anew, rather than from one before."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A failure, and the first case that has shown it.
+
+    Attributes:
+        failure: The failure.
+        case: The case.
+        outcome: What came of it.
+        run: The number of the run, from 1.
+    """
+
+    failure: Failure
+    case: Case
+    outcome: Outcome
+    run: int
+
+
+class Search:
+    """Searches for failures, batch by batch.
+
+    Args:
+        check: The check.
+        evaluator: Runs cases.
+        menu: What can happen.
+        nominal: What comes of the run without faults.
+        strategy: ``guided``, or ``random`` to compare with.
+
+    Attributes:
+        tried: What was tried.
+        guide: What runs have exercised.
+        found: The first case of each failure.
+        seen_failures: How many runs have had each failure first.
+    """
+
+    def __init__(
+        self, check: Check, evaluator: Evaluator, menu: Menu, nominal: Outcome, strategy: Strategy = "guided"
+    ) -> None:
+        space = check.file.space
+        self.tried = Tried()
+        self.guide = Guide()
+        self.found: dict[Failure, Found] = {}
+        self.seen_failures: Counter[Failure] = Counter()
+        self._evaluator, self._menu, self._nominal, self._strategy = evaluator, menu, nominal, strategy
+        self._at_most = space.at_most
+        self._mutator = Mutator(menu, space.at_most, space.durations)
+        self._rng = random.Random(f"{check.file.seed}/search")
+        self._seen: dict[str, None] = {}
+        self._known: list[Schedule] = []
+        self._batches = 0
+        singles = menu.singles(nominal.moments, self._rng)
+        self.tried.singles = self.tried.singles_left = len(singles)
+        self._singles = iter(singles)
+        self._base = Kept((), nominal.moments, nominal.moments, ())
+
+    def first(self, cases: Sequence[Case]) -> list[Found]:
+        """Run some cases before all else, such as earlier failures; return failures that are new."""
+        return self._run(cases)
+
+    def next(self, most: int) -> list[Found] | None:
+        """Run the next batch; return failures that are new, None if there is nothing left to try.
+
+        Args:
+            most: At most so many runs.
+        """
+        cases = [Case(schedule) for schedule in self._batch()][:most]
+        self._batches += 1
+        return self._run(cases) if cases else None
+
+    def pass_over(self, schedule: Schedule) -> None:
+        """Propose no more schedules that have all of what is known to fail."""
+        if schedule:
+            self._known.append(schedule)
+
+    def _run(self, cases: Sequence[Case]) -> list[Found]:
+        new = []
+        for case, outcome in zip(cases, self._evaluator.outcomes(cases), strict=True):
+            self._count(case, outcome)
+            self.guide.note(case.schedule, outcome)
+            for failure in outcome.failures[:1]:
+                self.seen_failures[failure] += 1
+                if failure not in self.found:
+                    self.found[failure] = Found(failure, case, outcome, self.tried.runs)
+                    new.append(self.found[failure])
+        return new
+
+    def _count(self, case: Case, outcome: Outcome) -> None:
+        tried = self.tried
+        tried.runs += 1
+        tried.failed += outcome.failure is not None
+        tried.endings[outcome.ending] += 1
+        for number, thing in enumerate(case.schedule):
+            tried.kinds[thing.kind] += 1
+            tried.begun[thing.kind] += number not in outcome.missed
+        tried.exercised.update(each.property for each in outcome.verdicts if each.state != "never_exercised")
+
+    def _batch(self) -> list[Schedule]:
+        if self._strategy == "random":
+            return [*self._fresh(self._random, BATCH)]
+        singles = BATCH if self._batches < _FIRST else _SINGLES
+        found = [*self._next_singles(singles)]
+        return [*found, *self._fresh(self._guided, BATCH - len(found))]
+
+    def _next_singles(self, count: int) -> Iterator[Schedule]:
+        for thing in self._singles:
+            self.tried.singles_left -= 1
+            if self._is_new((thing,)):
+                yield (thing,)
+                count -= 1
+                if count == 0:
+                    return
+
+    def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
+        """Yield so many schedules that were not tried; fewer if none is found."""
+        for _ in range(count):
+            for _ in range(_TRIES):
+                schedule = make()
+                if schedule and self._is_new(schedule):
+                    yield schedule
+                    break
+
+    def _guided(self) -> Schedule | None:
+        kept = None if self._rng.random() < _RESTART else self.guide.choose(self._rng)
+        other = self.guide.choose(self._rng)
+        if kept is None or other is None:
+            return self._random()
+        return self._mutator.changed(kept, other, self._rng)
+
+    def _random(self) -> Schedule:
+        """Return things at random moments of the run without faults."""
+        count = self._rng.randint(1, self._at_most)
+        things: list[Thing] = []
+        for _ in range(count):
+            thing = self._mutator.fresh(self._base, self._rng)
+            if thing is not None:
+                things.append(thing)
+        return without_twins(tuple(things))
+
+    def _is_new(self, schedule: Schedule) -> bool:
+        case = Case(schedule)
+        if case.key in self._seen:
+            return False
+        self._seen[case.key] = None
+        things = frozenset(schedule)
+        return not any(things.issuperset(known) for known in self._known)

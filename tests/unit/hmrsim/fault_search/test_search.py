@@ -1,0 +1,128 @@
+"""Searches that find what breaks a controller, and nothing where nothing does."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.searching.search import BATCH, Search
+from hmrsim.fault_search.space.menu import Menu
+from tests.porters import check_of, searched
+
+DELIVERED = {"properties": {"delivered": {"eventually": {"item": "box", "at": "shelf", "carried": False}}}}
+
+
+def failures(summary):
+    """Return what was found, with the smallest schedules in words."""
+    return {finding.failure.property: [thing.describe() for thing in finding.schedule] for finding in summary.findings}
+
+
+def test_a_controller_that_tries_again_for_ever_is_found():
+    """One thing shows it: the goals of a robot that has broken down are rejected, again and again."""
+    summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}))
+
+    (finding,) = summary.findings
+    assert finding.failure.property == "no_vain_goals"
+    assert [thing.kind for thing in finding.schedule] == ["breakdown"]
+    assert summary.nominal.ending == "succeeded"
+
+
+def test_a_controller_that_bears_faults_is_left_in_peace():
+    """It may fail, as long as it ends and says so."""
+    summary = searched(check_of("careful", budget={"runs": 150}))
+
+    assert failures(summary) == {}
+    assert summary.tried.runs == 150
+    assert summary.tried.endings["failed"] > 0
+
+
+def test_a_controller_that_crashes_is_found():
+    """An error that it does not expect ends it."""
+    summary = searched(check_of("crashing", budget={"runs": 32}, space={"only": ["goals_aborted"]}))
+
+    assert [*failures(summary)] == ["controller_lives"]
+
+
+def test_a_search_ends_when_nothing_is_left_to_try():
+    """Of two things at most, one after the other, with one moment each."""
+    space = {"only": ["speed"], "at_most": 1}
+    summary = searched(check_of("careful", space=space, budget="60s"))
+
+    assert summary.tried.runs == 3
+    assert summary.unreached.singles == 0
+
+
+def test_a_failure_without_faults_is_found_at_once():
+    """It needs no schedule."""
+    summary = searched(check_of("broken", budget={"runs": 32}), first_only=True)
+
+    (finding,) = summary.findings
+    assert (finding.failure.property, finding.schedule, finding.run) == ("controller_lives", (), 1)
+
+
+def test_what_is_tried_depends_on_the_seed_alone():
+    """Whatever runs it, and in how many pieces."""
+    check = check_of("careful", seed=3)
+    runs = []
+    for make, workers in ((Serial, 1), (lambda: ThreadPoolExecutor(1), 5)):
+        with Evaluator(check, make, workers) as evaluator:
+            nominal = evaluator.outcomes([Case()])[0]
+            menu = Menu(check.world, check.file.space, nominal.moments)
+            search = Search(check, evaluator, menu, nominal)
+            tried = []
+            evaluator.outcomes = lambda cases, tried=tried, whole=evaluator.outcomes: (
+                tried.extend(case.key for case in cases) or whole(cases)
+            )
+            for _ in range(3):
+                search.next(BATCH)
+            runs.append(tried)
+
+    assert runs[0] == runs[1]
+    assert len(runs[0]) == len({*runs[0]}) == 3 * BATCH
+
+
+def test_schedules_that_have_all_of_a_known_failure_are_passed_over():
+    """They would fail like that again, and hide others."""
+    check = check_of("careful")
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        search = Search(check, evaluator, Menu(check.world, check.file.space, nominal.moments), nominal)
+        known = search._next_singles(1)
+        (first,) = [*known]
+        search.pass_over(first)
+
+        assert not search._is_new((*first, Thing({"type": "slip", "robot": "porter", "factor": 0.5})))
+        assert search._is_new((Thing({"type": "slip", "robot": "porter", "factor": 0.5}),))
+
+
+def test_a_fault_that_never_began_is_noted():
+    """Its anchor did not come."""
+    never = Thing({"type": "breakdown", "robot": "porter", "when": {"event": "deadlock"}})
+    soon = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "when": {"goal": "executing", "robot": "porter"}})
+
+    outcome = run_case(check_of("careful"), Case((never, soon)))
+
+    assert outcome.missed == (0,)
+
+
+def test_a_case_that_can_t_be_made_is_an_error_and_no_failure():
+    """Such as a change of what the world does not have."""
+    outcome = run_case(check_of("careful"), Case((Thing({"change": {"robots.nobody.base.speed": 1.0}}),)))
+
+    assert outcome.ending == "error"
+    assert "nobody" in outcome.cause
+    assert outcome.failure is None
+
+
+@pytest.mark.parametrize("strategy", ["guided", "random"])
+def test_two_searches_of_so_many_runs_are_the_same(strategy):
+    """With the same counts of everything."""
+    summaries = [searched(check_of("careful", budget={"runs": 96}), strategy=strategy) for _ in range(2)]
+
+    assert summaries[0].tried == summaries[1].tried
+    assert summaries[0].features == summaries[1].features
