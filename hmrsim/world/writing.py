@@ -59,8 +59,17 @@ def to_yaml(world: World, *, schema: str | None = None) -> str:
         if key in _HEAD or not isinstance(value, (dict, list)):
             lines.append(f"{key}: {_flow(value)}")
         else:
-            lines += ["", f"{key}:", *_block(value, "  ")]
+            lines += ["", *block(key, value)]
     return "\n".join(lines) + "\n"
+
+
+def block(key: str, value: Any, pad: str = "") -> Iterator[str]:
+    """Yield a key and its plain value as readable YAML: an entry on one line where it fits."""
+    if not isinstance(value, (dict, list)) or not value:
+        yield f"{pad}{key}: {_flow(value)}"
+        return
+    yield f"{pad}{key}:"
+    yield from _block(value, f"{pad}  ")
 
 
 def to_json(world: World) -> str:

@@ -1,0 +1,100 @@
+"""The file that repeats a failure, its story, and what continuous integration gets."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from hmrsim.fault_search.file.reading import read_repro
+from hmrsim.fault_search.results.folder import ResultsFolder
+from hmrsim.fault_search.results.junit import junit_text
+from hmrsim.fault_search.results.page import page_of
+from hmrsim.fault_search.results.story import story_of
+from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.trace.replay import replay
+from tests.porters import check_of, searched
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Return the check of a porter that tries in vain, and what is found."""
+    check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown"]})
+    return check, searched(check)
+
+
+def test_a_failure_is_repeated_from_its_file(found, tmp_path):
+    """With the same failure, and the same trace, byte for byte."""
+    check, summary = found
+    path = ResultsFolder(tmp_path / "results").keep(check, summary.findings[0])
+
+    repro = read_repro(path)
+    outcome = run_case(repro.check, repro.case, Wanted(trace=True))
+
+    assert (repro.failure.property, repro.failure.reason) in outcome.failures
+    assert outcome.trace == summary.findings[0].told.trace
+    assert path.with_suffix(".jsonl").read_text("utf-8") == outcome.trace
+
+
+def test_a_file_that_was_moved_finds_its_controller_in_the_current_folder(found, tmp_path, monkeypatch):
+    """Or in the folder that is given."""
+    check, summary = found
+    path = ResultsFolder(tmp_path / "a" / "b").keep(check, summary.findings[0])
+    moved = path.rename(tmp_path / "moved.yaml")
+    monkeypatch.chdir(check.folder)
+
+    assert read_repro(moved).check.folder == check.folder
+    assert read_repro(moved, check.folder).check.folder == check.folder
+
+
+def test_the_trace_of_a_failure_is_replayed_without_its_controller(found):
+    """Faults that are anchored to events are a part of the world in it."""
+    trace = found[1].findings[0].told.trace
+
+    assert replay(trace.splitlines(keepends=True)).difference is None
+
+
+def test_the_story_says_what_it_needs_and_what_happened(found):
+    """In words: the property, the schedule, what is without it, the events with the violation among them."""
+    story = story_of(found[1].findings[0])
+
+    assert story[0].startswith("no_vain_goals: ")
+    assert story[2] == "It fails with one thing:"
+    assert story[3].startswith("  1. breakdown of porter for 1 s, when ")
+    assert story[4].startswith("Without it it passes: the run ends as succeeded at ")
+    assert any("has the fault breakdown_1" in line for line in story)
+    assert any("VIOLATED no_vain_goals" in line for line in story)
+
+
+def test_junit_has_a_test_case_for_each_property(found):
+    """Of which one has failed, with the story; what was never exercised is skipped."""
+    _, summary = found
+    suite = ET.fromstring(junit_text(summary.name, summary.exercised, summary.findings, 1.5)).find("testsuite")
+    failed = [case.get("name") for case in suite if case.find("failure") is not None]
+    skipped = [case.get("name") for case in suite if case.find("skipped") is not None]
+
+    assert failed == ["no_vain_goals"]
+    assert "orders_in_time" in skipped
+    assert (suite.get("tests"), suite.get("failures")) == (str(len(summary.exercised)), "1")
+
+
+def test_the_page_tells_of_each_failure_and_of_what_was_not_reached(found, tmp_path):
+    """In one file; texts of the user are escaped."""
+    check, summary = found
+    page = page_of(check, summary, tmp_path)
+
+    assert "breakdown of porter for 1 s" in page
+    assert "Not reached" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_a_later_search_begins_with_what_was_found(found, tmp_path):
+    """The folder has the failures."""
+    check, summary = found
+    folder = ResultsFolder(tmp_path)
+    path = folder.keep(check, summary.findings[0])
+
+    assert folder.earlier() == [path]
+    again = searched(check, earlier=[read_repro(path).case])
+    assert [finding.run for finding in again.findings] == [2]
+    assert again.findings[0].known
