@@ -26,6 +26,7 @@ _COMMANDS: Final = {
     "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",
     "report": "report on a trace or a recording, as a page, as JSON or as tables",
     "experiment": "run a world many times, and say what came of it",
+    "check": "find the faults that break a controller, or apply properties to a trace",
     "compare": "compare two controllers run by run, or two traces line by line",
     "map": "check, inspect, convert and draw world files; plan routes on them",
     "completion": "print a script for shell completion",

@@ -20,7 +20,8 @@ examples:
   hmrsim experiment run delivery.yaml --executor dask://10.0.0.7:8786"""
 
 
-def _jobs(text: str) -> int:
+def jobs(text: str) -> int:
+    """Return the number of processes that an option says."""
     if not text.isdecimal() or not 0 < int(text) <= 10_000:  # noqa: PLR2004
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes")
     return int(text)
@@ -37,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="DIR", type=Path, help="the folder of the results (the experiment's name)"
     )
-    parser.add_argument("-j", "--jobs", metavar="N", type=_jobs, help="processes at once (one a processor)")
+    parser.add_argument("-j", "--jobs", metavar="N", type=jobs, help="processes at once (one a processor)")
     parser.add_argument(
         "--executor",
         metavar="WHERE",

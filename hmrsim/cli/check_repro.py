@@ -1,0 +1,79 @@
+"""Repeating a failure that ``hmrsim check`` has found."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim.cli.run_recording import recorded
+from hmrsim.fault_search.file.reading import read_repro
+from hmrsim.fault_search.results.story import events_of
+from hmrsim.fault_search.running.outcome import Failure
+from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.outputs import check_outputs
+from hmrsim.settings.run import RunSettings
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.reading import Repro
+    from hmrsim.fault_search.running.outcome import Outcome
+
+
+def repeat(args: argparse.Namespace) -> int:
+    """Repeat a failure; return the exit code: 1 if it fails, in this or in another way."""
+    check_outputs([("--record", args.record)], [args.repro])
+    repro = read_repro(args.repro, args.folder)
+    collect_rarely()
+    with ExitStack() as stack:
+        wanted = Wanted(trace=True, story=True)
+        if args.record:
+            further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
+            wanted = Wanted(trace=True, story=True, further=further)
+        outcome = run_case(repro.check, repro.case, wanted)
+    if args.json:
+        show_json(_said(repro, outcome))
+    else:
+        _tell(repro, outcome)
+    return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _same(repro: Repro, outcome: Outcome) -> bool:
+    return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
+
+
+def _same_trace(repro: Repro, outcome: Outcome) -> bool:
+    return bool(repro.trace) and hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace
+
+
+def _said(repro: Repro, outcome: Outcome) -> dict[str, object]:
+    return {
+        "failed": outcome.failure is not None,
+        "same_failure": _same(repro, outcome),
+        "same_trace": _same_trace(repro, outcome),
+        "ending": outcome.ending,
+        "cause": outcome.cause,
+        "at": outcome.at,
+        "violations": [violation.as_dict() for violation in outcome.violations],
+    }
+
+
+def _tell(repro: Repro, outcome: Outcome) -> None:
+    for number, thing in enumerate(repro.case.schedule, 1):
+        show(f"{number}. {thing.describe()}")
+    show("")
+    for at, text in events_of(outcome):
+        show(f"{at:10.3f} s  {text}")
+    cause = f" ({outcome.cause})" if outcome.cause else ""
+    show(f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}")
+    show("")
+    if outcome.failure is None:
+        show(f"it passes: {repro.failure.property} is not violated any more")
+    elif _same(repro, outcome):
+        trace = "with the same trace" if _same_trace(repro, outcome) else "with another trace"
+        show(f"it fails as before: {repro.failure.property}: {repro.failure.reason} ({trace})")
+    else:
+        show(f"it fails otherwise: {outcome.failure}")

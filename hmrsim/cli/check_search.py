@@ -1,0 +1,203 @@
+"""Searching for failures of a controller from the command line."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
+
+from hmrsim.cli.check_text import progress_text, summary_text
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.diagnostics import dotted
+from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
+from hmrsim.experiments.results.row import ERROR
+from hmrsim.experiments.running.executors import factory_of
+from hmrsim.fault_search.file.model import CheckFile
+from hmrsim.fault_search.file.reading import check_of, read_check, read_repro
+from hmrsim.fault_search.results.folder import ResultsFolder
+from hmrsim.fault_search.running.evaluator import Evaluator
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited
+from hmrsim.world.files import read_text
+from hmrsim.world.overlays.overlay import setting
+from hmrsim.world.yaml_text import Unreadable, read
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.results.finding import Finding
+    from hmrsim.fault_search.results.summary import Summary
+
+_LOOK: Final = 0.2
+"""Wall seconds between two updates of the line on a terminal."""
+_QUIET: Final = 30.0
+"""Wall seconds between two lines where there is no terminal."""
+
+_CONTROLLERS: Final = ("tree", "python", "command")
+
+
+def search(args: argparse.Namespace) -> int:
+    """Search for failures; return the exit code."""
+    make, workers = factory_of(args.executor, args.jobs)
+    check = _check(args)
+    results = ResultsFolder(args.output or Path(f"{check.name}_check"))
+    with Evaluator(check, make, workers or 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        if nominal.ending == ERROR:
+            raise CheckError([Problem(check.place, "controller", nominal.cause)])
+        check = limited(check, nominal)
+        evaluator.take(check)
+        teller = _Teller(check, results, quiet=args.json)
+        options = Options(
+            first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
+        )
+        summary = Campaign(check, evaluator, nominal, options).run()
+        teller.end()
+    return _conclude(args, check, summary, results, teller)
+
+
+def _conclude(args: argparse.Namespace, check: Check, summary: Summary, results: ResultsFolder, teller: _Teller) -> int:
+    summary.files.update(teller.files)
+    results.finish(check, summary)
+    if args.json:
+        show_json(summary.to_json())
+    else:
+        show("\n".join(summary_text(summary, results.folder)))
+    if not summary.complete:
+        return ExitCode.INTERRUPTED
+    return ExitCode.FAILED if summary.findings else ExitCode.DONE
+
+
+def _check(args: argparse.Namespace) -> Check:
+    """Return the check of a file, or of the options."""
+    said = [name for name in _CONTROLLERS if getattr(args, name) is not None]
+    if args.world is None:
+        raise WrongUse(
+            "expected a world or the file of a check, --repro FILE or --trace TRACE; see hmrsim check --help"
+        )
+    if not said and _is_check(args.world):
+        return _over(read_check(args.world), args)
+    if len(said) != 1:
+        raise WrongUse(f"{args.world}: expected one of --tree, --python and --command, or the file of a check")
+    controller: dict[str, Any] = {said[0]: getattr(args, said[0])}
+    if args.robots:
+        controller["robots"] = args.robots
+    overlay: dict[str, Any] = {}
+    for text in args.changes:
+        overlay |= setting(text).source.document.data
+    values = {"world": args.world, "controller": controller, "overlay": overlay, **_options(args, {})}
+    if args.properties:
+        values["properties"] = args.properties
+    return check_of(_model(values))
+
+
+def _is_check(source: str) -> bool:
+    """Return whether a file is that of a check, and not of a world."""
+    path = Path(source)
+    try:
+        data, _, _ = read(read_text(path, source)) if path.suffix in {".yaml", ".yml", ".json"} else (None, None, None)
+    except (WorldError, Unreadable):
+        return False
+    return isinstance(data, dict) and "controller" in data
+
+
+def _over(check: Check, args: argparse.Namespace) -> Check:
+    """Return the check of a file, with what the command line says over it."""
+    values = check.file.model_dump(mode="json", by_alias=True, exclude_unset=True)
+    options = _options(args, values)
+    return check.with_file(_model({**values, **options})) if options else check
+
+
+def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]:
+    """Return what options say of the search, over the values of a file."""
+    said: dict[str, Any] = {}
+    budget = {"time": args.budget, "runs": args.runs}
+    if any(value is not None for value in budget.values()):
+        said["budget"] = {**_as_mapping(values.get("budget")), **_given(budget)}
+    if args.seed is not None:
+        said["seed"] = args.seed
+    space = {
+        "at_most": args.at_most,
+        "only": args.only,
+        "without": args.without,
+        "also": args.also,
+        "spare": args.spare,
+    }
+    if _given(space):
+        said["space"] = {**values.get("space", {}), **_given(space)}
+    return said
+
+
+def _as_mapping(budget: Any) -> dict[str, Any]:
+    return budget if isinstance(budget, dict) else {} if budget is None else {"time": budget}
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _model(values: dict[str, Any]) -> CheckFile:
+    try:
+        return CheckFile.model_validate(values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise WrongUse(f"{dotted(tuple(first['loc']))}: {first['msg']}, got {first['input']!r}") from None
+
+
+def _earlier(results: ResultsFolder) -> list[Case]:
+    """Return the cases of failures that were found earlier."""
+    cases = []
+    for path in results.earlier():
+        try:
+            repro = read_repro(path)
+        except HmrsimError as error:
+            warn(f"warning: left out: {error}")
+            continue
+        cases.append(Case(repro.case.schedule, repro.check.definition))
+    return cases
+
+
+class _Teller:
+    """Tells how far a search is, and writes what it finds.
+
+    Attributes:
+        files: The file of each failure, by its number from 1.
+    """
+
+    def __init__(self, check: Check, results: ResultsFolder, *, quiet: bool) -> None:
+        self.files: dict[int, str] = {}
+        self._check, self._results, self._quiet = check, results, quiet
+        self._line = sys.stderr.isatty() and not quiet
+        self._told = time.monotonic()
+
+    def tell(self, progress: Progress) -> None:
+        """Tell, if it was not just told."""
+        if self._quiet or time.monotonic() - self._told < (_LOOK if self._line else _QUIET):
+            return
+        self._told = time.monotonic()
+        text = progress_text(progress)
+        if self._line:
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
+        else:
+            warn(text)
+
+    def on_finding(self, finding: Finding) -> None:
+        """Write the files of a failure, and say that it was found."""
+        path = self._results.keep(self._check, finding)
+        self.files[len(self.files) + 1] = str(path)
+        self.end()
+        if not self._quiet:
+            things = len(finding.schedule)
+            count = f"{things} thing{'s' * (things != 1)}" if things else "without any fault"
+            warn(f"found after {finding.seconds:.1f} s: {finding.failure.property}: {finding.text} ({count})")
+
+    def end(self) -> None:
+        """Take the line away."""
+        if self._line:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

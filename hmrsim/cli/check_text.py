@@ -1,0 +1,60 @@
+"""What ``hmrsim check`` prints."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from hmrsim.fault_search.results.story import passes
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hmrsim.fault_search.results.finding import Finding
+    from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.searching.campaign import Progress
+
+
+def progress_text(progress: Progress) -> str:
+    """Return how far a search is, on one line."""
+    tried = progress.search.tried
+    pace = tried.runs / progress.seconds if progress.seconds else 0.0
+    singles = tried.singles - tried.singles_left
+    found = len(progress.findings)
+    return (
+        f"{progress.doing}: {tried.runs:,} runs, {pace:.0f}/s, {found} failure{'s' * (found != 1)}, "
+        f"{singles:,} of {tried.singles:,} single things, {len(progress.search.guide.features):,} features, "
+        f"{progress.left:.0f} s left"
+    )
+
+
+def summary_text(summary: Summary, folder: Path) -> Iterator[str]:
+    """Yield the lines that sum up a search."""
+    tried, count = summary.tried, len(summary.findings)
+    what = f"{count} failure{'s' * (count != 1)}" if count else "no failure"
+    pace = tried.runs / summary.seconds if summary.seconds else 0.0
+    ended = "" if summary.complete else ", interrupted"
+    yield f"{summary.name}: {what} in {tried.runs:,} runs ({summary.seconds:.1f} s, {pace:.0f} runs/s{ended})"
+    for number, finding in enumerate(summary.findings, 1):
+        yield ""
+        yield from _finding(number, finding, summary.files.get(number, ""))
+    yield ""
+    singles = tried.singles - summary.unreached.singles
+    yield f"tried: {singles:,} of {tried.singles:,} single things at their moments, and schedules of several"
+    if summary.unreached.kinds:
+        yield f"never began: {', '.join(summary.unreached.kinds)}"
+    if summary.unreached.properties:
+        yield f"never exercised: {', '.join(summary.unreached.properties)}"
+    yield f"report: {folder / 'report.html'}"
+
+
+def _finding(number: int, finding: Finding, file: str) -> Iterator[str]:
+    yield f"{number}. {finding.failure.property}: {finding.text}"
+    if not finding.schedule:
+        yield "   It fails without any fault."
+    for thing, outcome in zip(finding.schedule, finding.without, strict=True):
+        yield f"   - {thing.describe()}"
+        yield f"     without it {passes(outcome)}"
+    if file:
+        yield f"   hmrsim check --repro {shlex.quote(file)}"
