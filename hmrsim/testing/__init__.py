@@ -23,12 +23,23 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hmrsim.testing.checking import check
     from hmrsim.testing.record import Goal, Happening
     from hmrsim.testing.run import Run, simulation
+    from hmrsim.testing.schedules import schedules
 
-__all__ = ["Goal", "Happening", "Run", "simulation"]
+__all__ = ["Goal", "Happening", "Run", "check", "schedules", "simulation"]
 
-_HOMES = MappingProxyType({"Goal": "record", "Happening": "record", "Run": "run", "simulation": "run"})
+_HOMES = MappingProxyType(
+    {
+        "Goal": "record",
+        "Happening": "record",
+        "Run": "run",
+        "check": "checking",
+        "schedules": "schedules",
+        "simulation": "run",
+    }
+)
 
 
 def __getattr__(name: str) -> object:

@@ -13,6 +13,8 @@ from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.run_tree import run_tree
 from hmrsim.diagnostics import listed
+from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
+from hmrsim.fault_search.schedules.thing import DISTURBANCE
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
@@ -28,6 +30,7 @@ from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
+    from hmrsim.fault_search.schedules.thing import Thing
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
@@ -50,6 +53,7 @@ def simulation(
     robots: Sequence[str] | None = None,
     values: Mapping[str, str] | None = None,
     settings: RunSettings | None = None,
+    schedule: Sequence[Thing] = (),
     coverage: bool = False,
 ) -> Run:
     """Return a run of a world, to be used in a ``with`` statement; time stands until somebody waits.
@@ -61,24 +65,28 @@ def simulation(
         robots: Who runs it; all robots if left out.
         values: Texts that are on each tree's blackboard from the start.
         settings: The seed and others, as ``hmrsim run`` has them.
+        schedule: Faults and changes of the world, as `hmrsim.testing.schedules` draws them.
         coverage: Whether to count what happens to the nodes of the tree, in `Run.coverage`.
 
     Raises:
         WorldError: Something is wrong with the world; it has all errors.
         TreeError: There is no such tree.
-        ValueError: There are changes of a world that was read already.
+        ValueError: There are changes of a world that was read already, or the schedule has a disturbance, which only a
+            check can carry out.
     """
-    overlays = [overlay_of(changes, "changes")] if changes else []
+    if any(thing.family == DISTURBANCE for thing in schedule):
+        raise ValueError("a schedule with disturbances of the controller needs `check`; give faults and changes only")
+    overlays = [*([overlay_of(changes, "changes")] if changes else []), *overlays_of(schedule)]
     if isinstance(world, Mapping):
         world = world_of(dict(world), "world", overlays)
     elif isinstance(world, World):
-        if changes:
+        if overlays:
             raise ValueError("changes are laid over files and plain values; this is a world that was read already")
     else:
         world = load_world(world, overlays=overlays).world
     plan = None if tree is None else _plan(tree, values or {})
     chosen = (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP})
-    return Run(world, plan, robots, chosen, TreeCoverage() if coverage else None)
+    return Run(with_faults(world, schedule), plan, robots, chosen, TreeCoverage() if coverage else None)
 
 
 def _plan(tree: AnyTree, values: Mapping[str, str]) -> Plan:

@@ -1,0 +1,121 @@
+"""Fault search in a unit test: a controller is checked within the budget of the test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from hmrsim.experiments.results.row import ERROR
+from hmrsim.fault_search.file.model import CheckFile
+from hmrsim.fault_search.file.reading import check_of
+from hmrsim.fault_search.results.folder import ResultsFolder
+from hmrsim.fault_search.results.story import story_of
+from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.results.summary import Summary
+
+Test = TypeVar("Test", bound=Callable[..., object])
+
+
+def check(  # noqa: PLR0913 - what the command has as options
+    world: str | Path | Mapping[str, Any],
+    properties: str | Mapping[str, Any] | None = None,
+    *,
+    tree: str | None = None,
+    python: str | None = None,
+    command: str | Sequence[str] | None = None,
+    budget: str | float = "20s",
+    runs: int | None = None,
+    seed: int = 0,
+    space: Mapping[str, Any] | None = None,
+    output: str | Path | None = None,
+) -> Callable[[Callable[..., object]], Callable[[], None]]:
+    """Return a decorator that makes a test of a controller: it fails if a schedule of faults breaks the controller.
+
+    ::
+
+        @check("hospital", "properties.yaml", tree="my_robots.trees:mission", budget="30s")
+        def test_the_mission_survives_faults():
+            \"\"\"Whatever goes wrong, the medicine arrives or the mission says that it does not.\"\"\"
+
+    The function that it decorates is called with the summary of the search if it takes an argument, and need not do
+    anything.
+
+    Args:
+        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        properties: The properties that have to hold, beside the built-in ones: the path of a file, or what one says.
+        tree: The controller, if it is a behaviour tree: ``MODULE:FUNCTION``, or the path of an XML file.
+        python: The controller, if it is a function that takes a client: ``MODULE:FUNCTION``.
+        command: The controller, if it is a program.
+        budget: How long to search, by the wall's clock.
+        runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
+        seed: The seed of the search.
+        space: What can happen, as the file of a check says under ``space``.
+        output: The folder of the results; None for none.
+    """
+
+    def decorate(function: Callable[..., object]) -> Callable[[], None]:
+        def test() -> None:
+            controller = {"tree": tree, "python": python, "command": command}
+            said = {
+                "world": dict(world) if isinstance(world, Mapping) else str(world),
+                "controller": {name: value for name, value in controller.items() if value is not None},
+                "properties": dict(properties) if isinstance(properties, Mapping) else properties,
+                "budget": {"time": budget, "runs": runs},
+                "space": dict(space or {}),
+                "seed": seed,
+            }
+            summary = searched(check_of(CheckFile.model_validate(said)), output)
+            if _arguments(function):
+                function(summary)
+            else:
+                function()
+            if summary.findings:
+                raise AssertionError(_told(summary))
+
+        test.__name__, test.__doc__, test.__module__ = function.__name__, function.__doc__, function.__module__
+        test.__qualname__ = function.__qualname__
+        return test
+
+    return decorate
+
+
+def searched(check: Check, output: str | Path | None = None) -> Summary:
+    """Return what comes of a search within this process, without further ones.
+
+    Raises:
+        ValueError: The controller can't be run.
+    """
+    results = ResultsFolder(Path(output)) if output is not None else None
+    files: dict[int, str] = {}
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        if nominal.ending == ERROR:
+            raise ValueError(nominal.cause)
+        check = limited(check, nominal)
+        evaluator.take(check)
+        options = Options(
+            on_finding=lambda found: (
+                files.update({len(files) + 1: str(results.keep(check, found))}) if results else None
+            )
+        )
+        summary = Campaign(check, evaluator, nominal, options).run()
+    summary.files.update(files)
+    if results is not None:
+        results.finish(check, summary)
+    return summary
+
+
+def _arguments(function: Callable[..., object]) -> int:
+    return function.__code__.co_argcount
+
+
+def _told(summary: Summary) -> str:
+    stories = "\n\n".join("\n".join(story_of(finding)) for finding in summary.findings)
+    files = "".join(f"\nhmrsim check --repro {file}" for file in summary.files.values())
+    return f"{len(summary.findings)} failures in {summary.tried.runs} runs\n\n{stories}{files}"
