@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import pytest
 import yaml
@@ -11,6 +10,9 @@ import yaml
 from hmrsim.errors import CheckError
 from hmrsim.fault_search.file.reading import read_check, read_repro
 from tests.porters import HERE, WORLD
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FILE: dict[str, Any] = {"world": "world.yaml", "controller": {"python": "porters.py:careful"}}
 
