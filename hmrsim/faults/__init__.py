@@ -153,6 +153,9 @@ class FaultSite(Protocol):
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""
 
+    def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
+        """Let status and results of a robot's goals reach clients late; return what ends that."""
+
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is made only if it is wanted."""
 

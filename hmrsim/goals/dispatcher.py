@@ -21,13 +21,14 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
 from hmrsim.goals.feedback import Feedback
 from hmrsim.goals.hindrances import Hindrances
+from hmrsim.goals.late_news import LateNews
 from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.goal import Cause, GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.goal_ids import ZERO_ID
-from hmrsim.protocol.outputs import Answered, GoalChanged, RosterChanged, StatusChanged
+from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:
     import simpy
@@ -77,6 +78,7 @@ class Dispatcher:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
         nodes: The states of the ROS nodes that serve the actions.
         hindrances: What faults do to goals.
+        news: What clients do not know yet.
         feedback: Publishes the feedback of goals.
     """
 
@@ -100,6 +102,7 @@ class Dispatcher:
         self.feedback = Feedback(
             env, self.servers, self.cut_off, telemetry, publisher=publisher, errors=errors, rate=feedback_rate
         )
+        self.news = LateNews(env, lambda robot: map(self._status, self.servers.of(robot)))
         self._emit = publisher.emit
         self._publisher = publisher
         self._interest = publisher.interest
@@ -333,7 +336,10 @@ class Dispatcher:
         goal.server.robot.act(goal.server.action.name, begins=False)
         goal.end(self._stamp(), result, cause)
         self._change(goal, event)
-        self._tell(goal, inside=name in self.cut_off)
+        late = name in self.news
+        if late:
+            self.news.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))
+        self._tell(goal, inside=late or name in self.cut_off)
         ended = self._ended.setdefault(name, {})
         ended[goal] = None
         if len(ended) > self._keep_results:
@@ -361,9 +367,19 @@ class Dispatcher:
         server = goal.server
         result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name
-        self._emit(GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result, goal.cause))
-        if self._interest.status:
+        change = GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result, goal.cause)
+        self._emit(change)
+        if robot in self.news:
+            status = self._status(server)
+            self.news.send(status, lambda: self._tell_change(change, status))
+        elif self._interest.status:
             self._emit(self._status(server))
+
+    def _tell_change(self, change: GoalChanged, status: StatusChanged) -> None:
+        """Tell clients of a change that has happened before."""
+        self._emit(GoalTold(change))
+        if self._interest.status:
+            self._emit(status)
 
     def cancel_goal(self, command: CancelGoal) -> None:
         """Cancel what the command selects (rcl's rules), and answer; the goals end at this instant."""
@@ -392,10 +408,14 @@ class Dispatcher:
         goal = server.goals.get(command.goal_id)
         if goal is None:
             self._answer(command.reply_to, ResultResponse(GoalStatus.UNKNOWN, server.action.result()))
-        elif goal.status.terminal and self.cut_off.reach(command) and (result := goal.result) is not None:
+        elif self._is_known(goal) and self.cut_off.reach(command) and (result := goal.result) is not None:
             self._answer(command.reply_to, ResultResponse(goal.status, result, goal.cause))
         else:
             goal.waiting[id(command.reply_to)] = command.reply_to
+
+    def _is_known(self, goal: ServedGoal) -> bool:
+        """Return whether clients may know the result of a goal."""
+        return goal.status.terminal and not self.news.holds(goal)
 
     def withdraw(self, command: StopWaiting) -> None:
         """Drop some requests that wait for a result."""
@@ -405,12 +425,13 @@ class Dispatcher:
                 self._answer(reply_to, ResultResponse(goal.status, goal.server.action.result()))
 
     def status(self, robot: str, action: str) -> StatusChanged:
-        """Return the latest status list of a robot's action.
+        """Return the latest status list of a robot's action, as far as clients know it.
 
         Raises:
             GoalRejected: There is no such robot or action.
         """
-        return self._status(self.servers.find(robot, action))
+        server = self.servers.find(robot, action)
+        return self.news.known(robot, action) or self._status(server)
 
     def forget(self, command: ForgetResult) -> None:
         """Drop an expired result; one that is unknown or still awaited is ignored."""
@@ -429,6 +450,7 @@ class Dispatcher:
             # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason, cause)
+        self.news.flush(robot)
         # A client of a disconnected robot would wait for its result for ever.
         for name in sorted(self.cut_off) if robot is None else [robot]:
             self.connect(name, connected=True)
@@ -441,9 +463,9 @@ class Dispatcher:
         self._emit(RosterChanged())
         for server in self.servers.of(robot) if connected else ():
             if self._interest.status:
-                self._emit(self._status(server))
+                self._emit(self.status(robot, server.action.name))
             for goal in server.goals.values():
-                if goal.status.terminal:
+                if self._is_known(goal):
                     self._tell(goal)
 
     def free(self, robot: str, reason: str, cause: str) -> None:

@@ -54,6 +54,12 @@ class GoalChanged(NamedTuple):
         return GoalStatusChanged(self.robot, self.action, self.goal_id, int(self.status), result, self.cause or None)
 
 
+class GoalTold(NamedTuple):
+    """A change of a goal reaches clients later than it happened, as the news of its robot are late."""
+
+    change: GoalChanged
+
+
 class StatusChanged(NamedTuple):
     """All goals kept of one robot's action, in order of acceptance, after one of them changed."""
 
@@ -178,6 +184,7 @@ Published = StatusChanged | FeedbackSent | Sampled | EventStamped
 Output = (
     Answered
     | GoalChanged
+    | GoalTold
     | StatusChanged
     | FeedbackSent
     | Sampled

@@ -207,6 +207,10 @@ class Roster:
         """Connect a robot to the network, or disconnect it."""
         self._dispatcher.connect(name, connected=connected)
 
+    def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
+        """Let the news of a robot's goals reach clients late; return what ends that."""
+        return self._dispatcher.news.delay(name, seconds)
+
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
         robot = Robot(
             self._env,

@@ -34,6 +34,7 @@ from hmrsim.protocol.outputs import (
     Answered,
     FeedbackSent,
     GoalChanged,
+    GoalTold,
     Granted,
     PlanWanted,
     RosterChanged,
@@ -523,8 +524,8 @@ class LockstepCoordinator:
     def emit(self, output: Output) -> None:
         """Record an event that a participant waits for."""
         kind = type(output)
-        if kind is GoalChanged:
-            self._note_change(output)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
+        if kind is GoalChanged or kind is GoalTold:
+            self._note_news(output)  # type: ignore[arg-type]  # by its exact type, as this is asked for each event
         elif kind is FeedbackSent:
             if "feedback" in self._reported:
                 self._note("feedback", stamp(self._simulator.now), output)  # type: ignore[arg-type]
@@ -558,6 +559,13 @@ class LockstepCoordinator:
         withheld, self._withheld = self._withheld, []
         for event in withheld:
             self._note_change(event)
+
+    def _note_news(self, news: GoalChanged | GoalTold) -> None:
+        """Record a change of a goal when participants may know it."""
+        if isinstance(news, GoalTold):
+            self._note_change(news.change)
+        elif news.robot not in self._simulator.dispatcher.news:
+            self._note_change(news)
 
     def _note_change(self, event: GoalChanged) -> None:
         if event.robot in self._simulator.dispatcher.cut_off:

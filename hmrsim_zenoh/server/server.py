@@ -28,6 +28,7 @@ from hmrsim.protocol.outputs import (
     EventStamped,
     FeedbackSent,
     GoalChanged,
+    GoalTold,
     Granted,
     OrdersChanged,
     PlanWanted,
@@ -148,6 +149,8 @@ class Server:
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
             OrdersChanged: lambda _output: self._put_fixed("demand"),
+            # It is for participants in lockstep; others are told by status and answers.
+            GoalTold: lambda _output: None,
             # Clients learn of it from the clock and from the event that follows.
             TimeRestarted: lambda _output: None,
             PlanWanted: self.planner.ask,

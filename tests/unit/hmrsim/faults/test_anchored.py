@@ -311,7 +311,16 @@ ANCHORS = st.builds(
 )
 FAULTS = st.builds(
     lambda what, robot, anchor, duration: {**what, "robot": robot, "when": anchor, **duration},
-    st.sampled_from([{"type": "breakdown"}, {"type": "slip", "factor": 0.5}, {"type": "messages_lost"}]),
+    st.sampled_from(
+        [
+            {"type": "breakdown"},
+            {"type": "slip", "factor": 0.5},
+            {"type": "messages_lost"},
+            {"type": "goals_aborted", "delay": 1.0},
+            {"type": "goals_rejected", "count": 1},
+            {"type": "result_late", "delay": 2.0},
+        ]
+    ),
     ROBOTS,
     ANCHORS,
     st.sampled_from([{"duration": 1.5}, {"mean_duration": 2.0}, {"duration": {"uniform": {"low": 1.0, "high": 2.0}}}]),

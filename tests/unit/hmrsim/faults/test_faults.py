@@ -617,6 +617,9 @@ HAPPENING = {
     "claw_misses": st.just({"probability": 0.5}),
     "messages_lost": st.just({}),
     "localisation_jump": st.just({"dx": 1.0}),
+    "goals_rejected": st.sampled_from([{}, {"count": 2}]),
+    "goals_aborted": st.sampled_from([{}, {"delay": 1.5, "count": 2}, {"delay": 2.0, "count": None}]),
+    "result_late": st.sampled_from([{"delay": 1.0}, {"delay": 7.0}, {"delay": 500.0}]),
 }
 FAULTS = st.sampled_from(sorted(HAPPENING)).flatmap(
     lambda kind: st.builds(

@@ -1,0 +1,120 @@
+"""Robots whose news of goals reach clients late: changes of status, and results."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simpy import Timeout
+
+from hmrsim.protocol.outputs import StatusChanged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hmrsim.engine.environment import Environment
+    from hmrsim.goals.servers import ServedGoal
+
+
+@dataclass
+class _Line:
+    """What is under way from one robot, in order.
+
+    Attributes:
+        delays: Seconds that it takes, which add up.
+        known: What clients know of each action.
+    """
+
+    known: dict[str, StatusChanged]
+    delays: list[float] = field(default_factory=list)
+    under_way: deque[tuple[Timeout, Callable[[], None]]] = field(default_factory=deque)
+
+
+class LateNews:
+    """What clients do not know yet of the goals of robots, though it has happened.
+
+    Args:
+        statuses: Returns the statuses of all goals that are kept of a robot.
+    """
+
+    def __init__(self, env: Environment, statuses: Callable[[str], Iterable[StatusChanged]]) -> None:
+        self._env = env
+        self._statuses = statuses
+        self._lines: dict[str, _Line] = {}
+        self._held: set[ServedGoal] = set()
+
+    def __contains__(self, robot: str) -> bool:
+        """Return whether a robot's news are late."""
+        return robot in self._lines
+
+    def delay(self, robot: str, seconds: float) -> Callable[[], None]:
+        """Let a robot's news be late from now on; return what ends that, and lets all arrive that is under way."""
+        if robot not in self._lines:
+            self._lines[robot] = _Line({status.action: status for status in self._statuses(robot)})
+        self._lines[robot].delays.append(seconds)
+        return partial(self._end, robot, seconds)
+
+    def known(self, robot: str, action: str) -> StatusChanged | None:
+        """Return the statuses of an action's goals as clients know them; None if that is how they are."""
+        line = self._lines.get(robot)
+        return None if line is None else line.known.get(action, StatusChanged(robot, action, ()))
+
+    def send(self, status: StatusChanged, tell: Callable[[], None]) -> None:
+        """Let clients know the statuses of an action's goals later; *tell* is called then."""
+
+        def arrive() -> None:
+            line = self._lines.get(status.robot)
+            if line is not None:
+                line.known[status.action] = status
+            tell()
+
+        self._send(status.robot, arrive)
+
+    def hold(self, goal: ServedGoal, tell: Callable[[], None]) -> None:
+        """Hold the result of a goal back until it arrives, when *tell* is called."""
+
+        def arrive() -> None:
+            self._held.discard(goal)
+            tell()
+
+        self._held.add(goal)
+        self._send(goal.server.robot.name, arrive)
+
+    def holds(self, goal: ServedGoal) -> bool:
+        """Return whether the result of a goal is under way."""
+        return goal in self._held
+
+    def flush(self, robot: str | None = None) -> None:
+        """Let all arrive now that is under way from a robot, or from all."""
+        for name in [*self._lines] if robot is None else [robot]:
+            if name in self._lines:
+                self._arrive(self._lines[name])
+
+    def _send(self, robot: str, arrive: Callable[[], None]) -> None:
+        line = self._lines[robot]
+        timer = Timeout(self._env, math.fsum(line.delays))
+        line.under_way.append((timer, arrive))
+
+        def due(_event: object) -> None:
+            # Delays become no shorter while something is under way.
+            line.under_way.popleft()
+            arrive()
+
+        timer.callbacks = [due]
+
+    def _arrive(self, line: _Line) -> None:
+        under_way, line.under_way = line.under_way, deque()
+        for timer, arrive in under_way:
+            self._env.abandon(timer)
+            arrive()
+
+    def _end(self, robot: str, seconds: float) -> None:
+        line = self._lines[robot]
+        line.delays.remove(seconds)
+        if not line.delays:
+            del self._lines[robot]
+        self._arrive(line)
