@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
-from bt_controller.coverage.tree_coverage import CoverageError, NodeCoverage, TreeCoverage
+from bt_controller.coverage.node_coverage import NodeCoverage
+from bt_controller.coverage.tree_coverage import CoverageError, TreeCoverage
 
 __all__ = ["CoverageError", "NodeCoverage", "TreeCoverage"]

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from bt_controller.coverage.outcomes import ENDINGS
 
 if TYPE_CHECKING:
-    from bt_controller.coverage.tree_coverage import NodeCoverage, TreeCoverage
+    from bt_controller.coverage.node_coverage import NodeCoverage
+    from bt_controller.coverage.tree_coverage import TreeCoverage
 
 _INDENT: Final = 4
 _SUFFIX: Final = ".outline.txt"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from py_trees.common import Status
 
@@ -17,6 +17,7 @@ from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Node
 from bt_controller.core.tree_paths import paths
 from bt_controller.coverage.kinds import possible_outcomes, recovers
+from bt_controller.coverage.node_coverage import NodeCoverage
 from bt_controller.coverage.outcomes import (
     CANCELED,
     FAILURE,
@@ -29,30 +30,18 @@ from bt_controller.coverage.outcomes import (
 )
 
 if TYPE_CHECKING:
-    from collections import Counter
-
     from py_trees.behaviour import Behaviour
 
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
-Counted: TypeAlias = "tuple[Behaviour, frozenset[str], Counter[str]]"
-"""A node, what can happen to it, and what is counted of it."""
+Counted: TypeAlias = "tuple[Behaviour, bool, NodeCoverage]"
+"""A node, whether a node above it may make up for its failure, and what is counted of it."""
 
 _SELF: Final = "{robot}"
 
 
-class Watched(NamedTuple):
-    """A node of a tree that is watched."""
-
-    node: Behaviour
-    place: tuple[int, ...]
-    path: str
-    origin: str
-    possible: frozenset[str]
-
-
-def watched(root: Behaviour, robot: str | None) -> Iterator[Watched]:
-    """Yield the nodes of a tree, parents first; the robot's name in paths is ``{robot}``."""
+def watched(root: Behaviour, robot: str | None) -> Iterator[tuple[Behaviour, NodeCoverage]]:
+    """Yield the nodes of a tree, parents first, with nothing counted; the robot's name in paths is ``{robot}``."""
     possible = dict(possible_outcomes(root))
     own = None if robot is None else re.compile(rf"\b{re.escape(robot)}\b")
     places: dict[Behaviour, tuple[int, ...]] = {root: ()}
@@ -60,7 +49,8 @@ def watched(root: Behaviour, robot: str | None) -> Iterator[Watched]:
         for index, child in enumerate(node.children):
             places[child] = (*places[node], index)
         shown = path if own is None else own.sub(_SELF, path)
-        yield Watched(node, places[node], shown, node.origin if isinstance(node, Node) else "", possible[node])
+        origin = node.origin if isinstance(node, Node) else ""
+        yield node, NodeCoverage(places[node], shown, type(node).__name__, origin, possible[node])
 
 
 @dataclass(eq=False)
@@ -70,7 +60,7 @@ class _Seen:
     Attributes:
         number: Its number, parents before their children.
         end: The number after that of the last node below it.
-        counts: What was counted.
+        covered: What was counted.
         recoverable: Whether a node above it may make up for its failure.
         recovers: Whether it makes up for failures of its children.
         handle: The goal whose end was counted last.
@@ -78,7 +68,7 @@ class _Seen:
 
     number: int
     end: int
-    counts: Counter[str]
+    covered: NodeCoverage
     recoverable: bool
     recovers: bool
     leaf: ActionLeaf[Any, Any, Any] | None
@@ -115,14 +105,14 @@ class Recorder:
         """Count nothing any more: what stops now is stopped with the run, not by the tree."""
         self._ended = True
 
-    def counts_of(self, node: Behaviour) -> Counter[str]:
+    def covered(self, node: Behaviour) -> NodeCoverage:
         """Return what was counted of a node so far, in all trees with this node."""
-        return self._of(node).counts
+        return self._of(node).covered
 
     def _note(self, node: Behaviour) -> None:
         """Count the result of a tick."""
         seen = self._of(node)
-        status, counts = node.status, seen.counts
+        status, counts = node.status, seen.covered.counts
         if status is Status.RUNNING:
             counts[RUNNING] += 1
             return
@@ -150,16 +140,16 @@ class Recorder:
         if handle is not None and handle is not seen.handle and handle.done:
             seen.handle = handle
             if ending := ending_of(handle):
-                seen.counts[ending] += 1
+                seen.covered.counts[ending] += 1
 
     def _recovered(self, above: _Seen) -> None:
         for number in [each for each in self._failed if above.number < each < above.end]:
             self._failed.discard(number)
-            self._by_number[number].counts[RECOVERED] += 1
+            self._by_number[number].covered.counts[RECOVERED] += 1
 
     def _halted(self, seen: _Seen) -> None:
         if not self._ended:
-            seen.counts[CANCELED] += 1
+            seen.covered.counts[CANCELED] += 1
             # What has failed below it has not been made up for.
             self._failed.difference_update(range(seen.number, seen.end))
 
@@ -172,10 +162,10 @@ class Recorder:
         """Number the nodes, and listen to those that are new."""
         self._failed.clear()
         self._by_number.clear()
-        for number, (node, possible, counts) in enumerate(self._counted()):
+        for number, (node, recoverable, covered) in enumerate(self._counted()):
             size = sum(1 for _ in node.iterate())
             leaf = node if isinstance(node, ActionLeaf) else None
-            seen = _Seen(number, number + size, counts, RECOVERED in possible, recovers(node), leaf)
+            seen = _Seen(number, number + size, covered, recoverable, recovers(node), leaf)
             self._by_number.append(seen)
             if node not in self._seen:
                 self._listen(node)
@@ -198,6 +188,6 @@ class Recorder:
                 active = node.status is Status.RUNNING and node.handle is not None and not node.handle.done
                 suspend()
                 if active and not self._ended:
-                    self._seen[node].counts[CANCELED] += 1
+                    self._seen[node].covered.counts[CANCELED] += 1
 
             node.suspend = suspended  # type: ignore[method-assign]

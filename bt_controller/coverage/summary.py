@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from bt_controller.coverage.outcomes import CANCELED, ENDINGS, FAILURE, RECOVERED, RUNNING, SKIPPED, SUCCESS
 
 if TYPE_CHECKING:
-    from bt_controller.coverage.tree_coverage import NodeCoverage, TreeCoverage
+    from bt_controller.coverage.node_coverage import NodeCoverage
+    from bt_controller.coverage.tree_coverage import TreeCoverage
 
 WORDS: Final[Mapping[str, str]] = MappingProxyType(
     {SUCCESS: "succeeded", FAILURE: "failed", CANCELED: "canceled", RECOVERED: "recovered"}

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from bt_controller.coverage.outcomes import ENDINGS, FAILURE, RUNNING, SKIPPED, SUCCESS
+from bt_controller.coverage.node_coverage import NodeCoverage
+from bt_controller.coverage.outcomes import RECOVERED
 from bt_controller.coverage.recording import Recorder, watched
 from hmrsim.errors import HmrsimError
 
@@ -22,54 +23,6 @@ _FORMAT: Final = "hmrsim tree coverage 1"
 
 class CoverageError(HmrsimError):
     """A text is no coverage of trees, or a file can't be read; the text says which."""
-
-
-@dataclass
-class NodeCoverage:
-    """What happened to a node, in all trees that have it at this path.
-
-    Attributes:
-        place: Which child of each parent, from the root.
-        path: The names from the root; siblings of one name are numbered, and the robot's own name is ``{robot}``.
-        kind: Its class.
-        origin: File and line, if it comes from a file.
-        possible: What can happen to it, as far as that is known without running it.
-        counts: How often each outcome was seen: statuses by ticks, the other outcomes each time that they happen.
-    """
-
-    place: tuple[int, ...]
-    path: str
-    kind: str
-    origin: str = ""
-    possible: frozenset[str] = frozenset()
-    counts: Counter[str] = field(default_factory=Counter)
-
-    @property
-    def name(self) -> str:
-        """The last part of the path."""
-        return self.path.rpartition("/")[2] if self.place else self.path
-
-    @property
-    def ticks(self) -> int:
-        """The number of its ticks."""
-        return sum(self.counts[status] for status in (SUCCESS, FAILURE, RUNNING, SKIPPED))
-
-    @property
-    def points(self) -> tuple[str, ...]:
-        """The outcomes that count for the share: those that can happen, and those that were seen nevertheless."""
-        return tuple(each for each in ENDINGS if each in self.possible or self.counts[each])
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """The outcomes that count, and never happened."""
-        return tuple(each for each in self.points if not self.counts[each])
-
-    def merge(self, other: NodeCoverage) -> None:
-        """Add what happened to the node elsewhere."""
-        self.place = min(self.place, other.place)
-        self.origin = self.origin or other.origin
-        self.possible |= other.possible
-        self.counts.update(other.counts)
 
 
 @dataclass
@@ -131,17 +84,16 @@ class TreeCoverage:
         tree = self._trees.setdefault(name, _Tree())
         tree.runs += 1
 
-        def counts() -> list[tuple[Behaviour, frozenset[str], Counter[str]]]:
+        def counted() -> list[tuple[Behaviour, bool, NodeCoverage]]:
             found = []
-            for seen in watched(root, robot):
-                mine = NodeCoverage(seen.place, seen.path, type(seen.node).__name__, seen.origin, seen.possible)
-                known = tree.nodes.setdefault(seen.path, mine)
+            for node, mine in watched(root, robot):
+                known = tree.nodes.setdefault(mine.path, mine)
                 if known is not mine:
                     known.merge(mine)
-                found.append((seen.node, seen.possible, known.counts))
+                found.append((node, RECOVERED in mine.possible, known))
             return found
 
-        return Recorder(root, counts)
+        return Recorder(root, counted)
 
     def merge(self, other: TreeCoverage) -> None:
         """Add another coverage."""

@@ -218,7 +218,8 @@ class Mission:
 
     def _seen(self, sim_time: float | None, blackboard: dict[str, Any] | None) -> Snapshot:
         ended = self._over or self._stopped
-        return Snapshot(self.robot, sim_time, self._ticks, nodes_of(self.root), ended, blackboard)
+        nodes = nodes_of(self.root, None if self._recorder is None else self._recorder.covered)
+        return Snapshot(self.robot, sim_time, self._ticks, nodes, ended, blackboard)
 
     def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
         return [node for node in self.root.iterate() if isinstance(node, ActionLeaf)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -14,9 +14,12 @@ from py_trees.decorators import Decorator
 from pydantic_core import PydanticSerializationError, to_jsonable_python
 
 from bt_controller.core.node import Node as XmlNode
+from bt_controller.coverage.summary import never
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
+
+    from bt_controller.coverage import NodeCoverage
 
 _INDENT: Final = 4
 
@@ -45,6 +48,18 @@ _INTERNAL: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-
 """A part of the keys that py_trees generates for values in a file and for unconnected ports."""
 
 
+class NodeCounts(NamedTuple):
+    """What has happened to a node, in all trees with this node.
+
+    Attributes:
+        counts: How often each outcome was seen, without RUNNING.
+        never: What it has never done, although it can.
+    """
+
+    counts: tuple[tuple[str, int], ...]
+    never: tuple[str, ...]
+
+
 class Node(NamedTuple):
     """One behaviour.
 
@@ -53,6 +68,7 @@ class Node(NamedTuple):
         symbol: py_trees' symbol for its kind, such as ``{-}`` for a sequence with memory.
         message: Its feedback message; empty while it is not active.
         origin: File and line, if it comes from a file.
+        coverage: What has happened to it so far, if that is counted.
     """
 
     depth: int
@@ -62,6 +78,7 @@ class Node(NamedTuple):
     status: Status
     message: str
     origin: str = ""
+    coverage: NodeCounts | None = None
 
     @property
     def words(self) -> str:
@@ -80,6 +97,10 @@ class Node(NamedTuple):
         told = {**self._asdict(), "status": self.status.value}
         if not self.origin:
             del told["origin"]
+        if self.coverage is None:
+            del told["coverage"]
+        else:
+            told["coverage"] = {"counts": dict(self.coverage.counts), "never": list(self.coverage.never)}
         return told
 
 
@@ -131,10 +152,10 @@ class Snapshot:
         return told if self.blackboard is None else {**told, "blackboard": dict(self.blackboard)}
 
 
-def nodes_of(root: Behaviour) -> tuple[Node, ...]:
-    """Return the behaviours of a tree as they are now."""
+def nodes_of(root: Behaviour, covered: Callable[[Behaviour], NodeCoverage] | None = None) -> tuple[Node, ...]:
+    """Return the behaviours of a tree as they are now, with what was counted of each, if that is given."""
     found: list[Node] = []
-    _add(root, 0, found)
+    _add(root, 0, found, covered)
     return tuple(found)
 
 
@@ -164,7 +185,11 @@ def tip(nodes: tuple[Node, ...]) -> Node:
     return running[-1] if running else nodes[0]
 
 
-def _add(node: Behaviour, depth: int, found: list[Node]) -> None:
+def _counts(covered: NodeCoverage) -> NodeCounts:
+    return NodeCounts(tuple(covered.ends.items()), tuple(never(covered)))
+
+
+def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Behaviour], NodeCoverage] | None) -> None:
     kind = type(node)
     symbol, without_memory = _symbols(kind)
     active = node.status is not Status.INVALID
@@ -178,10 +203,11 @@ def _add(node: Behaviour, depth: int, found: list[Node]) -> None:
             # py_trees leaves the last message on a behaviour that it has reset.
             message=_one_line(node.feedback_message) if active else "",
             origin=node.origin if isinstance(node, XmlNode) else "",
+            coverage=None if covered is None else _counts(covered(node)),
         )
     )
     for child in node.children:
-        _add(child, depth + 1, found)
+        _add(child, depth + 1, found, covered)
 
 
 @cache

@@ -10,6 +10,20 @@ Status = Literal["SUCCESS", "FAILURE", "RUNNING", "INVALID"]
 """As in py_trees; INVALID: not active."""
 
 
+class NodeCounts(BaseModel):
+    """What has happened to a behaviour, in all trees of the controller with this behaviour."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    counts: Annotated[
+        dict[str, int], Field(description="How often each outcome was seen, such as FAILURE or ABORTED/104")
+    ]
+    never: Annotated[
+        tuple[Literal["ticked", "succeeded", "failed", "canceled", "recovered"], ...],
+        Field(description="What it has never done, although it can"),
+    ]
+
+
 class TreeNode(BaseModel):
     """One behaviour."""
 
@@ -22,6 +36,9 @@ class TreeNode(BaseModel):
     status: Status
     message: Annotated[str, Field(description="Its feedback message; empty while it is not active")]
     origin: Annotated[str, Field(description="File and line, if it comes from a file")] = ""
+    coverage: Annotated[
+        NodeCounts | None, Field(description="Its coverage, if the controller counts that (`--coverage`)")
+    ] = None
 
 
 class TreeState(BaseModel):

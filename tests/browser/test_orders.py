@@ -90,6 +90,17 @@ def test_a_tree_is_shown(viewed, open_page):
     until(page, "document.querySelector('.right').textContent.includes('GoToPoseAction')")
 
 
+def test_the_coverage_of_a_tree_is_shown(viewed, open_page, tmp_path):
+    """The action has succeeded once; its failure is still to be seen."""
+    endpoint, url = viewed("scenario2")
+    page = open_page(f"{url}?panel=trees")
+    words = [sys.executable, "-m", "bt_controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e"]
+    words += ["--connect", endpoint, "--quiet", "--coverage", str(tmp_path / "seen.json")]
+    assert subprocess.run(words, check=False, capture_output=True, timeout=60).returncode == 0
+
+    until(page, "[...document.querySelectorAll('.covered')].some((each) => each.title === 'SUCCESS 1, never failed')")
+
+
 def test_a_phone(viewed, open_page, on_page):
     """On a phone nothing is wider than the screen, and two taps send a robot."""
     _, url = viewed("scenario1")

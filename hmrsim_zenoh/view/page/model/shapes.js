@@ -90,7 +90,10 @@ const isWorld = isLike({
   }),
 });
 
-const isNode = isLike({ depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }) });
+const isCounts = isLike({ counts: isRecord, never: isNames });
+const isNode = isLike({
+  depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }), coverage: isOptional(isCounts),
+});
 
 const isOrder = isLike({
   name: isName, item: isName,

@@ -3,6 +3,9 @@
 import { el, icon, mark, say, sign } from './dom.js';
 import { clockWords } from './phrases.js';
 
+/** What a node's ends are called. */
+const ENDS = [['SUCCESS', 'succeeded'], ['FAILURE', 'failed']];
+
 export class TreesPanel {
   /** @param {import('../app.js').App} app */
   constructor(app) {
@@ -95,15 +98,16 @@ class TreeView {
     const shape = sign('tree', '');
     const message = el('span', { class: 'message' });
     const status = el('span', { class: 'unseen' });
+    const covered = el('span', { class: 'covered' });
     const fold = el('span', { class: 'fold', 'aria-hidden': 'true' }, parent ? icon('down') : '');
     const element = el('div', {
       role: 'treeitem', class: 'node', 'aria-level': node.depth + 1, tabindex: index ? '-1' : '0',
       'aria-expanded': parent ? 'true' : null, title: [node.kind, node.origin].filter(Boolean).join(', '),
       onclick: () => parent && this.#toggle(index),
     }, fold, shape, el('span', { class: 'symbol', text: node.symbol, 'aria-hidden': 'true' }),
-    el('span', { class: 'node-name', text: node.name }), status, message);
+    el('span', { class: 'node-name', text: node.name }), status, message, covered);
     element.style.setProperty('--depth', node.depth);
-    return { element, shape, message, status, depth: node.depth, parent };
+    return { element, shape, message, status, covered, depth: node.depth, parent };
   }
 
   #fill(row, node) {
@@ -111,6 +115,23 @@ class TreeView {
     mark(row.element, 'data-is', node.status);
     say(row.status, node.status.toLowerCase());
     say(row.message, node.message);
+    if (node.coverage) this.#count(row, node.coverage);
+  }
+
+  /** Show how often a node has succeeded and failed, and what it has never done. */
+  #count(row, { counts, never }) {
+    const said = JSON.stringify([counts, never]);
+    if (said === row.said) return;
+    row.said = said;
+    const tried = !never.includes('ticked');
+    mark(row.covered, 'data-never', tried ? '' : 'ticked');
+    const seen = Object.entries(counts).map(([outcome, count]) => `${outcome} ${count}`);
+    mark(row.covered, 'title', [...seen, ...never.map((word) => `never ${word}`)].join(', '));
+    row.covered.replaceChildren(...(tried ? ENDS : []).flatMap(([outcome, word]) => {
+      if (!(outcome in counts) && !never.includes(word)) return [];
+      const count = counts[outcome] ?? 0;
+      return [sign('tree', outcome), el('span', { text: count, data: { none: count === 0 } }), el('span', { class: 'unseen', text: word })];
+    }), tried ? '' : 'never ticked');
   }
 
   #toggle(index) {

@@ -13,6 +13,7 @@ from py_trees.decorators import Inverter
 from py_trees.display import unicode_tree
 
 from bt_controller.core.node import Control
+from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
 from bt_controller.running.snapshot import board_values, nodes_of, reasons, tip
@@ -206,3 +207,15 @@ def test_json_is_what_the_schema_says():
     told = one.snapshot(1.5, blackboard=True).to_json()
 
     assert told == TreeState.model_validate(told).model_dump(mode="json", exclude_defaults=True)
+
+
+def test_json_has_the_coverage_if_it_is_counted():
+    """What each node has done, and what it has never done although it can."""
+    steps = [Failure("A"), Success("B")]
+    plan = Plan("test", lambda: Selector("Root", memory=True, children=steps), takes_robot=False, confirmed=False)
+    one = Mission("wall_e", plan, coverage=TreeCoverage())
+    one.tick(1.5)
+    told = one.snapshot(1.5, blackboard=True).to_json()
+
+    assert told == TreeState.model_validate(told).model_dump(mode="json", exclude_defaults=True)
+    assert {"counts": {"FAILURE": 1, "RECOVERED": 1}, "never": []} == told["nodes"][1]["coverage"]
