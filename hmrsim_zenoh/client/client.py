@@ -13,6 +13,7 @@ from __future__ import annotations
 import atexit
 import json
 import logging
+import os
 import re
 import threading
 import time
@@ -51,6 +52,7 @@ ClockChoice = Literal["auto", "realtime", "lockstep"]
 
 _log = logging.getLogger(__name__)
 
+_SUFFIX: Final = "HMRSIM_NAME_SUFFIX"
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
@@ -83,7 +85,8 @@ class Client:
         Args:
             options: Where to connect, and the prefix of all keys.
             clock: Whether to take part in lockstep, where time waits for the client; ``auto`` follows the simulator.
-            name: The participant's name, unique within a simulator.
+            name: The participant's name, unique within a simulator. What the variable ``HMRSIM_NAME_SUFFIX`` says is
+                added to it, by which the same program can be run twice.
             session: A session to borrow.
             acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
             grace: Wall seconds for which the simulator may be unreachable, as when a router is restarted.
@@ -94,6 +97,7 @@ class Client:
             BadOptions: An endpoint, the prefix, the configuration or the enclave is invalid.
             ValueError: *name* is not a valid name.
         """
+        name += os.environ.get(_SUFFIX, "")
         check_name(name)
         try:
             self.keys = Keys(options.prefix)

@@ -196,6 +196,15 @@ class TestPlanner:
         assert ([0.0], (10.0, 0.0)) == (asked, host.simulator.robots["bob"].pose().point)
 
 
+def test_the_same_program_can_take_part_twice(host, monkeypatch):
+    """Under a name that the environment makes another one."""
+    monkeypatch.setenv("HMRSIM_NAME_SUFFIX", "_2")
+    with Client(session=host.open_session(), name="nurse") as client:
+        client.sleep(1.0)
+
+        assert ("nurse_2",) == host.pacing.lockstep.participants
+
+
 class Cut(BaseException):
     """A session was cut."""
 
