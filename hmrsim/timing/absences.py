@@ -25,6 +25,7 @@ class Absences:
     def __init__(self) -> None:
         self._stalled: dict[str, float] = {}
         self._expected: dict[str, _Expected] = {}
+        self._kept: dict[str, None] = {}
 
     def __bool__(self) -> bool:
         """Return whether time may go on for the sake of an absence, though nobody asks for it."""
@@ -59,6 +60,16 @@ class Absences:
         """
         self._expected[name] = _Expected(at, on_due)
 
+    def keep(self, name: str) -> None:
+        """Expect a participant again at once whenever it goes."""
+        self._kept[name] = None
+
+    def note_gone(self, name: str) -> None:
+        """Take note that a participant is gone."""
+        self.forget(name)
+        if name in self._kept:
+            self._expected[name] = _Expected(0.0, lambda: None, due=True)
+
     def forget(self, name: str) -> None:
         """Take note that a participant is there, or that nobody needs to wait for it."""
         self._stalled.pop(name, None)
@@ -68,6 +79,7 @@ class Absences:
         """Forget all absences."""
         self._stalled.clear()
         self._expected.clear()
+        self._kept.clear()
 
     def give_up(self) -> None:
         """Let time stand where only those are missing that never come."""

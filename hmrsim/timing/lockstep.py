@@ -196,6 +196,19 @@ class LockstepCoordinator:
         """Do not wait for a participant that was expected."""
         self._absences.forget(name)
 
+    def keep(self, name: str) -> None:
+        """Whenever a participant goes, wait for it to join again, unless something else is said of it then."""
+        self._absences.keep(name)
+
+    def expect_nobody(self) -> None:
+        """Wait for nobody that is not there, also not for those that were to be kept."""
+        self._absences.clear()
+
+    @property
+    def expects(self) -> bool:
+        """Whether time goes on, or stands, for the sake of a participant that is not there."""
+        return bool(self._absences or self._absences.awaited)
+
     def drop(self, name: str, why: str) -> None:
         """Drop a participant; its goals continue to execute."""
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
@@ -268,7 +281,7 @@ class LockstepCoordinator:
         if participant and participant.open is not None:
             self._grant(participant, "end")
         self._participants.remove(name, change, why, error=error)
-        self._absences.forget(name)
+        self._absences.note_gone(name)
         self._conditions.drop(name)
         if not self._participants:
             self._granting = False

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final, Self
+from typing import IO, TYPE_CHECKING, Final, Self
 
 from hmrsim.experiments.results.row import CRASHED, HUNG, TIMEOUT
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED
@@ -55,7 +55,7 @@ class ControllerProcess:
             text=True,
             errors="replace",
         )
-        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
         self._reader.start()
 
     def __enter__(self) -> Self:
@@ -83,10 +83,9 @@ class ControllerProcess:
         """The end of what it has printed."""
         return self._tail.text
 
-    def _read(self) -> None:
-        stream = self._process.stdout
-        with suppress(ValueError, OSError):
-            while stream is not None and (text := stream.read(4096)):
+    def _read(self, stream: IO[str]) -> None:
+        with suppress(ValueError, OSError), stream:
+            while text := stream.read(4096):
                 self._tail.write(text)
 
 

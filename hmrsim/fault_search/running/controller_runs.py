@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 KILLED: Final = "killed"
 """The ending of a controller that was killed by a disturbance and stays away."""
 
+GONE: Final = (KILLED, "it was killed, and is not started again")
+"""That ending, and its cause."""
+
 _POLL: Final = 0.002
 """Wall seconds between two looks at controllers in other threads."""
 
@@ -127,6 +130,6 @@ class _Cast:
         others = [each.ended for each in self._others if each.ended is not None]
         own = self._first.ended
         if own is None:
-            return others[0] if others else (KILLED, "it was killed, and is not started again")
+            return others[0] if others else GONE
         crash = next((cause for ending, cause in others if ending == CRASHED), None)
         return own if crash is None or own[0] not in {SUCCEEDED, FAILED} else (CRASHED, f"a second controller: {crash}")

@@ -185,6 +185,18 @@ class TestExpected:
 
         assert 0.0 == steps.answers(asked).now
 
+    def test_one_that_is_kept_is_waited_for_when_it_has_gone(self, steps):
+        """Until it has joined again, or nobody is expected any more."""
+        steps.lockstep.keep("ada")
+        steps.leave("ada")
+        asked = steps.ask("ben", 0, 20.0)
+        steps.move()
+        before = steps.answers(asked), steps.lockstep.expects
+        steps.lockstep.expect_nobody()
+        steps.move()
+
+        assert ((None, True), 20.0, False) == (before, steps.answers(asked).now, steps.lockstep.expects)
+
     def test_time_goes_on_for_nobody_as_far_as_anything_is_scheduled(self):
         """And stands then."""
         steps = Steps()

@@ -1,0 +1,126 @@
+"""Commands that are disturbed while they control robots over Zenoh."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+
+import pytest
+
+from hmrsim.fault_search.disturbances import Disturbance, Disturber
+from hmrsim.fault_search.running.command_runs import Command, run_command_controller
+from hmrsim.settings.run import RunSettings
+from hmrsim.trace.late import LateTrace
+from hmrsim.trace.replay import replay
+from hmrsim.world_checks.loading import load_world
+from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.wire.options import SessionOptions
+
+pytestmark = pytest.mark.system
+
+WORLD = "{waypoints: {a: [0, 0], b: [10, 0]}, lanes: [[a, b]], robots: {ann: {at: a}}}"
+CONTROLLER = """
+import os
+from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh import Client
+from hmrsim_zenoh.wire.options import SessionOptions
+
+with Client(SessionOptions(connect=(os.environ["HMRSIM_CONNECT"],)), name="nurse") as client:
+    wait = client.action_client("ann", registry()["wait"])
+    for _ in range(3):
+        print(client.now, flush=True)
+        wait.send_goal(Wait.Goal(time=Duration.from_seconds(10.0))).result()
+print("done")
+"""
+
+
+def executing(**more):
+    """Return the anchor of ann's goals to wait."""
+    return {"goal": "executing", "robot": "ann", "action": "wait", **more}
+
+
+KILLED = {"disturbance": "controller_killed", "when": executing(after=4.0)}
+SECOND = {"disturbance": "second_controller", "when": executing(after=4.0)}
+
+
+@pytest.fixture
+def disturbed(tmp_path):
+    """Return a function that runs the controller while it is disturbed: how it ended, and its trace."""
+    (tmp_path / "world.yaml").write_text(WORLD)
+    (tmp_path / "controller.py").write_text(CONTROLLER)
+
+    def run(*disturbances, duration=600.0):
+        loaded = load_world(str(tmp_path / "world.yaml"))
+        settings = RunSettings(duration=duration, clock="lockstep")
+        trace = LateTrace(loaded.world, settings)
+        disturber = Disturber([Disturbance.model_validate(each) for each in disturbances])
+
+        def watchers(simulator, pacing):
+            return [disturber.watch(simulator, pacing)]
+
+        options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+        with Host(loaded, options, settings, sinks=[trace], watchers=watchers) as host:
+            host.start()
+            command = Command([sys.executable, "controller.py"], tmp_path)
+            ended = run_command_controller(host, command, disturber, time.monotonic() + 60.0)
+            host.stop()
+            text = trace.whole(host.simulator.now)
+        assert replay(text.splitlines(keepends=True)).difference is None
+        return ended, text
+
+    return run
+
+
+def goals(trace):
+    """Return when ann was sent goals, and by whom."""
+    lines = map(json.loads, trace.splitlines())
+    return [(line["stamp"]["sec"], line["by"]) for line in lines if line.get("command") == "send_goal"]
+
+
+def test_a_killed_command_is_started_again(disturbed):
+    """From scratch, at that simulated time, however long it takes to start."""
+    ended, trace = disturbed(KILLED | {"restart_after": 3.0})
+
+    assert ("succeeded", "", "7.0\n17.0\n27.0\ndone") == ended
+    assert [(0, "nurse"), (7, "nurse"), (17, "nurse"), (27, "nurse")] == goals(trace)
+
+
+def test_a_killed_command_may_stay_away(disturbed):
+    """Time goes on to the end of the run."""
+    ended, trace = disturbed(KILLED, duration=50.0)
+
+    assert "killed" == ended.ending
+    assert trace.endswith('{"kind":"end","stamp":{"nanosec":0,"sec":50}}\n')
+
+
+def test_a_stalled_command_goes_on_later(disturbed):
+    """With the next goal, when it hears that the one before has ended."""
+    _, trace = disturbed({"disturbance": "controller_stalled", "when": executing(after=4.0), "duration": 20.0})
+
+    assert [0, 24, 34] == [at for at, _ in goals(trace)]
+
+
+def test_a_command_asks_again_for_a_lost_answer(disturbed):
+    """Also if that is lost, too."""
+    _, trace = disturbed({"disturbance": "reply_lost", "when": executing(after=4.0), "count": 2})
+
+    assert [0, 10, 20] == [at for at, _ in goals(trace)]
+
+
+def test_all_disturbances_give_the_same_trace_again(disturbed):
+    """Also with a second process, and a reset."""
+    disturbances = [
+        SECOND,
+        {"disturbance": "request_repeated", "when": executing(nth=2), "count": 2},
+        {"disturbance": "controller_stalled", "when": executing(nth=2), "duration": 2.5},
+        KILLED | {"when": executing(nth=3, after=1.0), "restart_after": 2.0},
+        {"disturbance": "simulation_reset", "when": executing(nth=4, after=1.0)},
+    ]
+    (ended, first), (_, second) = disturbed(*disturbances), disturbed(*disturbances)
+
+    assert "succeeded" == ended.ending
+    assert {"nurse", "nurse_2"} == {by for _, by in goals(first)}
+    assert first == second
