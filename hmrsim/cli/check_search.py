@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.running.outcome import Outcome
 
 _LOOK: Final = 0.2
 """Wall seconds between two updates of the line on a terminal."""
@@ -49,6 +50,7 @@ def search(args: argparse.Namespace) -> int:
         nominal = evaluator.outcomes([Case()])[0]
         if nominal.ending == ERROR:
             raise CheckError([Problem(check.place, "controller", nominal.cause)])
+        _warn_of(nominal)
         check = limited(check, nominal)
         evaluator.take(check)
         teller = _Teller(check, results, quiet=args.json)
@@ -58,6 +60,14 @@ def search(args: argparse.Namespace) -> int:
         summary = Campaign(check, evaluator, nominal, options).run()
         teller.end()
     return _conclude(args, check, summary, results, teller)
+
+
+def _warn_of(nominal: Outcome) -> None:
+    """Say so if the controller does not succeed without faults: then there may be little to break."""
+    if nominal.ending != "succeeded":
+        said = nominal.cause or nominal.output.rpartition("\n")[2]
+        why = f": {said}" if said else ""
+        warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")
 
 
 def _conclude(args: argparse.Namespace, check: Check, summary: Summary, results: ResultsFolder, teller: _Teller) -> int:

@@ -39,7 +39,7 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     treatment = plan.treatments[run.treatment]
     try:
         loaded = plan.world(run.scenario)
-        words = _words(treatment, plan.names(run.scenario))
+        words = words_of(treatment, plan.names(run.scenario))
     except (HmrsimError, ValueError) as error:
         return Row(run, ERROR, str(error), wall=time.monotonic() - began)
     limits = plan.file.limits
@@ -76,7 +76,12 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     )
 
 
-def _words(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
+def words_of(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
+    """Return the command of a treatment, with the values of names in it.
+
+    Raises:
+        ValueError: It is empty, or an expression has no value.
+    """
     command = treatment.command
     parts = shlex.split(command) if isinstance(command, str) else list(command or ())
     words = [str(substituted(part, names)) for part in parts]

@@ -44,6 +44,7 @@ class Outcome:
         wall: Wall seconds that it took.
         trace: The trace, if it was asked for.
         story: Its events in words, if they were asked for: time in seconds, text.
+        output: The last lines that a command has printed.
         coverage: What of the tree was ticked, as JSON, if there is a tree.
     """
 
@@ -58,6 +59,7 @@ class Outcome:
     wall: float = 0.0
     trace: str = ""
     story: tuple[tuple[float, str], ...] = ()
+    output: str = ""
     coverage: Mapping[str, object] = field(default_factory=dict)
 
     @property

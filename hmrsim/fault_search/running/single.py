@@ -6,16 +6,19 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import HmrsimError
+from hmrsim.errors import CheckError, HmrsimError, Problem
 from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY
+from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.running.controlling import WallLimit, described
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
+from hmrsim.fault_search.running.command_runs import Command, run_command_controller
 from hmrsim.fault_search.running.controller_runs import run_controller
 from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
@@ -24,7 +27,10 @@ from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
+from hmrsim.world_checks import LoadedWorld
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
@@ -96,6 +102,7 @@ class _Run:
             [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE]
         )
         self._end: Callable[[str], None] = lambda _reason: None
+        self._output = ""
 
     def outcome(self) -> Outcome:
         """Make the run; return what came of it."""
@@ -114,6 +121,7 @@ class _Run:
             self._missed(),
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
+            output=self._output,
             coverage=coverage.to_json() if coverage else {},
         )
 
@@ -129,7 +137,28 @@ class _Run:
             return *_judged(ending, cause, over=over), stamp(host.simulator.now)
 
     def _as_command(self) -> tuple[str, str, int]:
-        raise NotImplementedError
+        began, check, wall = time.monotonic(), self._check, self._check.file.limits.wall
+        words = words_of(check.treatment, {})
+        settings = self._settings.model_copy(update={"participant_timeout": wall})
+        loaded = LoadedWorld(self._world, Path(check.place), ())
+        options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+        with Host(loaded, options, settings, watchers=self._watchers) as host:
+            self._end = host.end
+            host.start()
+            variables = {key: str(value) for key, value in check.treatment.set.items()}
+            variables |= {"HMRSIM_SEED": str(host.simulator.seed), "HMRSIM_RUN": self._case.key[:16]}
+            try:
+                run = run_command_controller(
+                    host, Command(words, check.folder, variables), self._disturber, began + wall
+                )
+            except OSError as error:
+                raise CheckError(
+                    [Problem(check.place, "controller.command", f"{words[0]}: {error.strerror or error}")]
+                ) from None
+            over, self._output = host.pacing.over, run.output
+            host.stop()
+            # Nothing runs any more: what the simulator knows can be read.
+            return *_judged(run.ending, run.cause, over=over), stamp(host.simulator.now)
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
         """Return the sinks of the run, in the order in which they are told."""
