@@ -57,9 +57,13 @@ def search(args: argparse.Namespace) -> int:
         options = Options(
             first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
         )
-        summary = Campaign(check, evaluator, nominal, options).run()
+        campaign = Campaign(check, evaluator, nominal, options)
+        summary = campaign.run()
         teller.end()
-    return _conclude(args, check, summary, results, teller)
+    summary.files.update(teller.files)
+    results.finish(check, summary)
+    campaign.covered.write(results.folder)
+    return _conclude(args, summary, results)
 
 
 def _warn_of(nominal: Outcome) -> None:
@@ -70,9 +74,7 @@ def _warn_of(nominal: Outcome) -> None:
         warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")
 
 
-def _conclude(args: argparse.Namespace, check: Check, summary: Summary, results: ResultsFolder, teller: _Teller) -> int:
-    summary.files.update(teller.files)
-    results.finish(check, summary)
+def _conclude(args: argparse.Namespace, summary: Summary, results: ResultsFolder) -> int:
     if args.json:
         show_json(summary.to_json())
     else:

@@ -42,6 +42,8 @@ def summary_text(summary: Summary, folder: Path) -> Iterator[str]:
     yield ""
     singles = tried.singles - summary.unreached.singles
     yield f"tried: {singles:,} of {tried.singles:,} single things at their moments, and schedules of several"
+    if summary.covered:
+        yield f"of the tree: {summary.covered}; `bt-controller coverage {folder / 'coverage.json'}` says which never"
     if summary.unreached.kinds:
         yield f"never began: {', '.join(summary.unreached.kinds)}"
     if summary.unreached.properties:

@@ -30,7 +30,7 @@ _KEPT_WORLDS: Final = 64
 """Worlds with changes that a process keeps."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Check:
     """A check that can be run, in this process or in a worker.
 
@@ -50,6 +50,14 @@ class Check:
     properties: Properties
     limit: float
     _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
+
+    def __hash__(self) -> int:
+        """Return the hash of what decides its runs."""
+        return hash(self.hash)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the runs of another check are the same."""
+        return isinstance(other, Check) and other.hash == self.hash
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what another process needs; what can be made again is left out."""

@@ -45,6 +45,7 @@ class Summary:
         complete: Whether it has ended by its budget, and was not interrupted.
         kept: How many schedules have exercised something new.
         features: How many different things were exercised.
+        covered: How much of the tree was ticked, in words; empty without a tree.
         files: The file that repeats each failure, by its number from 1.
     """
 
@@ -59,6 +60,7 @@ class Summary:
     complete: bool = True
     kept: int = 0
     features: int = 0
+    covered: str = ""
     files: dict[int, str] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -75,6 +77,7 @@ class Summary:
             "kinds": {kind: {"tried": tried.kinds[kind], "began": tried.begun[kind]} for kind in sorted(tried.kinds)},
             "exercised": dict(self.exercised),
             "features": self.features,
+            "covered": self.covered,
             "unreached": {
                 "singles": self.unreached.singles,
                 "kinds": list(self.unreached.kinds),

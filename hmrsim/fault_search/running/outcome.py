@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ class Outcome:
         trace: The trace, if it was asked for.
         story: Its events in words, if they were asked for: time in seconds, text.
         output: The last lines that a command has printed.
-        coverage: What of the tree was ticked, as JSON, if there is a tree.
+        coverage: What of the tree was ticked, in few bytes; empty if that is nothing new to its worker.
     """
 
     ending: str
@@ -60,7 +59,7 @@ class Outcome:
     trace: str = ""
     story: tuple[tuple[float, str], ...] = ()
     output: str = ""
-    coverage: Mapping[str, object] = field(default_factory=dict)
+    coverage: bytes = b""
 
     @property
     def failure(self) -> Failure | None:

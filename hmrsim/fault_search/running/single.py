@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
 from hmrsim.fault_search.running.command_runs import Command, run_command_controller
 from hmrsim.fault_search.running.controller_runs import run_controller
+from hmrsim.fault_search.running.covered import Novelty
 from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
 from hmrsim.fault_search.running.outcome import Outcome
@@ -122,7 +124,7 @@ class _Run:
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
             output=self._output,
-            coverage=coverage.to_json() if coverage else {},
+            coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
         )
 
     def _in_process(self) -> tuple[str, str, int]:
@@ -184,6 +186,12 @@ class _Run:
                 if begun[key] < 0:
                     missed.append(number)
         return tuple(missed)
+
+
+@lru_cache(maxsize=8)
+def _novelty(_check: str) -> Novelty:
+    """Return what this process has seen of the trees of a check."""
+    return Novelty()
 
 
 def _judged(ending: str, cause: str, *, over: bool) -> Ending:

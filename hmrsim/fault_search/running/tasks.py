@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.running.single import VERDICTS, Wanted, run_case
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.case import Case
 
 _STORY: Final = Wanted(trace=True, story=True)
-
-_checks: dict[str, Check] = {}
-"""The checks that this process has worked at, by hash: with their worlds and routes they stay warm."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,13 @@ class Task:
     story: bool = False
 
 
+@lru_cache(maxsize=8)
+def _warm(check: Check) -> Check:
+    """Return a check that this process has worked at, if it has: with its worlds and routes."""
+    return check
+
+
 def execute(task: Task) -> list[Outcome]:
     """Return the outcomes of some cases, in order."""
-    check = _checks.setdefault(task.check.hash, task.check)
+    check = _warm(task.check)
     return [run_case(check, case, _STORY if task.story else VERDICTS) for case in task.cases]

@@ -16,6 +16,7 @@ from hmrsim.fault_search.space.menu import Menu
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.running.covered import Covered
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.outcome import Outcome
 
@@ -91,6 +92,11 @@ class Campaign:
         self._findings: list[Finding] = []
         self._interrupted = False
 
+    @property
+    def covered(self) -> Covered:
+        """What of the tree was ticked."""
+        return self._search.covered
+
     def run(self) -> Summary:
         """Search until the budget is used up, nothing is left to try, or it is interrupted by Ctrl-C."""
         try:
@@ -164,6 +170,7 @@ class Campaign:
             search.tried.singles_left,
             tuple(kind for kind in kinds if not search.tried.begun[kind]),
             tuple(name for name, count in properties.items() if not count),
+            search.covered.never(),
         )
         seen = search.seen_failures
         return Summary(
@@ -178,4 +185,5 @@ class Campaign:
             not self._interrupted,
             len(search.guide.kept),
             len(search.guide.features),
+            search.covered.share,
         )

@@ -1,0 +1,102 @@
+"""`hmrsim check` from the command line: what it prints, writes, and returns."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import yaml
+
+from hmrsim.cli.entry import main
+from tests.porters import HERE, WORLD
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Return a folder with a world and its controllers, which is the current one."""
+    (tmp_path / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
+    (tmp_path / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def check(*words):
+    """Run the command within this process; return its exit code."""
+    return main(["check", *words])
+
+
+SERIAL = ("--executor", "hmrsim.fault_search.running.evaluator:Serial")
+
+
+def test_what_is_found_is_told_and_written(folder, capsys):
+    """The exit code is 1; each failure has a file, and the page, JUnit XML and a summary are there."""
+    code = check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    out, err = capsys.readouterr()
+
+    assert code == 1
+    assert out.startswith("porters: 1 failure in 40 runs")
+    assert "   - breakdown of porter for 1 s, when " in out
+    assert "found after " in err
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    assert f"hmrsim check --repro {repro.relative_to(folder)}" in out
+    assert {"report.html", "junit.xml", "summary.json"} <= {path.name for path in repro.parents[1].iterdir()}
+
+
+def test_a_failure_is_repeated(folder, capsys):
+    """Until the controller is mended: the exit code says whether it still fails."""
+    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    capsys.readouterr()
+
+    assert check("--repro", str(repro)) == 1
+    assert (
+        "it fails as before: no_vain_goals: rejected 5 times in a row (with the same trace)" in capsys.readouterr().out
+    )
+    repro.write_text(repro.read_text("utf-8").replace("porters.py:vain", "porters.py:careful"), encoding="utf-8")
+    assert check("--repro", str(repro)) == 0
+    assert "it passes: no_vain_goals is not violated any more" in capsys.readouterr().out
+
+
+def test_a_search_that_finds_nothing_says_what_it_did_not_reach(folder, capsys):
+    """The exit code is 0."""
+    code = check("world.yaml", "--python", "porters.py:careful", "--runs", "20", "-o", "results", "--json", *SERIAL)
+    said = json.loads(capsys.readouterr().out)
+
+    assert code == 0
+    assert said["runs"] == 20
+    assert said["unreached"]["singles"] > 0
+    assert "orders_in_time" in said["unreached"]["properties"]
+    assert json.loads((folder / "results" / "summary.json").read_text("utf-8")) == said
+
+
+def test_the_file_of_a_check_has_it_all_and_options_come_before_it(folder, capsys):
+    """Here the file says how long, and the command line what."""
+    file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}, "budget": {"runs": 40}}
+    (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
+
+    assert check("check.yaml", "--only", "slip", "--json", *SERIAL) == 0
+    assert [*json.loads(capsys.readouterr().out)["kinds"]] == ["slip"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), "expected a world or the file of a check, --repro FILE or --trace TRACE"),
+        (("world.yaml",), "expected one of --tree, --python and --command, or the file of a check"),
+        (("world.yaml", "--python", "porters.py:nothing"), "nothing"),
+        (("world.yaml", "--python", "porters.py:vain", "--budget", "soon"), "budget"),
+        (
+            ("world.yaml", "--python", "porters.py:vain", "--only", "slp"),
+            "nothing is called 'slp'; did you mean 'slip'?",
+        ),
+        (("nowhere.yaml", "--python", "porters.py:vain"), "nowhere.yaml: no such file"),
+        (("--repro", "nowhere.yaml"), "nowhere.yaml: no such file"),
+    ],
+)
+def test_wrong_use_is_told_on_a_line(folder, capsys, words, told):
+    """The exit code is 2, and there is no traceback."""
+    assert check(*words) == 2
+    err = capsys.readouterr().err
+    assert told in err
+    assert "Traceback" not in err
+    assert not (folder / "porters_check").exists()
