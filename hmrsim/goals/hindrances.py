@@ -108,15 +108,17 @@ class Hindrances:
         Raises:
             GoalRejected: One does.
         """
-        hit = next((each for each in self._rejections if _hits(each, command.robot, command.action)), None)
-        if hit is not None:
-            hit.done()
-            raise GoalRejected(hit.reason, hit.why)
+        for rejection in self._rejections:
+            if _hits(rejection, command.robot, command.action):
+                rejection.done()
+                raise GoalRejected(rejection.reason, rejection.why)
 
     def met(self, robot: str, action: str) -> Abortion | None:
         """Return what ends a goal at the instant at which it begins; None for nothing."""
-        hits = (each for each in self._abortions if _hits(each, robot, action))
-        return next((each for each in hits if each.delay == 0.0), None)
+        for abortion in self._abortions:
+            if abortion.delay == 0.0 and _hits(abortion, robot, action):
+                return abortion
+        return None
 
     def begun(self, goal: ServedGoal) -> None:
         """Abort a goal that begins to execute later, if a fault says so."""

@@ -330,7 +330,7 @@ GOALS = st.lists(
 )
 
 
-@examples(40)
+@examples(16)
 @given(st.lists(FAULTS, min_size=1, max_size=5), GOALS)
 def test_the_same_schedule_gives_the_same_trace(happening, goals):
     """Twice, and when it is replayed, with whatever else listens."""
@@ -342,7 +342,7 @@ def test_the_same_schedule_gives_the_same_trace(happening, goals):
             at += later
             run.simulator.advance(at)
             run.simulator.submit(go(x, f"{number:032x}", robot))
-        run.simulator.advance(40.0)
+        run.simulator.advance(30.0)
         return run.lines()
 
     lines = trace(frozenset(Topic))
