@@ -1,7 +1,7 @@
 """Coverage of behaviour trees: which nodes were ticked, how they ended, and what never happened.
 
-`outcomes` names what can happen to a node, `kinds` knows what can happen to a node of a kind at its place in a tree,
-`recording` listens to a tree while it is ticked, and `tree_coverage` counts, merges and keeps.
+`outcomes` names what can happen to a node, `kinds` knows classes of nodes, `possible` says what can happen to a node at
+its place in a tree, `recording` listens to a tree while it is ticked, `tree_coverage` counts, merges and keeps.
 """
 
 from __future__ import annotations

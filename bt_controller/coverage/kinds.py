@@ -1,13 +1,11 @@
-"""What can happen to a node of a kind, at its place in a tree, as far as that is known without running it.
+"""What is known of classes of nodes without running them: what they can return, and what they do with their children.
 
-What a leaf can return is known of the leaves of py_trees and of this package; of others, anything is taken as possible.
-What a composite can return follows from its children. A node can be canceled if one above it halts running children,
-and a failure can be recovered if one above it tries something else, or the same again.
+It is known what the leaves of py_trees and of this package can return; of others, anything is taken as possible.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
@@ -15,7 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from py_trees.composites import Selector
 from py_trees.composites import Sequence as SequenceOfPyTrees
 
-from bt_controller.coverage.outcomes import CANCELED, FAILURE, RECOVERED, RUNNING, SUCCESS
+from bt_controller.coverage.outcomes import FAILURE, RUNNING, SKIPPED, SUCCESS
 from bt_controller.scripting.conditions import ScriptConditions
 
 if TYPE_CHECKING:
@@ -61,6 +59,7 @@ def _first_of_three(index: int, count: int) -> bool:
 _S: Final = frozenset({SUCCESS})
 _F: Final = frozenset({FAILURE})
 _R: Final = frozenset({RUNNING})
+_SKIPPED: Final = frozenset({SKIPPED})
 _NOTHING: Final[Outcomes] = frozenset()
 _ANY: Final = _S | _F | _R
 
@@ -70,17 +69,23 @@ def _whole(children: Sequence[Outcomes]) -> Outcomes:
 
 
 def _sequence(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if all children have to succeed."""
-    return _whole(children) if all(SUCCESS in each for each in children) else _whole(children) - _S
+    """Return what is possible if all children have to succeed that are not skipped."""
+    return _whole(children) if all(each & (_S | _SKIPPED) for each in children) else _whole(children) - _S
 
 
 def _fallback(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if one child has to succeed."""
-    return _whole(children) if all(FAILURE in each for each in children) else _whole(children) - _F
+    """Return what is possible if one child has to succeed, and all fail that are not skipped."""
+    return _whole(children) if all(each & (_F | _SKIPPED) for each in children) else _whole(children) - _F
+
+
+def _parallel(children: Sequence[Outcomes]) -> Outcomes:
+    """Return what is possible if some children have to succeed, or to be skipped."""
+    found = _whole(children)
+    return found | _S if found & _SKIPPED else found
 
 
 def _anything(_children: Sequence[Outcomes]) -> Outcomes:
-    return _ANY
+    return _ANY | _SKIPPED
 
 
 def _first_and_running(children: Sequence[Outcomes]) -> Outcomes:
@@ -98,7 +103,7 @@ def _becomes(**statuses: str) -> Callable[[Sequence[Outcomes]], Outcomes]:
 
 
 @dataclass(frozen=True)
-class _Kind:
+class Kind:
     """What is known of a composite or a decorator.
 
     Attributes:
@@ -114,7 +119,7 @@ class _Kind:
     swallows: _Which = _none
 
 
-_UNKNOWN: Final = _Kind(halts=_all)
+_UNKNOWN: Final = Kind(halts=_all)
 
 _LEAVES: Final[Mapping[str, Outcomes]] = MappingProxyType(
     {
@@ -155,69 +160,70 @@ _LEAVES: Final[Mapping[str, Outcomes]] = MappingProxyType(
 )
 """What leaves can return, by class."""
 
-_PARENTS: Final[Mapping[str, _Kind]] = MappingProxyType(
+_PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
     {
         f"{module}.{name}": kind
         for module, kind, names in (
-            ("py_trees.composites", _Kind(_sequence), "Sequence"),
-            ("py_trees.composites", _Kind(_fallback, recovers=_but_last), "Selector"),
-            ("py_trees.composites", _Kind(_whole, halts=_siblings), "Parallel"),
-            ("py_trees.decorators", _Kind(_whole), "PassThrough Count OneShot Repeat"),
-            ("py_trees.decorators", _Kind(_also(_R), recovers=_all), "Retry"),
-            ("py_trees.decorators", _Kind(_also(_F), halts=_all), "Timeout EternalGuard"),
-            ("py_trees.decorators", _Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all), "Inverter"),
-            ("py_trees.decorators", _Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "FailureIsSuccess"),
-            ("py_trees.decorators", _Kind(_becomes(FAILURE=RUNNING), swallows=_all), "FailureIsRunning"),
-            ("py_trees.decorators", _Kind(_becomes(SUCCESS=FAILURE)), "SuccessIsFailure"),
-            ("py_trees.decorators", _Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
-            ("py_trees.decorators", _Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
-            ("py_trees.decorators", _Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
-            ("bt_controller.xml.translation", _Kind(_whole), "SubTree"),
-            ("bt_controller.behaviours.charging", _Kind(halts=_all), "BatteryGuard"),
-            ("bt_controller.nodes.controls.sequence", _Kind(_sequence), "Sequence SequenceWithMemory"),
-            ("bt_controller.nodes.controls.sequence", _Kind(_sequence, halts=_later), "ReactiveSequence"),
-            ("bt_controller.nodes.controls.nav2_sequences", _Kind(_sequence), "PersistentSequence"),
+            ("py_trees.composites", Kind(_sequence), "Sequence"),
+            ("py_trees.composites", Kind(_fallback, recovers=_but_last), "Selector"),
+            ("py_trees.composites", Kind(_whole, halts=_siblings), "Parallel"),
+            ("py_trees.decorators", Kind(_whole), "PassThrough Count OneShot"),
+            ("py_trees.decorators", Kind(_also(_R)), "Repeat"),
+            ("py_trees.decorators", Kind(_also(_R), recovers=_all), "Retry"),
+            ("py_trees.decorators", Kind(_also(_F), halts=_all), "Timeout EternalGuard"),
+            ("py_trees.decorators", Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all), "Inverter"),
+            ("py_trees.decorators", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "FailureIsSuccess"),
+            ("py_trees.decorators", Kind(_becomes(FAILURE=RUNNING), swallows=_all), "FailureIsRunning"),
+            ("py_trees.decorators", Kind(_becomes(SUCCESS=FAILURE)), "SuccessIsFailure"),
+            ("py_trees.decorators", Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
+            ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
+            ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
+            ("bt_controller.xml.translation", Kind(_whole), "SubTree"),
+            ("bt_controller.behaviours.charging", Kind(halts=_all), "BatteryGuard"),
+            ("bt_controller.nodes.controls.sequence", Kind(_sequence), "Sequence SequenceWithMemory"),
+            ("bt_controller.nodes.controls.sequence", Kind(_sequence, halts=_later), "ReactiveSequence"),
+            ("bt_controller.nodes.controls.nav2_sequences", Kind(_sequence), "PersistentSequence"),
             (
                 "bt_controller.nodes.controls.nav2_sequences",
-                _Kind(_sequence, halts=_siblings),
+                Kind(_sequence, halts=_siblings),
                 "NonblockingSequence PipelineSequence",
             ),
-            ("bt_controller.nodes.controls.fallback", _Kind(_fallback, recovers=_but_last), "Fallback"),
+            ("bt_controller.nodes.controls.fallback", Kind(_fallback, recovers=_but_last), "Fallback"),
             (
                 "bt_controller.nodes.controls.fallback",
-                _Kind(_fallback, halts=_later, recovers=_but_last),
+                Kind(_fallback, halts=_later, recovers=_but_last),
                 "ReactiveFallback",
             ),
-            ("bt_controller.nodes.controls.recovery_node", _Kind(_first_and_running, recovers=_first), "RecoveryNode"),
-            ("bt_controller.nodes.controls.round_robin", _Kind(_whole, recovers=_all), "RoundRobin"),
-            ("bt_controller.nodes.controls.branches", _Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
+            ("bt_controller.nodes.controls.recovery_node", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
+            ("bt_controller.nodes.controls.round_robin", Kind(_whole, recovers=_all), "RoundRobin"),
+            ("bt_controller.nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
             (
                 "bt_controller.nodes.controls.branches",
-                _Kind(_also(_F), halts=_later, swallows=_first_of_three),
+                Kind(_also(_F), halts=_later, swallows=_first_of_three),
                 "WhileDoElse",
             ),
-            ("bt_controller.nodes.controls.switch", _Kind(_whole, halts=_all), "Switch"),
-            ("bt_controller.nodes.controls.try_catch", _Kind(_whole, swallows=_last), "TryCatch"),
-            ("bt_controller.nodes.controls.parallel", _Kind(_whole, halts=_siblings), "Parallel"),
-            ("bt_controller.nodes.controls.parallel", _Kind(_also(_S)), "ParallelAll"),
-            ("bt_controller.nodes.decorators.controllers", _Kind(_also(_R)), "_Controller"),
-            ("bt_controller.nodes.decorators.goal_updater", _Kind(_whole), "GoalUpdater"),
-            ("bt_controller.nodes.decorators.once", _Kind(_also(_F)), "SingleTrigger"),
-            ("bt_controller.nodes.decorators.once", _Kind(_whole), "RunOnce"),
-            ("bt_controller.nodes.decorators.path_longer_on_approach", _Kind(_also(_S)), "PathLongerOnApproach"),
-            ("bt_controller.nodes.decorators.precondition", _Kind(), "Precondition"),
-            ("bt_controller.nodes.decorators.repetition", _Kind(_whole), "Repeat"),
-            ("bt_controller.nodes.decorators.repetition", _Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
-            ("bt_controller.nodes.decorators.repetition", _Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
+            ("bt_controller.nodes.controls.switch", Kind(_whole, halts=_all), "Switch"),
+            ("bt_controller.nodes.controls.try_catch", Kind(_whole, swallows=_last), "TryCatch"),
+            ("bt_controller.nodes.controls.parallel", Kind(_parallel, halts=_siblings), "Parallel"),
+            ("bt_controller.nodes.controls.parallel", Kind(_also(_S)), "ParallelAll"),
+            ("bt_controller.nodes.decorators.controllers", Kind(_also(_R)), "_Controller"),
+            ("bt_controller.nodes.decorators.goal_updater", Kind(_whole), "GoalUpdater"),
+            ("bt_controller.nodes.decorators.once", Kind(_also(_F)), "SingleTrigger"),
+            ("bt_controller.nodes.decorators.once", Kind(_also(_SKIPPED)), "RunOnce"),
+            ("bt_controller.nodes.decorators.path_longer_on_approach", Kind(_also(_S)), "PathLongerOnApproach"),
+            ("bt_controller.nodes.decorators.precondition", Kind(), "Precondition"),
+            ("bt_controller.nodes.decorators.repetition", Kind(_whole), "Repeat"),
+            ("bt_controller.nodes.decorators.repetition", Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
+            ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
             (
                 "bt_controller.nodes.decorators.results",
-                _Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all),
+                Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all),
                 "Inverter",
             ),
-            ("bt_controller.nodes.decorators.results", _Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
-            ("bt_controller.nodes.decorators.results", _Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
-            ("bt_controller.nodes.decorators.timing", _Kind(_also(_R)), "Delay"),
-            ("bt_controller.nodes.decorators.timing", _Kind(_also(_F), halts=_all), "Timeout"),
+            ("bt_controller.nodes.decorators.results", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
+            ("bt_controller.nodes.decorators.results", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
+            ("bt_controller.nodes.decorators.timing", Kind(_also(_R)), "Delay"),
+            ("bt_controller.nodes.decorators.timing", Kind(_also(_F), halts=_all), "Timeout"),
         )
         for name in names.split()
     }
@@ -225,56 +231,23 @@ _PARENTS: Final[Mapping[str, _Kind]] = MappingProxyType(
 """What is known of composites and decorators, by class."""
 
 
-def possible_outcomes(root: Behaviour) -> Iterator[tuple[Behaviour, Outcomes]]:
-    """Yield the nodes of a tree, parents first, with what can happen to each of them."""
-    returned: dict[Behaviour, Outcomes] = {}
-    _returns(root, returned)
-    yield from _marked(root, returned, halted=False, recovered=False)
-
-
-def recovers(node: Behaviour) -> bool:
-    """Return whether a node makes up for a failure of one of its children."""
-    count = len(node.children)
-    return any(_kind(node).recovers(index, count) for index in range(count))
-
-
-def _marked(
-    node: Behaviour, returned: Mapping[Behaviour, Outcomes], *, halted: bool, recovered: bool
-) -> Iterator[tuple[Behaviour, Outcomes]]:
-    found = returned[node]
-    canceled = {CANCELED} if halted and RUNNING in found else set[str]()
-    yield node, found | canceled | ({RECOVERED} if recovered and FAILURE in found else set[str]())
-    kind, count = _kind(node), len(node.children)
-    for index, child in enumerate(node.children):
-        yield from _marked(
-            child,
-            returned,
-            halted=halted or kind.halts(index, count),
-            recovered=kind.recovers(index, count) or (recovered and not kind.swallows(index, count)),
-        )
-
-
-def _returns(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
-    children = [_returns(child, returned) for child in node.children]
-    found = _kind(node).returns(children) if children else _of_leaf(type(node))
-    returned[node] = found
-    return found
-
-
-def _of_leaf(kind: type[Behaviour]) -> Outcomes:
+def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
+    """Return what a leaf of a class can return."""
     for each in kind.__mro__:
         if (found := _LEAVES.get(f"{each.__module__}.{each.__name__}")) is not None:
             return found
     return _ANY
 
 
-def _kind(node: Behaviour) -> _Kind:
+def kind_of(node: Behaviour) -> Kind:
+    """Return what is known of a node with children."""
     if isinstance(node, ScriptConditions):
-        more = (_S if "_successIf" in node.scripts else _NOTHING) | (_F if "_failureIf" in node.scripts else _NOTHING)
-        return _Kind(_also(more), halts=_all if "_while" in node.scripts else _none)
+        ends = {"_successIf": _S, "_failureIf": _F, "_skipIf": _SKIPPED, "_while": _SKIPPED}
+        more = [outcome for attribute, outcome in ends.items() if attribute in node.scripts]
+        return Kind(_also(_whole(more)), halts=_all if "_while" in node.scripts else _none)
     for each in type(node).__mro__:
         if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
             if isinstance(node, (SequenceOfPyTrees, Selector)) and not node.memory:
-                return _Kind(found.returns, _later, found.recovers)
+                return Kind(found.returns, _later, found.recovers)
             return found
     return _UNKNOWN

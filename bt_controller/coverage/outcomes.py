@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import GoalRejected
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -38,7 +39,7 @@ _ENDED: Final = "ended"
 
 def ended_with_run(handle: GoalHandle[Any, Any] | None) -> bool:
     """Return whether a goal has ended since the simulation has, which says nothing about the tree."""
-    return handle is not None and handle.cause == _ENDED
+    return handle is not None and (handle.cause == _ENDED or isinstance(handle.error, SimulatorGone))
 
 
 def ending_of(handle: GoalHandle[Any, Any]) -> str | None:

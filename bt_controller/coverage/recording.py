@@ -16,7 +16,6 @@ from py_trees.common import Status
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Node
 from bt_controller.core.tree_paths import paths
-from bt_controller.coverage.kinds import possible_outcomes, recovers
 from bt_controller.coverage.node_coverage import NodeCoverage
 from bt_controller.coverage.outcomes import (
     CANCELED,
@@ -28,6 +27,7 @@ from bt_controller.coverage.outcomes import (
     ended_with_run,
     ending_of,
 )
+from bt_controller.coverage.possible import possible_outcomes, recovers
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -64,6 +64,7 @@ class _Seen:
         recoverable: Whether a node above it may make up for its failure.
         recovers: Whether it makes up for failures of its children.
         handle: The goal whose end was counted last.
+        halted: In which tick it was halted last.
     """
 
     number: int
@@ -73,6 +74,7 @@ class _Seen:
     recovers: bool
     leaf: ActionLeaf[Any, Any, Any] | None
     handle: GoalHandle[Any, Any] | None = None
+    halted: int = 0
 
 
 class Recorder:
@@ -90,6 +92,7 @@ class Recorder:
         self._by_number: list[_Seen] = []
         self._failed: set[int] = set()
         self._ended = False
+        self._ticks = 0
         self._look()
 
     def tick(self) -> None:
@@ -97,6 +100,7 @@ class Recorder:
         if self._ended:
             self._root.tick_once()
             return
+        self._ticks += 1
         for node in self._root.tick():
             if not self._ended:
                 self._note(node)
@@ -133,6 +137,8 @@ class Recorder:
                 self._failed.clear()
         else:
             counts[SKIPPED] += 1
+            # It was running and has found that it is to be skipped: its parent did not halt it.
+            counts[CANCELED] -= seen.halted == self._ticks
 
     @staticmethod
     def _note_goal(seen: _Seen, handle: GoalHandle[Any, Any] | None) -> None:
@@ -150,6 +156,7 @@ class Recorder:
     def _halted(self, seen: _Seen) -> None:
         if not self._ended:
             seen.covered.counts[CANCELED] += 1
+            seen.halted = self._ticks
             # What has failed below it has not been made up for.
             self._failed.difference_update(range(seen.number, seen.end))
 

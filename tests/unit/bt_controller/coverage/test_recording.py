@@ -9,12 +9,27 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Inverter, Retry
 
 from bt_controller.behaviours.wait import Wait
+from bt_controller.core.node import Decoration
 from bt_controller.core.suspension import suspend
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.errors import RequestTimeout
+from hmrsim_zenoh.errors import RequestTimeout, SimulatorGone
+
+
+class OnlyWhile(Decoration):
+    """Is skipped as soon as a condition does not hold."""
+
+    def __init__(self, holds, child):
+        super().__init__("OnlyWhile", child)
+        self._holds = holds
+
+    def advance(self):
+        """Tick the child."""
+        if not self._holds():
+            return Status.INVALID
+        return (yield from self.tick_child())
 
 
 class Stage:
@@ -39,7 +54,8 @@ class Stage:
 
     def counts(self, path):
         """Return what was counted of a node."""
-        return next(dict(node.counts) for node in self.coverage.nodes("test") if node.path == path)
+        counts = next(node.counts for node in self.coverage.nodes("test") if node.path == path)
+        return {outcome: count for outcome, count in counts.items() if count}
 
 
 @pytest.fixture
@@ -193,6 +209,26 @@ def test_a_goal_of_unknown_end_is_lost(stage):
     seen.tick()
 
     assert {"RUNNING": 1, "FAILURE": 1, "LOST": 1} == seen.counts("A")
+
+
+def test_a_goal_that_ends_with_the_simulator_says_nothing(stage):
+    """The tree has not failed: its simulator is gone."""
+    seen = stage(lambda: Wait(1.0, name="A"))
+    seen.tick()
+    seen.goals[0].fail(SimulatorGone("the simulator is gone"))
+    seen.tick()
+
+    assert {"RUNNING": 1} == seen.counts("A")
+
+
+def test_a_node_that_skips_itself_was_not_canceled(stage):
+    """Its condition does not hold any more; the child below it is halted."""
+    holds = iter([True, False])
+    seen = stage(lambda: OnlyWhile(lambda: next(holds), Running("A")))
+    seen.tick(2)
+
+    assert {"RUNNING": 1, "SKIPPED": 1} == seen.counts("OnlyWhile")
+    assert {"RUNNING": 1, "CANCELED": 1} == seen.counts("OnlyWhile/A")
 
 
 def test_a_goal_that_another_client_cancels_was_canceled(stage):
