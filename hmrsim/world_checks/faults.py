@@ -73,7 +73,7 @@ def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the faults of a world."""
     if not world.faults:
         return
-    there = _there(world)
+    there = there_in(world)
     names: dict[str, int] = {}
     for i, fault in enumerate(world.faults):
         found = read_fault(fault.type, fault.model_extra or {})
@@ -206,7 +206,8 @@ def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
     return lost.has(settings.subject, *_PARTS) or bool(lost and flaw.path in (("robot",), ("sensor",), ("action",)))
 
 
-def _there(world: World) -> There:
+def there_in(world: World) -> There:
+    """Return what faults of a world, and the events that they wait for, can be about."""
     types = {**BUILT_IN_TYPES, **world.robot_types}
     lanes = {(lane.from_, lane.to) for lane in world.lanes}
     robots = {

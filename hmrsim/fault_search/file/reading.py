@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -14,10 +14,11 @@ from hmrsim.diagnostics import Finding, dotted, instead, shown
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.experiments.file.model import Treatment
 from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.fault_search.disturbances import Disturbance
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Schedule, read_things
+from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT, Schedule, read_things
 from hmrsim.fault_search.space.changes import KINDS as CHANGES
 from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
 from hmrsim.fault_search.space.faults import fault_kinds
@@ -26,6 +27,8 @@ from hmrsim.properties import Properties, properties_of, read_properties
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 from hmrsim.world_checks.explain import explain
+from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
+from hmrsim.world_checks.validation import Lost
 
 M = TypeVar("M", bound=CheckFile)
 
@@ -130,8 +133,22 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
 
 
 def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
+    """Yield why a schedule makes no sense in the world of a check."""
     if why := check.runnable(Case(schedule)):
         yield Finding(("schedule",), why)
+        return
+    world = check.world_of(Case(schedule))
+    faults = [i for i, thing in enumerate(schedule) if thing.family == FAULT]
+    before = len(world.faults) - len(faults)
+    for flaw in check_faults(world, Lost()):
+        number = flaw.path[1]
+        if isinstance(number, int) and number >= before:
+            yield replace(flaw, path=("schedule", faults[number - before], *flaw.path[2:]))
+    there = there_in(world)
+    for i, thing in enumerate(schedule):
+        if thing.family == DISTURBANCE:
+            for flaw in check_pattern(Disturbance.model_validate(dict(thing.said)).when, there):
+                yield replace(flaw, path=("schedule", i, "when", *flaw.path))
 
 
 def _folder(model: ReproFile, home: Path) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.components.battery import BatterySettings
 from hmrsim.faults import Spell
@@ -87,6 +88,8 @@ def _variants(
         yield {**said, "action": action}
         if "count" in fields:
             yield {**said, "action": action, "count": 3}
+        if "error_code" in fields:
+            yield from ({**said, "action": action, "error_code": code} for code in error_codes(actions()[action]))
 
 
 def _strength(kind: AnyFault, name: str, subject: Mapping[str, Any], world: World) -> Any:

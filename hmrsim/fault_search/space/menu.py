@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.fault_search.schedules.thing import CHANGE, DISTURBANCE, FAULT, Thing
+from hmrsim.fault_search.schedules.thing import CHANGE, Thing
 from hmrsim.fault_search.space.changes import changes_of
 from hmrsim.fault_search.space.disturbances import disturbances_of
 from hmrsim.fault_search.space.faults import faults_of
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 _FEW: Final = 12
 """Moments at which something begins that is about no robot; they are spread over the run."""
 
-_FAMILIES: Final = {FAULT: "faults", CHANGE: "changes", DISTURBANCE: "disturbances"}
+_CODE: Final = 0.1
+"""How often a goal is aborted with one particular error code, beside 1."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,11 @@ class Menu:
             said += disturbances_of(space.durations, space.also)
         things = [thing for thing in map(Thing, said) if self._allowed(thing)]
         things += [Thing(each) for template in space.further for each in expanded(template, [*world.robots])]
-        self.entries = [Entry(thing, space.weights.get(thing.kind, 1.0)) for thing in dict.fromkeys(things)]
+        self.entries = [Entry(thing, self._weight(thing)) for thing in dict.fromkeys(things)]
+
+    def _weight(self, thing: Thing) -> float:
+        """Return how often a thing is tried; each of the many error codes of an action less often."""
+        return self._space.weights.get(thing.kind, 1.0) * (_CODE if "error_code" in thing.said else 1.0)
 
     def _allowed(self, thing: Thing) -> bool:
         space = self._space
