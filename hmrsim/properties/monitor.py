@@ -6,8 +6,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.events.goals import GoalStatusChanged
-from hmrsim.properties.built_in import NoVainGoals, watchers_of
+from hmrsim.events.robots import MotionBegan
+from hmrsim.properties.built_in import NoVainGoals
+from hmrsim.properties.built_in import watchers_of as built_in
+from hmrsim.properties.compiling import watchers_of
+from hmrsim.properties.observing.observations import Observations
 from hmrsim.properties.observing.timeline import GoalSeen, Timeline
+from hmrsim.report.occurrence import SceneSeen
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
@@ -27,22 +32,51 @@ class Monitor:
     Attributes:
         violations: What was violated, in order of time.
         timeline: The time of the run.
+        observations: The state of the world, as far as properties speak of it.
     """
 
     def __init__(self, properties: Properties, world: World) -> None:
         self.violations: list[Violation] = []
         self.timeline = Timeline()
         self._told: Callable[[Violation], object] = lambda _violation: None
-        self._watchers: list[Watcher] = watchers_of(properties.built_in, world, self.timeline, self._tell)
-        self._vain = next((each for each in self._watchers if isinstance(each, NoVainGoals)), None)
-        self._goal_handlers = self.timeline.handlers.get(GoalSeen, ())
-        if self._goal_handlers:
-            self.timeline.on(GoalStatusChanged, self._status)
+        self.observations = Observations(world, self.timeline)
+        self._built_in = built_in(properties.built_in, world, self.timeline, self._tell)
+        self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._tell), *self._built_in]
+        self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
+        self._wants_status = GoalStatusChanged in self.timeline.handlers
+        self.timeline.on(GoalStatusChanged, self._status)
         self._over = False
+
+    @property
+    def wants_status(self) -> bool:
+        """Whether a property speaks of the events of goals, with their results, and not just of their statuses."""
+        return self._wants_status
+
+    @property
+    def wants_motion(self) -> bool:
+        """Whether a property speaks of where robots are, or whether they drive."""
+        return MotionBegan in self.timeline.handlers
+
+    @property
+    def wants_scene(self) -> bool:
+        """Whether a property speaks of the state of the world."""
+        return SceneSeen in self.timeline.handlers
+
+    @property
+    def powered(self) -> list[str]:
+        """The robots of whose batteries a property speaks."""
+        return self.observations.powered
+
+    def begin(self, at: int) -> None:
+        """Let the run begin at a time, in nanoseconds; without this, it begins with the first occurrence."""
+        if self.timeline.begin(at):
+            for watcher in self._watchers:
+                watcher.begin(self.timeline.now)
 
     def take(self, occurrence: Occurrence) -> None:
         """Take what has happened; nothing happens after the end."""
         if not self._over:
+            self.begin(occurrence.at)
             self.timeline.take(occurrence)
 
     def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
@@ -51,7 +85,8 @@ class Monitor:
             return
         if asked is not None and self._vain is not None:
             self._vain.ask(seen.robot, seen.action, asked)
-        self.timeline.give(stamp, seen, self._goal_handlers)
+        self.begin(stamp)
+        self.timeline.give(stamp, seen, self.timeline.handlers.get(GoalSeen, ()))
 
     def request(self, robot: str, action: str, asked: Any) -> None:
         """Take note of what a goal asks for that may be rejected."""
@@ -67,6 +102,7 @@ class Monitor:
         """
         if self._over:
             return
+        self.begin(0)
         self.timeline.end(at)
         self._over = True
         for watcher in self._watchers:
@@ -86,5 +122,5 @@ class Monitor:
 
     def _status(self, at: int, event: GoalStatusChanged) -> None:
         seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
-        for handler in self._goal_handlers:
+        for handler in self.timeline.handlers.get(GoalSeen, ()):
             handler(at, seen)

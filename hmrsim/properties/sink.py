@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hmrsim.engine.sim_time import stamp
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
+from hmrsim.report.occurrence import BatterySeen, Occurrence, SceneSeen
+from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
     from hmrsim.properties.monitor import Monitor
@@ -35,23 +39,64 @@ class MonitorSink:
         self._simulator = simulator
         self._monitor = monitor
         self._handlers = monitor.timeline.handlers
+        self._motion = monitor.wants_motion
+        self._weighed = -1
+        self._statuses = monitor.wants_status
         monitor.listen(on_violation)
+        now = stamp(simulator.now)
+        monitor.begin(now)
+        self._robots = monitor.powered
+        if simulator.now:
+            # What a world begins with is known.
+            self._see(now)
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether it wants a topic: events, and motions if a property speaks of where robots are."""
-        return topic is Topic.EVENTS
+        """Return whether it wants a topic: events, and motions if a property speaks of what robots do."""
+        return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
 
     def emit(self, output: Output) -> None:
         """Pass on what the monitor wants."""
         if isinstance(output, EventStamped):
-            handlers = self._handlers.get(type(output.event))
-            if handlers is not None:
-                self._monitor.timeline.give(output.stamp, output.event, handlers)
+            event = output.event
+            handlers = self._handlers.get(type(event))
+            if handlers is None:
+                return
+            self._weigh(output.stamp)
+            self._monitor.timeline.give(output.stamp, event, handlers)
+            if isinstance(event, SimulationReset | WorldLoaded):
+                self._see(output.stamp)
         elif isinstance(output, GoalChanged):
-            stamp, robot, action, goal_id, status, asked, _, cause = output
-            self._monitor.goal(stamp, GoalSeen(robot, action, goal_id, int(status), cause), asked)
+            self._change(output)
         elif isinstance(output, TimeRestarted):
             self._monitor.timeline.restart(output.ended)
+
+    def weigh(self) -> None:
+        """Pass on the charge of the batteries that are asked for, as at the end of a run."""
+        self._weigh(stamp(self._simulator.now))
+
+    def _change(self, change: GoalChanged) -> None:
+        at, robot, action, goal_id, status, asked, _, cause = change
+        self._weigh(at)
+        if self._statuses:
+            if asked is not None:
+                self._monitor.request(robot, action, asked)
+            self._monitor.take(Occurrence(at, change.event()))
+        else:
+            self._monitor.goal(at, GoalSeen(robot, action, goal_id, int(status), cause), asked)
+
+    def _see(self, at: int) -> None:
+        if self._monitor.wants_scene:
+            self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
+
+    def _weigh(self, at: int) -> None:
+        """Pass on the charge of the batteries that are asked for, once an instant."""
+        if not self._robots or at == self._weighed:
+            return
+        self._weighed = at
+        for name in self._robots:
+            robot = self._simulator.robots.get(name)
+            if robot is not None and robot.energy is not None:
+                self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))
 
     def commanded(self, command: Command, _by: str, _now: float) -> None:
         """Take note of what a goal asks for, as it may be rejected."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.properties.results import Verdict, Violation
 
 if TYPE_CHECKING:
     from hmrsim.properties.results import Ended, State, Tell
+
+_STOPPED: Final = "stopped"
 
 
 class Watcher:
@@ -35,6 +37,9 @@ class Watcher:
         self.first = self.first or found
         self._tell(found)
 
+    def begin(self, at: int) -> None:
+        """Take note of the begin of the run."""
+
     def end(self, at: int, ended: Ended | None) -> None:
         """Take note of the end of the run; *ended* is None where it is not known how."""
 
@@ -56,3 +61,8 @@ class Watcher:
 
     def _is(self, state: State, robustness: float, text: str) -> Verdict:
         return Verdict(self.name, state, max(-1.0, min(1.0, robustness)), text)
+
+
+def cut_off(ended: Ended | None) -> bool:
+    """Return whether a run was ended by something else than itself, so that what has not come might have come."""
+    return ended is not None and ended.ending == _STOPPED

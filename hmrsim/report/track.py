@@ -235,17 +235,14 @@ class Track:
             self.spans.append((self._since, at, self._state))
 
     def _now(self) -> State:
-        if self.cut_off:
-            return "offline"
-        if self.disabled_reasons:
-            return "stopped"
-        if self.wait is not None:
-            return "waiting"
-        if self.motion is not None:
-            return "driving"
-        if self.charging:
-            return "charging"
-        return "busy" if self.running else "idle"
+        return state_of(
+            cut_off=bool(self.cut_off),
+            disabled=bool(self.disabled_reasons),
+            waits=self.wait is not None,
+            moves=self.motion is not None,
+            charging=self.charging,
+            busy=bool(self.running),
+        )
 
     def weigh(self, at: int, charge: float, share: float) -> None:
         """Record the charge of its battery."""
@@ -259,6 +256,21 @@ class Track:
         """Record the remaining share of its battery."""
         if not self.curve or self.curve[-1] != (at, share):
             self.curve.append((at, share))
+
+
+def state_of(*, cut_off: bool, disabled: bool, waits: bool, moves: bool, charging: bool, busy: bool) -> State:
+    """Return the state of a robot: of all that applies what matters most."""
+    if cut_off:
+        return "offline"
+    if disabled:
+        return "stopped"
+    if waits:
+        return "waiting"
+    if moves:
+        return "driving"
+    if charging:
+        return "charging"
+    return "busy" if busy else "idle"
 
 
 def _profile(profile: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:

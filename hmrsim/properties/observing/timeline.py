@@ -81,6 +81,14 @@ class Timeline:
         self._alarms: list[tuple[int, Phase, int, Alarm]] = []
         self._number = 0
         self._unsettled: dict[Callable[[int], object], None] = {}
+        self._begun = False
+
+    def begin(self, stamp: int) -> bool:
+        """Let the run begin at a stamp, unless it has begun; return whether it has not."""
+        begins, self._begun = not self._begun, True
+        if begins:
+            self.now = self._latest = _time_of(stamp)
+        return begins
 
     def on(self, kind: type, handler: Handler) -> None:
         """Call a handler with each occurrence of a kind from now on, after those that were there before."""
@@ -123,8 +131,7 @@ class Timeline:
 
     def _look(self, stamp: int) -> int:
         """Return the time of a stamp since the run began; one that is earlier than the last begins time anew."""
-        # A stamp of one nanosecond is that of time 0, which ROS reads as unset.
-        at = (0 if stamp == 1 else stamp) + self._offset
+        at = _time_of(stamp) + self._offset
         if at >= self._latest:
             self._latest = at
         elif at < self._latest - JITTER:
@@ -163,3 +170,8 @@ class Timeline:
             calls, self._unsettled = self._unsettled, {}
             for call in calls:
                 call(self.now)
+
+
+def _time_of(stamp: int) -> int:
+    """Return the time of a stamp: one nanosecond stands for time 0, which ROS reads as unset."""
+    return 0 if stamp == 1 else stamp

@@ -1,0 +1,1 @@
+"""Conditions of a file as functions of the state of the world, and in words."""

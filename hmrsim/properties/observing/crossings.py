@@ -1,0 +1,70 @@
+"""When a robot that drives is near a place: where its way crosses the circle around it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from hmrsim.geometry import distance
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.report.track import Motion
+
+Span = tuple[int, int | None]
+"""When it comes near, and when it is near no longer, in nanoseconds; None if it stays."""
+
+
+def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[Span]:
+    """Return when a robot is within a radius of a place while it makes some motions, and after the last one."""
+    spans: list[list[int | None]] = []
+    motion = None
+    for motion in motions:
+        found = _of_motion(place, radius, motion)
+        if found is None:
+            continue
+        began, ended = found
+        if spans and spans[-1][1] is not None and began <= spans[-1][1] + 1:
+            spans[-1][1] = ended
+        else:
+            spans.append([began, ended])
+    if motion is not None and spans and spans[-1][1] == motion.until and distance(motion.end, place) <= radius:
+        spans[-1][1] = None
+    elif motion is not None and not motion.length and distance(motion.end, place) <= radius:
+        # A lift has brought it there at the end of its ride.
+        spans.append([motion.until, None])
+    return [(began or 0, ended) for began, ended in spans]
+
+
+def _of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] | None:
+    """Return when a robot is near a place during a motion, from when to when; None if it never is."""
+    if not motion.length:
+        # It turns, or rides in a lift, and is where it began until the end.
+        return (motion.began, motion.until) if distance(motion.start, place) <= radius else None
+    (ax, ay), (bx, by) = motion.start, motion.end
+    ux, uy = (bx - ax) / motion.length, (by - ay) / motion.length
+    dx, dy = place[0] - ax, place[1] - ay
+    along = dx * ux + dy * uy
+    aside = dx * uy - dy * ux
+    room = radius * radius - aside * aside
+    if room < 0.0:
+        return None
+    half = math.sqrt(room)
+    first, last = max(0.0, along - half), min(motion.length, along + half)
+    if first > last:
+        return None
+    return _when(motion, first), _when(motion, last)
+
+
+def _when(motion: Motion, driven: float) -> int:
+    """Return when a distance has been driven on a motion."""
+    if driven <= 0.0:
+        return motion.began
+    if driven >= motion.length:
+        return motion.until
+    if motion.profile is None:
+        return motion.began + round((motion.until - motion.began) * driven / motion.length)
+    seconds = motion.profile.time(motion.behind + driven) - motion.profile.time(motion.behind)
+    return min(motion.until, motion.began + round(seconds * NANOSECONDS))

@@ -1,0 +1,129 @@
+"""Where items are, and who carries them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from hmrsim.events.entities import Deleted, Spawned, Teleported
+from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.geometry import distance
+from hmrsim.properties.observing.signal import Signal
+from hmrsim.report.occurrence import SceneSeen, point, records, text
+from hmrsim.simulation.demand import NEAR
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.properties.observing.positions import Positions
+    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.world.model import World
+
+
+@dataclass(slots=True)
+class _Item:
+    """What is known of an item.
+
+    Attributes:
+        at: Where it lies, or was picked up; None if it is nowhere.
+        carrier: Who carries it; empty for nobody.
+        looks: Update the signals that depend on it.
+    """
+
+    at: Point | None = None
+    carrier: str = ""
+    looks: list[Callable[[], None]] = field(default_factory=list)
+
+
+class Items:
+    """Follows the items of a world.
+
+    Args:
+        positions: Returns where robots are, as an item is where its carrier is.
+    """
+
+    def __init__(self, world: World, timeline: Timeline, positions: Callable[[], Positions]) -> None:
+        self._world, self._positions = world, positions
+        self._radius = NEAR[world.units]
+        self._items: dict[str, _Item] = {}
+        self.begin_anew()
+        timeline.on(ItemPicked, lambda _at, event: self._change(event.item, None, event.robot))
+        for lies in (ItemPlaced, ItemDropped):
+            timeline.on(lies, lambda _at, event: self._change(event.item, event.at, ""))
+        for put in (Teleported, Spawned):
+            timeline.on(put, self._put)
+        timeline.on(Deleted, self._delete)
+        timeline.on(SceneSeen, self._see)
+
+    def lies_at(self, item: str, place: str) -> Signal:
+        """Return whether an item lies at a place, and nobody carries it."""
+        known, signal, where = self._item(item), Signal(), self._world.point(place)
+
+        def look() -> None:
+            there = not known.carrier and known.at is not None and distance(known.at, where) <= self._radius
+            signal.say(holds=there)
+
+        return self._following(known, signal, look)
+
+    def at(self, item: str, place: str) -> Signal:
+        """Return whether an item is at a place, where it lies or is carried."""
+        known, signal, lies, carriers = self._item(item), Signal(), self.lies_at(item, place), dict[str, Signal]()
+
+        def look() -> None:
+            if not known.carrier:
+                signal.set(lies.value)
+                return
+            if known.carrier not in carriers:
+                carriers[known.carrier] = self._positions().near(known.carrier, place)
+                carriers[known.carrier].tell(look)
+            signal.set(carriers[known.carrier].value)
+
+        return self._following(known, signal, look)
+
+    def carried(self, item: str, by: str | None) -> Signal:
+        """Return whether an item is carried; by a robot, or by any."""
+        known, signal = self._item(item), Signal()
+
+        def look() -> None:
+            signal.say(holds=bool(known.carrier) and by in (None, known.carrier))
+
+        return self._following(known, signal, look)
+
+    def _following(self, item: _Item, signal: Signal, look: Callable[[], None]) -> Signal:
+        item.looks.append(look)
+        look()
+        return signal
+
+    def _item(self, name: str) -> _Item:
+        return self._items.setdefault(name, _Item())
+
+    def begin_anew(self) -> None:
+        """Put all items to where they are at the start."""
+        for name in [*self._items]:
+            if name not in self._world.items:
+                self._change(name, None, "")
+        for name, item in self._world.items.items():
+            self._change(name, self._world.point(item.at), "")
+
+    def _change(self, name: str, at: Point | None, carrier: str) -> None:
+        item = self._item(name)
+        item.at, item.carrier = at, carrier
+        for look in item.looks:
+            look()
+
+    def _put(self, _at: int, event: Teleported | Spawned) -> None:
+        if event.entity in self._items or (isinstance(event, Spawned) and event.type == "item"):
+            self._change(event.entity, event.at, "")
+
+    def _delete(self, _at: int, event: Deleted) -> None:
+        if event.entity in self._items:
+            self._change(event.entity, None, "")
+
+    def _see(self, _at: int, scene: SceneSeen) -> None:
+        said = {text(item, "name"): item for item in records(scene.fields, "items")}
+        for name in [*self._items, *said]:
+            if name not in said:
+                self._change(name, None, "")
+            else:
+                carried = said[name].get("carrier") is not None
+                self._change(name, point(said[name], "at"), text(said[name], "carrier") if carried else "")

@@ -1,0 +1,103 @@
+"""The state of the world as signals; only what is asked for is followed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.properties.observing.batteries import Batteries
+from hmrsim.properties.observing.facilities import Doors, Lanes
+from hmrsim.properties.observing.faults import Faults
+from hmrsim.properties.observing.items import Items
+from hmrsim.properties.observing.orders import Orders
+from hmrsim.properties.observing.positions import Positions
+from hmrsim.properties.observing.pulses import pulse
+from hmrsim.properties.observing.robots import Robots
+
+if TYPE_CHECKING:
+    from hmrsim.events import EventPattern
+    from hmrsim.properties.observing.signal import Signal
+    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.world.model import World
+
+
+class Observations:
+    """Follows a run, as far as signals are asked for.
+
+    Attributes:
+        timeline: The time of the run.
+        world: The world that is run.
+    """
+
+    def __init__(self, world: World, timeline: Timeline) -> None:
+        self.world, self.timeline = world, timeline
+        self._pulses: list[tuple[EventPattern, Signal]] = []
+        for kind in (SimulationReset, WorldLoaded):
+            timeline.on(kind, self._begin_anew)
+
+    @cached_property
+    def robots(self) -> Robots:
+        """What robots do."""
+        return Robots(self.world, self.timeline)
+
+    @cached_property
+    def positions(self) -> Positions:
+        """Where robots are."""
+        return Positions(self.world, self.timeline)
+
+    @cached_property
+    def items(self) -> Items:
+        """Where items are."""
+        return Items(self.world, self.timeline, lambda: self.positions)
+
+    @cached_property
+    def batteries(self) -> Batteries:
+        """How full batteries are."""
+        return Batteries(self.world, self.timeline)
+
+    @cached_property
+    def doors(self) -> Doors:
+        """Which doors are open."""
+        return Doors(self.world, self.timeline)
+
+    @cached_property
+    def lanes(self) -> Lanes:
+        """Which lanes are closed."""
+        return Lanes(self.timeline)
+
+    @cached_property
+    def orders(self) -> Orders:
+        """How far orders are."""
+        return Orders(self.timeline)
+
+    @cached_property
+    def faults(self) -> Faults:
+        """Which faults are active."""
+        return Faults(self.timeline)
+
+    @property
+    def powered(self) -> list[str]:
+        """The robots whose batteries are asked for."""
+        return [*self.batteries.shares] if "batteries" in self.__dict__ else []
+
+    def pulse(self, pattern: EventPattern) -> Signal:
+        """Return a signal that holds at the instants of some events."""
+        known = next((signal for each, signal in self._pulses if each == pattern), None)
+        if known is None:
+            known = pulse(self.timeline, pattern)
+            self._pulses.append((pattern, known))
+        return known
+
+    def _begin_anew(self, _at: int, event: SimulationReset | WorldLoaded) -> None:
+        if isinstance(event, SimulationReset) and not event.scope & _STATE and event.scope:
+            return
+        for name in _PARTS:
+            part = self.__dict__.get(name)
+            if part is not None:
+                part.begin_anew()
+
+
+_PARTS = ("robots", "positions", "items", "batteries", "doors", "lanes", "orders", "faults")
+_STATE = 2
+"""The scope of a reset that puts robots and items to their start."""

@@ -1,0 +1,136 @@
+"""Where robots are: near which places, also while they pass them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.events.entities import Deleted, Spawned, Teleported
+from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.traffic import MadeRoom, Waiting
+from hmrsim.geometry import distance
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.properties.observing.crossings import Span, spans_near
+from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
+from hmrsim.properties.observing.timeline import Phase
+from hmrsim.report.occurrence import SceneSeen, number, point, records, text
+from hmrsim.report.track import Motion
+from hmrsim.simulation.demand import NEAR
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.properties.observing.timeline import Alarm, Timeline
+    from hmrsim.world.model import World
+
+
+class _Near:
+    """Whether a robot is near a place, now and as it is going to drive."""
+
+    def __init__(self, place: Point) -> None:
+        self.place = place
+        self.signal = Signal()
+        self.coming: list[Span] = []
+        self.alarm: Alarm | None = None
+
+
+class Positions:
+    """Follows the robots of a world."""
+
+    def __init__(self, world: World, timeline: Timeline) -> None:
+        self._world, self._timeline = world, timeline
+        self._radius = NEAR[world.units]
+        self._at: dict[str, Point | None] = {}
+        self._motions: dict[str, Sequence[Motion]] = {}
+        self._near: dict[str, dict[str, _Near]] = {}
+        self.begin_anew()
+        timeline.on(MotionBegan, self._move)
+        for stops in (Stopped, Waiting):
+            timeline.on(stops, lambda at, event: self._stand(at, event.robot, event.at))
+        timeline.on(MadeRoom, lambda at, event: self._stand(at, event.robot, event.from_))
+        for put in (Teleported, Spawned):
+            timeline.on(put, self._put)
+        timeline.on(Deleted, lambda at, event: self._stand(at, event.entity, None))
+        timeline.on(SceneSeen, self._see)
+
+    def near(self, robot: str, place: str) -> Signal:
+        """Return whether a robot is at a place."""
+        places = self._near.setdefault(robot, {})
+        if place not in places:
+            near = places[place] = _Near(self._world.point(place))
+            self._look(robot, near)
+        return places[place].signal
+
+    def begin_anew(self) -> None:
+        """Put all robots to where they start."""
+        now = self._timeline.now
+        for name in [*self._at]:
+            if name not in self._world.robots:
+                self._stand(now, name, None)
+        for name, robot in self._world.robots.items():
+            self._stand(now, name, self._world.point(robot.at))
+
+    def _put(self, at: int, event: Teleported | Spawned) -> None:
+        if event.entity in self._at or (isinstance(event, Spawned) and event.type != "item"):
+            self._stand(at, event.entity, event.at)
+
+    def _stand(self, _at: int, robot: str, where: Point | None) -> None:
+        self._at[robot] = where
+        self._motions.pop(robot, None)
+        for near in self._near.get(robot, {}).values():
+            self._look(robot, near)
+
+    def _move(self, at: int, event: MotionBegan) -> None:
+        self._go(event.robot, Motion.all_of(at, event, None))
+
+    def _go(self, robot: str, motions: Sequence[Motion]) -> None:
+        self._motions[robot] = motions
+        self._at[robot] = motions[-1].end
+        for near in self._near.get(robot, {}).values():
+            self._look(robot, near)
+
+    def _look(self, robot: str, near: _Near) -> None:
+        """Work out whether a robot is at a place now, and when that changes."""
+        if near.alarm is not None:
+            near.alarm.cancel()
+        motions, where = self._motions.get(robot), self._at.get(robot)
+        if motions is not None:
+            near.coming = spans_near(near.place, self._radius, motions)
+        else:
+            there = where is not None and distance(where, near.place) <= self._radius
+            near.coming = [(self._timeline.now, None)] if there else []
+        self._follow(near)
+
+    def _follow(self, near: _Near) -> None:
+        """Set the signal for now, and wait for its next change."""
+        now = self._timeline.now
+        while near.coming and (ended := near.coming[0][1]) is not None and ended < now:
+            near.coming.pop(0)
+        near.alarm = None
+        if not near.coming:
+            near.signal.set(FAILS)
+            return
+        began, ended = near.coming[0]
+        inside = began <= now
+        near.signal.set(HOLDS if inside else FAILS)
+        due = (None if ended is None else ended + 1) if inside else began
+        if due is not None:
+            near.alarm = self._timeline.alarm(due, Phase.CHANGE, lambda _at: self._follow(near))
+
+    def _see(self, at: int, scene: SceneSeen) -> None:
+        said = records(scene.fields, "robots")
+        there = {text(robot, "name") for robot in said}
+        for name in [*self._at]:
+            if name not in there:
+                self._stand(at, name, None)
+        for robot in said:
+            self._see_robot(at, robot)
+
+    def _see_robot(self, at: int, robot: Mapping[str, Any]) -> None:
+        name, motion = text(robot, "name"), robot.get("motion")
+        if not isinstance(motion, dict):
+            self._stand(at, name, point(robot, "pose"))
+            return
+        since = round(number(motion, "began") * NANOSECONDS) if motion.get("began") is not None else at
+        # Simulated time goes on after a reset, and a motion has not begun before.
+        began = min(since, at)
+        self._go(name, Motion.all_of(began, MotionBegan.from_json({**motion, "robot": name}), None))

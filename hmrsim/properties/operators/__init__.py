@@ -1,0 +1,1 @@
+"""What watches over properties by temporal operators, one file each."""

@@ -1,0 +1,336 @@
+"""The state of the world as properties see it: each condition, when it begins to hold and when it ends."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from hmrsim.navigation.motion import Trapezoid
+from tests.watching import Feed, ward
+
+GO = "navigate_to_pose"
+A = "a" * 32
+POWER = {"charge": 100.0, "percentage": 0.5}
+PLACED = {"order": "pills_1", "item": "pills_1", "from": "lab", "to": "ward_a", "within": 60.0}
+
+
+def spans(condition, tell, until=100.0, **world):
+    """Return when a condition began to hold, and when it ended, in a run of which something is told."""
+    feed = Feed({"holds": {"never": condition}, "fails": {"always": condition}}, world=ward(**world))
+    feed.monitor.begin(0)
+    tell(feed)
+    feed.end(until)
+    changes = sorted((at, name == "holds") for at, name, _, _ in feed.violations)
+    return [(round(at, 3), holds) for at, holds in changes]
+
+
+def drive(feed, at, start, *ends, seconds=10.0, robot="eve", **fields):
+    """Let a robot drive from point to point, each in so many seconds."""
+    points = [start, *ends]
+    pieces = [
+        {"from": [*a, 0.0], "to": [*b, 0.0], "duration": seconds, "lane": None, **fields} for a, b in pairwise(points)
+    ]
+    feed.event(at, "motion", robot=robot, **pieces[0], then=pieces[1:])
+
+
+def test_passing_a_place_is_being_there():
+    """A robot that drives by at 1 m/s is within a metre of the place for two seconds."""
+    found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0]))
+
+    assert [(0.0, False), (14.0, True), (16.0, False)] == found
+
+
+def test_a_robot_that_stops_does_not_come():
+    """What a robot was going to do is withdrawn when it stops before."""
+
+    def tell(feed):
+        drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0])
+        feed.event(12.0, "stopped", robot="eve", at=[7.0, 0.0])
+
+    assert [(0.0, False)] == spans({"robot": "eve", "at": "hall"}, tell)
+
+
+def test_a_robot_that_turns_elsewhere_does_not_come():
+    """Another motion takes the place of the last one and of all that was to follow it."""
+
+    def tell(feed):
+        drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0])
+        drive(feed, 12.0, [7.0, 0.0], [0.0, 0.0])
+
+    assert [(0.0, False)] == spans({"robot": "eve", "at": "hall"}, tell)
+
+
+def test_a_robot_that_arrives_stays():
+    """A way that ends near a place has no end of being there; a robot starts where the world says."""
+    found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 0.0, [0.0, 0.0], [10.0, 0.0]))
+
+    assert [(0.0, False), (9.0, True)] == found
+
+
+def test_a_way_beside_a_place_is_not_near_it():
+    """A robot that passes more than a metre aside is not there."""
+    found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 0.0, [0.0, 1.5], [20.0, 1.5]))
+
+    assert [(0.0, False)] == found
+
+
+def test_a_robot_that_speeds_up_and_slows_down_comes_when_it_does():
+    """The profile of its speed says when it comes, and leaves."""
+    profile = Trapezoid(20.0, 2.0, 0.5)
+
+    found = spans(
+        {"robot": "eve", "at": "hall"},
+        lambda feed: drive(feed, 0.0, [0.0, 0.0], [20.0, 0.0], seconds=profile.duration, profile=[20.0, 2.0, 0.5, 0.0]),
+    )
+
+    assert [(0.0, False), (round(profile.time(9.0), 3), True), (round(profile.time(11.0), 3), False)] == found
+
+
+def test_a_ride_in_a_lift_ends_at_its_end():
+    """A robot in a lift is where it began until it arrives."""
+    found = spans(
+        {"robot": "eve", "at": "ward_b"},
+        lambda feed: drive(feed, 2.0, [20.0, 0.0], [20.0, 10.0], seconds=8.0, ride=True),
+    )
+
+    assert [(0.0, False), (10.0, True)] == found
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "there"),
+    [
+        ("teleported", {"entity": "eve", "at": [10.0, 0.0], "yaw": 0.0}, True),
+        ("waiting", {"robot": "eve", "at": [10.5, 0.0]}, True),
+        ("deleted", {"entity": "eve"}, False),
+    ],
+)
+def test_a_robot_is_where_it_is_put(kind, fields, there):
+    """Teleporting, waiting and deleting say where a robot is, or that it is nowhere."""
+    begins = [10.0, 0.0] if kind == "deleted" else [0.0, 0.0]
+
+    found = spans(
+        {"robot": "eve", "at": "hall"},
+        lambda feed: feed.event(5.0, kind, **fields),
+        robots={"eve": {"at": begins}},
+    )
+
+    assert [(0.0, not there), (5.0, there)] == found
+
+
+def test_the_states_of_a_robot_are_those_of_reports():
+    """A robot is busy, drives, waits, drives again and is idle; what matters most counts."""
+
+    def tell(feed):
+        feed.goal(1, "eve", GO, A, 1, 2)
+        drive(feed, 2.0, [0.0, 0.0], [10.0, 0.0], seconds=30.0)
+        feed.event(5, "waiting", robot="eve", at=[1.0, 0.0])
+        feed.event(9, "went_on", robot="eve", waited=4.0)
+        drive(feed, 9.0, [1.0, 0.0], [10.0, 0.0], seconds=3.0)
+        feed.event(20, "fault_began", fault="breakdown", name="b", robot="eve")
+        feed.event(30, "fault_began", fault="messages_lost", name="m", robot="eve")
+        feed.event(40, "fault_ended", fault="messages_lost", name="m", robot="eve")
+        feed.event(50, "fault_ended", fault="breakdown", name="b", robot="eve")
+        feed.goal(60, "eve", GO, A, 4)
+        feed.event(70, "charging_began", robot="eve", **POWER)
+
+    found = {
+        state: [at for at, holds in spans({"robot": "eve", "is": state}, tell) if holds]
+        for state in ("idle", "busy", "driving", "waiting", "stopped", "offline", "charging")
+    }
+
+    assert {
+        "idle": [0.0, 60.0],
+        "busy": [1.0, 12.0, 50.0],
+        "driving": [2.0, 9.0],
+        "waiting": [5.0],
+        "stopped": [20.0, 40.0],
+        "offline": [30.0],
+        "charging": [70.0],
+    } == found
+
+
+def test_an_item_is_where_its_carrier_is():
+    """An item lies where it was, is carried by a robot, and lies where it was put."""
+
+    def tell(feed):
+        feed.event(1, "picked", robot="eve", item="medicine")
+        drive(feed, 2.0, [0.0, 0.0], [20.0, 0.0], seconds=20.0)
+        feed.event(30, "placed", robot="eve", item="medicine", at=[20.0, 0.3])
+        feed.event(40, "deleted", entity="medicine")
+
+    found = [
+        spans({"item": "medicine", **said}, tell)
+        for said in (
+            {"at": "ward_a"},
+            {"at": "ward_a", "carried": False},
+            {"at": "hall"},
+            {"carried": True},
+            {"carried_by": "wall_e"},
+        )
+    ]
+
+    assert [
+        [(0.0, False), (21.0, True), (40.0, False)],
+        [(0.0, False), (30.0, True), (40.0, False)],
+        [(0.0, False), (11.0, True), (13.0, False)],
+        [(0.0, False), (1.0, True), (30.0, False)],
+        [(0.0, False)],
+    ] == found
+
+
+def test_a_battery_at_a_bound_is_neither_above_nor_below_it():
+    """A level that is met exactly is not above, and not below."""
+
+    def tell(feed):
+        for at, share in ((5, 0.3), (6, 0.25), (7, 0.2)):
+            feed.event(at, "battery_low", robot="eve", charge=1.0, percentage=share)
+
+    found = [spans({"battery": "eve", side: 0.25}, tell) for side in ("above", "below")]
+
+    assert [[(0.0, True), (6.0, False)], [(0.0, False), (7.0, True)]] == found
+
+
+def test_a_door_is_closed_opening_open_and_jammed():
+    """Events of a door say its state; a fault jams it in it."""
+
+    def tell(feed):
+        feed.event(1, "door_opening", door="gate")
+        feed.event(3, "door_opened", door="gate")
+        feed.event(4, "fault_began", fault="door_jammed", name="j", door="gate")
+        feed.event(6, "fault_ended", fault="door_jammed", name="j", door="gate")
+        feed.event(9, "door_closed", door="gate")
+
+    found = [spans({"door": "gate", "is": state}, tell) for state in ("closed", "opening", "open", "jammed")]
+
+    assert [
+        [(1.0, False), (9.0, True)],
+        [(0.0, False), (1.0, True), (3.0, False)],
+        [(0.0, False), (3.0, True), (9.0, False)],
+        [(0.0, False), (4.0, True), (6.0, False)],
+    ] == [[change for change in each if change != (0.0, True)] for each in found]
+
+
+def test_an_order_is_late_beside_its_state():
+    """An order waits, is carried, waits again where it was dropped, and is delivered, late."""
+
+    def tell(feed):
+        feed.event(5, "order_placed", **PLACED)
+        feed.event(10, "order_picked_up", order="pills_1", item="pills_1", robot="eve")
+        feed.event(20, "dropped", robot="eve", item="pills_1", at=[1.0, 0.0])
+        feed.event(65, "order_late", order="pills_1", item="pills_1", to="ward_a")
+        feed.event(70, "order_delivered", order="pills_1", item="pills_1", lead_time=65.0, late=5.0)
+
+    found = [
+        spans({"order": "pills_1", "is": state}, tell) for state in ("waiting", "carried", "late", "delivered", "lost")
+    ]
+
+    assert [
+        [(0.0, False), (5.0, True), (10.0, False), (20.0, True), (70.0, False)],
+        [(0.0, False), (10.0, True), (20.0, False)],
+        [(0.0, False), (65.0, True)],
+        [(0.0, False), (70.0, True)],
+        [(0.0, False)],
+    ] == found
+
+
+def test_a_fault_is_active_for_its_robot_and_for_any():
+    """A fault of a kind holds for the robot that has it, and where no robot is named."""
+
+    def tell(feed):
+        feed.event(3, "fault_began", fault="slip", name="s", robot="eve")
+        feed.event(8, "fault_ended", fault="slip", name="s", robot="eve")
+
+    found = [spans({"fault": "slip", **said}, tell) for said in ({}, {"robot": "eve"}, {"robot": "wall_e"})]
+
+    active = [(0.0, False), (3.0, True), (8.0, False)]
+    assert [active, active, [(0.0, False)]] == found
+
+
+def test_a_lane_is_closed_in_its_direction():
+    """A lane is open until it is closed, in the direction that is named."""
+
+    def tell(feed):
+        feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")
+        feed.event(8, "lane_opened", lane=["lab", "hall"])
+
+    there, back = (spans({"lane": lane, "is": "closed"}, tell) for lane in (["lab", "hall"], ["hall", "lab"]))
+
+    assert ([(0.0, False), (3.0, True), (8.0, False)], [(0.0, False)]) == (there, back)
+
+
+def test_conditions_are_combined():
+    """All, any and not say what they do."""
+
+    def tell(feed):
+        feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")
+        feed.event(5, "fault_began", fault="slip", name="s", robot="eve")
+        feed.event(8, "lane_opened", lane=["lab", "hall"])
+
+    wet, slips = {"lane": ["lab", "hall"], "is": "closed"}, {"fault": "slip"}
+    found = [spans(each, tell) for each in ({"all": [wet, slips]}, {"any": [wet, slips]}, {"not": wet})]
+
+    assert [
+        [(0.0, False), (5.0, True), (8.0, False)],
+        [(0.0, False), (3.0, True)],
+        [(0.0, True), (3.0, False), (8.0, True)],
+    ] == found
+
+
+def test_an_event_holds_at_its_instant():
+    """An event together with a state holds only where both do."""
+
+    def tell(feed):
+        feed.event(2, "door_opened", door="gate")
+        feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")
+        feed.event(5, "door_opened", door="gate")
+
+    both = {"all": [{"event": "door_opened"}, {"lane": ["lab", "hall"], "is": "closed"}]}
+
+    assert [(0.0, False), (5.0, True), (5.0, False)] == sorted(
+        spans(both, tell), key=lambda each: (each[0], not each[1])
+    )
+
+
+def test_a_scene_says_how_things_are():
+    """A recording that begins in the middle of a run begins with a scene."""
+    scene = {
+        "robots": [
+            {
+                "name": "eve",
+                "type": "nurse",
+                "pose": [10.0, 0.0, 0.0],
+                "motion": None,
+                "ailments": {"battery_empty": "empty"},
+                "battery": {"percentage": 0.0, "charging": False},
+                "goals": [],
+            }
+        ],
+        "items": [{"name": "medicine", "at": [20.0, 0.0], "carrier": None}],
+        "fixtures": [{"name": "gate", "kind": "door", "tags": ["door", "open"]}],
+        "closed_lanes": [{"lane": ["lab", "hall"], "why": "wet"}],
+        "faults": [{"fault": "slip", "name": "s", "robot": "eve"}],
+    }
+    conditions = [
+        {"robot": "eve", "at": "hall", "is": "stopped"},
+        {"battery": "eve", "below": 0.1},
+        {"item": "medicine", "at": "ward_a"},
+        {"door": "gate", "is": "open"},
+        {"lane": ["lab", "hall"], "is": "closed"},
+        {"fault": "slip", "robot": "eve"},
+        {"not": {"robot": "wall_e", "is": "idle"}},
+    ]
+
+    feed = Feed({"as_said": {"always": {"all": conditions}}}).scene(500.0, **scene).end(600.0)
+
+    assert [] == feed.violations
+
+
+def test_all_begins_anew_with_a_reset():
+    """After a reset, robots, items and doors are as at the start, and time goes on."""
+    feed = Feed({"away": {"never": {"robot": "eve", "at": "hall"}}})
+    feed.event(1.0, "teleported", entity="eve", at=[10.0, 0.0], yaw=0.0)
+    feed.event(90.0, "reset", scope=255).event(0.0, "participant_joined", participant="bt")
+    feed.event(3.0, "teleported", entity="eve", at=[10.0, 0.0], yaw=0.0).end(10.0)
+
+    assert [(1.0, "away"), (93.0, "away")] == [each[:2] for each in feed.violations]

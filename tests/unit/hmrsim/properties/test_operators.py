@@ -1,0 +1,233 @@
+"""Properties by operators: when each is violated, what is undecided, and how far each was from the opposite."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.properties import Ended
+from tests.watching import Feed, seconds, ward
+
+GO = "navigate_to_pose"
+A, B = "a" * 32, "b" * 32
+DOOR = {"event": "door_opened"}
+IN_TIME = {
+    "whenever": {"event": "order_placed"},
+    "then": {"event": "order_delivered", "where": {"order": "$order"}},
+    "within": 60,
+}
+RETRIES = {
+    "whenever": {"goal": "aborted", "robot": "*", "action": GO},
+    "then": {"goal": "accepted", "robot": "$robot"},
+    "within": 30,
+}
+STOPS = {
+    "whenever": {"event": "fault_began", "where": {"fault": "breakdown"}},
+    "then": {"robot": "$robot", "is": "stopped"},
+}
+
+
+def watched(said, **world):
+    """Return a monitor of one property, begun at 0."""
+    feed = Feed({"p": said}, world=ward(**world) if world else None)
+    feed.monitor.begin(0)
+    return feed
+
+
+def low(feed, at, robot, share):
+    """Tell the level of a battery."""
+    return feed.event(at, "battery_low", robot=robot, charge=1.0, percentage=share)
+
+
+def place(feed, at, order):
+    """Let an order come."""
+    return feed.event(at, "order_placed", order=order, item=order, **{"from": "lab", "to": "ward_a"})
+
+
+def deliver(feed, at, order):
+    """Let an order be delivered."""
+    return feed.event(at, "order_delivered", order=order, item=order, lead_time=1.0)
+
+
+def test_always_is_violated_each_time_that_it_ends():
+    """A battery that falls below its limit twice violates twice; the robustness is by how much at most."""
+    feed = watched({"always": {"battery": "eve", "above": 0.3}})
+    for at, share in ((5, 0.2), (6, 0.1), (7, 0.5), (8, 0.25)):
+        low(feed, at, "eve", share)
+
+    assert [
+        (5.0, "p", "eve", "not: the battery of eve is above 30%"),
+        (8.0, "p", "eve", "not: the battery of eve is above 30%"),
+    ] == feed.end(9).violations
+
+
+def test_the_robustness_of_always_is_the_least_distance():
+    """A battery that was at 40 % at least is a tenth above its limit of 30 %."""
+    verdict = low(watched({"always": {"battery": "eve", "above": 0.3}}), 5, "eve", 0.4).end(9).verdict("p")
+
+    assert ("holds", pytest.approx(0.1)) == verdict[1:3]
+
+
+def test_each_robot_is_on_its_own():
+    """A star is each robot that has what the property speaks of, and the reason names none of them."""
+    feed = watched({"always": {"battery": "*", "above": 0.3}})
+    low(low(feed, 5, "wall_e", 0.2), 6, "eve", 0.1).end(9)
+
+    reason = "not: the battery of each robot is above 30%"
+    assert [(5.0, "p", "wall_e", reason), (6.0, "p", "eve", reason)] == feed.violations
+
+
+def test_a_robot_that_comes_later_is_watched_too():
+    """A robot that is spawned is one of each robot."""
+    feed = watched({"never": {"robot": "*", "at": "hall"}}, robots={"cart": {"at": "lab"}})
+    feed.event(5, "spawned", entity="late", type="carrier", at=[10.0, 0.0]).end(9)
+
+    assert [(5.0, "p", "late", "each robot is at hall")] == feed.violations
+
+
+def test_never_is_violated_by_each_event():
+    """Each instant with such an event is a violation."""
+    feed = watched({"never": DOOR})
+    for at in (3, 7):
+        feed.event(at, "door_opened", door="gate")
+
+    assert [3.0, 7.0] == [each[0] for each in feed.end(9).violations]
+
+
+def test_eventually_within_some_time_is_violated_when_it_is_over():
+    """What has not come by then is a violation at that time; what comes later does not count."""
+    feed = watched({"eventually": DOOR, "within": 10}).event(11, "door_opened", door="gate").end(20)
+
+    assert [(10.0, "p", "", "not within 10 s: door_opened")] == feed.violations
+
+
+def test_eventually_at_its_last_instant_is_in_time():
+    """Windows include their ends; nothing of the time is left then."""
+    verdict = watched({"eventually": DOOR, "within": 10}).event(10, "door_opened", door="gate").end(20).verdict("p")
+
+    assert ("holds", 0.0) == verdict[1:3]
+
+
+def test_a_window_that_the_end_cuts_off_is_undecided():
+    """A run that ends before the time is over does not say whether it would have come."""
+    feed = watched({"eventually": DOOR, "within": 10}).end(8)
+
+    assert ([], "undecided") == (feed.violations, feed.verdict("p").state)
+
+
+def test_what_never_comes_is_a_violation_at_the_end():
+    """Without a limit, the end of the run is the limit."""
+    feed = watched({"eventually": DOOR}).end(8)
+
+    assert [(8.0, "p", "", "never: door_opened")] == feed.violations
+
+
+def test_a_run_that_was_stopped_leaves_undecided_what_has_not_come():
+    """A search that ends a run as something else went wrong learns nothing of what might have come."""
+    feed = watched({"eventually": DOOR}).end(8, "stopped")
+
+    assert ([], "undecided") == (feed.violations, feed.verdict("p").state)
+
+
+def test_sometimes_is_never_violated_but_told():
+    """What does not happen is told as never exercised, what happens as often as it does."""
+    never, twice = watched({"sometimes": DOOR}).end(8), watched({"sometimes": DOOR})
+    twice.event(1, "door_opened", door="gate").event(1, "door_opened", door="gate").end(8)
+
+    assert ("never_exercised", "door_opened, 2 times") == (never.verdict("p").state, twice.verdict("p").text)
+
+
+def test_each_trigger_has_to_be_followed_by_its_own():
+    """An order that is delivered does not stand for another one that is not."""
+    feed = watched(IN_TIME)
+    deliver(place(place(feed, 5, "a"), 6, "b"), 30, "a").end(99)
+
+    assert [(66.0, "p", "b", "not within 60 s: order_delivered (order $order)")] == feed.violations
+
+
+def test_the_robustness_of_what_follows_is_the_least_time_that_was_left():
+    """Of 60 s, one was followed after 15 and the other one after 45."""
+    feed = watched(IN_TIME)
+    deliver(deliver(place(place(feed, 0, "a"), 0, "b"), 15, "a"), 45, "b")
+
+    assert ("holds", 0.25) == feed.end(99).verdict("p")[1:3]
+
+
+def test_a_trigger_that_the_end_cuts_off_is_undecided():
+    """What may follow after the end is neither followed nor violated."""
+    feed = place(watched(IN_TIME), 50, "a").end(99)
+
+    assert ([], "undecided") == (feed.violations, feed.verdict("p").state)
+
+
+def test_no_trigger_is_never_exercised():
+    """A property that nothing has triggered says nothing."""
+    assert "never_exercised" == watched(IN_TIME).end(9).verdict("p").state
+
+
+def test_what_comes_before_its_trigger_at_the_same_instant_does_not_follow_it():
+    """A goal that is accepted and aborted at one instant is not its own retry; the next one is."""
+    feed = watched(RETRIES).goal(5, "eve", GO, A, 1, 2, 6).goal(9, "wall_e", GO, B, 1)
+
+    assert [(35.0, "p", "eve", "not within 30 s: a goal of $robot is accepted")] == feed.end(99).violations
+
+
+def test_what_comes_after_its_trigger_at_the_same_instant_follows_it():
+    """A retry at once is in time."""
+    feed = watched(RETRIES).goal(5, "eve", GO, A, 1, 2, 6).goal(5, "eve", GO, B, 1).end(99)
+
+    assert ([], "holds") == (feed.violations, feed.verdict("p").state)
+
+
+def test_a_state_may_have_to_follow_of_what_the_trigger_names():
+    """The robot that breaks down is stopped at once, the one that slips need not be."""
+    feed = watched({**STOPS, "within": 1})
+    feed.event(5, "fault_began", fault="breakdown", name="b", robot="eve")
+    feed.event(6, "fault_began", fault="slip", name="s", robot="wall_e").end(9)
+
+    assert ([], "holds") == (feed.violations, feed.verdict("p").state)
+
+
+def test_a_state_that_does_not_follow_is_told_with_its_robot():
+    """Each trigger has a state of its own to wait for."""
+    feed = watched({"whenever": {"event": "picked"}, "then": {"robot": "$robot", "at": "ward_a"}, "within": 30})
+    feed.event(5, "picked", robot="eve", item="medicine").event(6, "picked", robot="wall_e", item="x")
+    feed.event(20, "teleported", entity="wall_e", at=[20.0, 0.0], yaw=0.0).end(99)
+
+    assert [(35.0, "p", "eve", "not within 30 s: $robot is at ward_a")] == feed.violations
+
+
+def test_a_state_triggers_when_it_begins_to_hold():
+    """A robot that comes to the lab, and stays there, triggers once."""
+    feed = watched({"whenever": {"robot": "wall_e", "at": "lab"}, "then": DOOR, "within": 10})
+    feed.event(5, "teleported", entity="wall_e", at=[0.0, 0.0], yaw=0.0).event(5, "door_opened", door="gate")
+    feed.event(6, "teleported", entity="wall_e", at=[10.0, 0.0], yaw=0.0)
+    feed.event(7, "teleported", entity="wall_e", at=[0.0, 0.0], yaw=0.0).end(99)
+
+    assert [(17.0, "p", "wall_e", "not within 10 s: door_opened")] == feed.violations
+
+
+def test_what_never_follows_is_a_violation_at_the_end():
+    """Without a limit it has the time of the run."""
+    feed = watched({**STOPS, "then": DOOR}).event(5, "fault_began", fault="breakdown", name="b", robot="eve").end(50)
+
+    assert [(50.0, "p", "eve", "never: door_opened")] == feed.violations
+
+
+def test_violations_are_told_as_soon_as_they_are_found():
+    """Whoever listens is called with each violation, in order of time."""
+    feed, told = watched(IN_TIME), []
+    feed.monitor.listen(lambda violation: told.append((violation.property, violation.at)))
+    place(feed, 5, "a").event(70, "door_opened", door="gate")
+
+    assert [] == told
+    place(feed, 71, "b")
+
+    assert [("p", seconds(65))] == told
+
+
+def test_nothing_happens_after_the_end():
+    """What comes when a simulation is torn down is no part of the run."""
+    feed = watched({"never": DOOR}).end(8).event(9, "door_opened", door="gate")
+    feed.monitor.end(None, Ended("failed"))
+
+    assert [] == feed.violations
