@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
-from hmrsim.diagnostics import meant, shown
+from hmrsim.diagnostics import Finding, Path, dotted, meant, shown
+from hmrsim.errors import Problem
 from hmrsim.properties.model import operators as by_operator
 from hmrsim.properties.model import patterns as by_pattern
 from hmrsim.properties.model.built_in import BuiltIn
@@ -114,3 +115,26 @@ class Properties(Part):
 
     properties: dict[Identifier, Property] = Field(default={}, description="By name.")
     built_in: BuiltIn = BuiltIn()
+    _file: str = "properties"
+    _line: Callable[[Path], int | None] = lambda _path: None
+
+    def located(self, file: str, line: Callable[[Path], int | None]) -> Self:
+        """Return the same properties, with their file and a function that returns the line of a path in it."""
+        copied = self.model_copy()
+        copied._file, copied._line = file, line  # noqa: SLF001 - its own
+        return copied
+
+    def problems(self, findings: Iterable[Finding]) -> list[Problem]:
+        """Return findings about these properties with their file and lines, in the order of the file."""
+        found = [
+            Problem(
+                self._file,
+                dotted(each.path),
+                each.message,
+                each.line or self._line(each.path),
+                each.value,
+                each.severity,
+            )
+            for each in findings
+        ]
+        return sorted(found, key=lambda problem: problem.line or 0)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import Finding, dotted, instead, shown
+from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import Problem, PropertyError, WorldError
 from hmrsim.events import EventPattern, registry
@@ -65,13 +65,13 @@ def _read(data: Any, file: str, line: Callable[[Place], int | None], found: Sequ
         message = f"expected a mapping with properties, built_in or both, got {shown(data)}"
         raise PropertyError([Problem(file, "", message)])
     try:
-        model = Properties.model_validate(data)
+        model = Properties.model_validate(data).located(file, line)
     except ValidationError as error:
         findings += [*explain(error, data, parts=_parts(data)), *flaws(_valid(data, error))]
-        raise PropertyError(_problems(file, findings, line)) from None
+        raise PropertyError(Properties().located(file, line).problems(findings)) from None
     findings += flaws(model)
     if findings:
-        raise PropertyError(_problems(file, findings, line))
+        raise PropertyError(model.problems(findings))
     return model
 
 
@@ -84,13 +84,6 @@ def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:
     return Properties.model_validate(
         {"properties": {name: each for name, each in known.items() if ("properties", name) not in wrong}}
     )
-
-
-def _problems(file: str, findings: Sequence[Finding], line: Callable[[Place], int | None]) -> list[Problem]:
-    problems = [
-        Problem(file, dotted(each.path), each.message, each.line or line(each.path), each.value) for each in findings
-    ]
-    return sorted(problems, key=lambda problem: problem.line or 0)
 
 
 def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
@@ -128,6 +121,7 @@ def flaws(properties: Properties) -> Iterator[Finding]:
             if isinstance(part, EventPattern):
                 yield from (Finding((*inner, *flaw.path), flaw.message, flaw.value) for flaw in part.flaws())
         yield from _unbound(path, each)
+        yield from _twice(path, each)
 
 
 def _unbound(path: Place, part: BaseModel) -> Iterator[Finding]:
@@ -148,6 +142,26 @@ def _unbound(path: Place, part: BaseModel) -> Iterator[Finding]:
             elif value[1:] not in bound:
                 message = f"the trigger has no field {value[1:]!r}{instead(value[1:], bound)}"
                 yield Finding((*inner, *key), message, value)
+
+
+_ORDERED: Final = (
+    "ordered_visit",
+    "strict_ordered_visit",
+    "fair_visit",
+    "ordered_patrolling",
+    "strict_ordered_patrolling",
+    "fair_patrolling",
+)
+"""Patterns that no run can keep if a place is in them twice."""
+
+
+def _twice(path: Place, part: BaseModel) -> Iterator[Finding]:
+    for field in _ORDERED:
+        places = getattr(part, field, ())
+        for i, place in enumerate(places):
+            if place in places[:i]:
+                message = f"{place!r} is there already; a place can have one position in an order"
+                yield Finding((*path, field, i), message, place)
 
 
 def trigger_of(part: BaseModel) -> BaseModel | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.errors import PropertyError
-from hmrsim.properties import properties_of, read_properties
+from hmrsim.properties import check_properties, properties_of, read_properties
+from tests.watching import ward
 
 EXAMPLE = """
 properties:
@@ -114,3 +115,109 @@ def test_a_file_that_is_not_there_is_an_error(tmp_path):
     """The error is one of properties, with the file's name."""
     with pytest.raises(PropertyError, match=r"none\.yaml: no such file"):
         read_properties(tmp_path / "none.yaml")
+
+
+def test_a_place_has_one_position_in_an_order():
+    """An order that names a place twice can't be kept; a sequence may."""
+    twice = ["lab", "hall", "lab"]
+
+    assert ["properties.x.ordered_visit.2: 'lab' is there already; a place can have one position in an order"] == told(
+        {
+            "properties": {
+                "x": {"ordered_visit": twice, "robot": "eve"},
+                "y": {"sequenced_visit": twice, "robot": "eve"},
+            }
+        }
+    )
+
+
+def checked(**said: object) -> list[tuple[str, str]]:
+    """Return what a world says to properties: severity, and path and message."""
+    properties = properties_of({"properties": said})
+    return [
+        (problem.severity, f"{problem.path}: {problem.message}")
+        for problem in properties.problems(check_properties(properties, ward()))
+    ]
+
+
+def test_what_the_world_has_is_right():
+    """Names of all kinds that the world has, those of its demand included, are no findings."""
+    assert [] == checked(
+        a={"never": {"robot": "*", "at": "charger"}},
+        b={"sometimes": {"all": [{"item": "medicine", "at": "ward_a"}, {"item": "pills_7", "carried_by": "eve"}]}},
+        c={"always": {"any": [{"battery": "*", "above": 0.1}, {"door": "gate", "is": "open"}]}},
+        d={"never": {"any": [{"order": "pills_3", "is": "late"}, {"lane": ["hall", "lab"], "is": "closed"}]}},
+        e={"never": {"any": [{"fault": "slip"}, {"goal": "aborted", "robot": "eve", "action": "wait"}]}},
+        f={"whenever": {"event": "door_opened", "where": {"door": "gate"}}, "then": {"event": "order_placed"}},
+        g={"fair_visit": ["lab", "ward_b"], "robot": "cart"},
+    )
+
+
+def test_names_that_the_world_lacks_are_errors():
+    """Each name is told with what there is instead."""
+    found = checked(
+        a={"never": {"robot": "eva", "at": "lap"}},
+        b={"never": {"item": "medicin", "carried": True}},
+        c={"always": {"battery": "cart", "above": 0.1}},
+        d={"never": {"door": "gat", "is": "open"}},
+        e={"never": {"lane": ["lab", "hal"], "is": "closed"}},
+        f={"never": {"fault": "slipp"}},
+        g={"never": {"goal": "aborted", "action": "wayt"}},
+        h={"never": {"event": "door_opened", "where": {"door": "gat"}}},
+        i={"visit": ["lab", "ward_c"], "robot": "eve"},
+    )
+
+    assert [
+        "properties.a.never.robot: no robot 'eva'; did you mean 'eve'?",
+        "properties.a.never.at: no waypoint, place or dock 'lap'; did you mean 'lab'?",
+        "properties.b.never.item: no item 'medicin'; did you mean 'medicine'?",
+        "properties.c.always.battery: cart has no battery; these have one: eve, wall_e",
+        "properties.d.never.door: no door 'gat'; did you mean 'gate'?",
+        "properties.e.never.lane: no lane 'lab-hal'; did you mean 'lab-hall'?",
+        "properties.f.never.fault: no kind of fault 'slipp'; did you mean 'slip'?",
+        "properties.g.never.action: no action 'wayt'; did you mean 'wait'?",
+        "properties.h.never.where.door: no door 'gat'; did you mean 'gate'?",
+        "properties.i.visit.1: no waypoint, place or dock 'ward_c'; did you mean 'ward_b'?",
+    ] == [message for severity, message in found if severity == "error"]
+
+
+def test_what_can_not_happen_in_a_world_is_a_warning():
+    """A property that nothing in this world can exercise says nothing, which is told before a search."""
+    found = checked(
+        a={"never": {"event": "lift_called"}},
+        b={"never": {"event": "deadlock"}},
+        c={"never": {"order": "letters_1", "is": "late"}},
+        d={"sometimes": {"robot": "cart", "is": "charging"}},
+        e={"sometimes": {"event": "script_ended"}},
+    )
+
+    assert [
+        ("warning", "properties.a.never.event: lift_called never comes in this world: it has no lifts"),
+        (
+            "warning",
+            (
+                "properties.b.never.event: deadlock never comes in this world: robots pass through each other "
+                "under the traffic policy free"
+            ),
+        ),
+        (
+            "warning",
+            (
+                "properties.c.never.order: no demand brings an order 'letters_1', so that only a client can; "
+                "there are pills_1"
+            ),
+        ),
+        ("warning", "properties.d.sometimes.is: cart has no battery, and never charges"),
+        ("warning", "properties.e.sometimes.event: script_ended never comes in this world: no robot has a script"),
+    ] == found
+
+
+def test_a_finding_has_the_line_of_its_file(tmp_path):
+    """What a world lacks is told where the file speaks of it."""
+    path = tmp_path / "p.yaml"
+    path.write_text("properties:\n  x:\n    never:\n      robot: eva\n      at: lab\n")
+    properties = read_properties(path)
+
+    (problem,) = properties.problems(check_properties(properties, ward()))
+
+    assert f"{path}:4: properties.x.never.robot: no robot 'eva'; did you mean 'eve'?" == str(problem)
