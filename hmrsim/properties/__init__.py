@@ -4,10 +4,12 @@ from hmrsim.properties.model.checking import check_properties
 from hmrsim.properties.model.file import Properties
 from hmrsim.properties.model.reading import properties_of, read_properties
 from hmrsim.properties.monitor import Monitor
+from hmrsim.properties.offline import Checked, check_recording, check_trace
 from hmrsim.properties.results import Ended, Verdict, Violation
 from hmrsim.properties.sink import MonitorSink
 
 __all__ = [
+    "Checked",
     "Ended",
     "Monitor",
     "MonitorSink",
@@ -15,6 +17,8 @@ __all__ = [
     "Verdict",
     "Violation",
     "check_properties",
+    "check_recording",
+    "check_trace",
     "properties_of",
     "read_properties",
 ]

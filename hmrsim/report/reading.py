@@ -116,7 +116,7 @@ def of_recording(recording: Recorded) -> ReportInput:
     """Return the content of a recording."""
     story = Story()
     for _, key, payload in recording.samples():
-        occurrence = _sampled(key, payload)
+        occurrence = sampled(key, payload)
         if occurrence is not None:
             story.take(occurrence)
     # Time continues after the last event, but a damaged file may have any end.
@@ -141,7 +141,7 @@ def of_recording(recording: Recorded) -> ReportInput:
 _SEED: Final = re.compile(r"[0-9]{1,20}")
 
 
-def _sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
+def sampled(key: str, payload: Mapping[str, Any]) -> Occurrence | None:
     """Return the occurrence of a sample of a recording, if it has one."""
     if not isinstance(payload, dict):
         return None

@@ -11,7 +11,7 @@ from hmrsim import __version__
 from hmrsim.errors import TraceError
 from hmrsim.report.content import ReportInput, notes_of
 from hmrsim.report.model import Source
-from hmrsim.report.occurrence import Misfit, occurrence_of, text
+from hmrsim.report.occurrence import Misfit, Occurrence, occurrence_of, text
 from hmrsim.report.robot_log import RobotLog
 from hmrsim.report.story import Story
 from hmrsim.trace.sections import begins_section
@@ -54,12 +54,7 @@ class _Section:
 
     def take(self, line: str, where: str) -> None:
         """Take its next line."""
-        event = _parsed(line, where)
-        try:
-            occurrence = occurrence_of(event)
-        except Misfit as error:
-            raise TraceError(f"{where}: {error}") from None
-        self.last = event["kind"]
+        occurrence, self.last = occurrence_in(line, where)
         self._story.take(occurrence)
 
     def content(self, why: str, *, complete: bool) -> ReportInput:
@@ -80,6 +75,19 @@ def _robots(header: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, robot in robots.items() if isinstance(robots, dict) else ():
         kind = robot.get("type", "") if isinstance(robot, dict) else ""
         yield name, kind if isinstance(kind, str) else ""
+
+
+def occurrence_in(line: str, where: str) -> tuple[Occurrence, str]:
+    """Return the occurrence of a line that is no header, and its kind.
+
+    Raises:
+        TraceError: It is none of a trace; the error says where it is.
+    """
+    event = _parsed(line, where)
+    try:
+        return occurrence_of(event), event["kind"]
+    except Misfit as error:
+        raise TraceError(f"{where}: {error}") from None
 
 
 def header_of(line: str, number: int = 1) -> Mapping[str, Any]:

@@ -1,0 +1,125 @@
+"""Which properties hold in the run of a trace, or of a recording."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli.columns import columns
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.tracing import errors_of, lines_of
+from hmrsim.cli.worlds import line_of
+from hmrsim.errors import PropertyError, printable
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.inputs import check_regular
+from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.properties import Properties, check_recording, read_properties
+from hmrsim.properties import check_trace as check_lines
+from hmrsim_zenoh.recording import open_recording
+
+if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
+    from hmrsim.properties import Checked, Verdict, Violation
+
+_MCAP: Final = b"\x89MCAP"
+_MOST: Final = 50
+"""Violations that are printed."""
+_WORDS: Final = {"never_exercised": "never exercised"}
+
+
+def add_trace_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a check of a run that is over."""
+    parser.add_argument(
+        "--trace", type=Path, metavar="TRACE|MCAP", help="check a run that is over: its trace, or its recording"
+    )
+    parser.add_argument(
+        "--properties",
+        type=Path,
+        metavar="FILE",
+        help="the properties to check, beside those that are built in, YAML or JSON",
+    )
+
+
+def check_trace(args: argparse.Namespace) -> int:
+    """Check the properties of *args.properties* on the run of *args.trace*; return the exit code.
+
+    It is 0 if none is violated, 1 if one is.
+
+    Raises:
+        TraceError: The file is neither a trace nor a recording.
+        PropertyError: The properties are not valid, or speak of what the world lacks.
+    """
+    properties = Properties() if args.properties is None else read_properties(args.properties)
+    collect_rarely()
+    with logging_to_stderr(args):
+        checked = _checked(args.trace, properties)
+    show_findings(properties, checked.findings)
+    for note in checked.notes:
+        warn(f"{args.trace}: {printable(note)}")
+    monitor = checked.monitor
+    if args.json:
+        show_json(as_json(checked))
+    else:
+        show_verdicts(monitor.verdicts())
+        show_violations(monitor.violations)
+    return ExitCode.FAILED if monitor.violations else ExitCode.DONE
+
+
+def show_findings(properties: Properties, findings: Sequence[Finding]) -> None:
+    """Print what should be noted of properties in their world.
+
+    Raises:
+        PropertyError: They speak of what it lacks.
+    """
+    problems = properties.problems(findings)
+    errors = [problem for problem in problems if problem.severity == "error"]
+    if errors:
+        raise PropertyError(errors)
+    for problem in problems:
+        warn(line_of(problem))
+
+
+def _checked(path: Path, properties: Properties) -> Checked:
+    with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+        check_regular(path)
+        with path.open("rb") as file:
+            begins = file.read(len(_MCAP))
+        if begins == _MCAP:
+            return check_recording(open_recording(path), properties)
+        return check_lines(lambda: lines_of(path), properties)
+
+
+def as_json(checked: Checked) -> dict[str, Any]:
+    """Return what has come of a check, in plain values."""
+    monitor = checked.monitor
+    return {
+        "violated": bool(monitor.violations),
+        "verdicts": [verdict.as_dict() for verdict in monitor.verdicts()],
+        "violations": [violation.as_dict() for violation in monitor.violations],
+        "notes": list(checked.notes),
+    }
+
+
+def show_verdicts(verdicts: Sequence[Verdict]) -> None:
+    """Print a line for each property."""
+    rows = [("property", "verdict", "robustness", "")]
+    for verdict in verdicts:
+        robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""
+        rows.append((verdict.property, _WORDS.get(verdict.state, verdict.state), robustness, verdict.text))
+    for line in columns(rows):
+        show(line)
+
+
+def show_violations(violations: Sequence[Violation]) -> None:
+    """Print the first violations, a line each, in order of time."""
+    if not violations:
+        return
+    show("")
+    for violation in violations[:_MOST]:
+        show(f"{violation.at / NANOSECONDS:9.3f} s  {violation.property}: {printable(violation.text)}")
+    if len(violations) > _MOST:
+        show(f"... and {len(violations) - _MOST} more")

@@ -1,0 +1,132 @@
+"""Watching over a run that is over: from its trace, or from its recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.engine.sim_time import stamp
+from hmrsim.errors import TraceError, WorldError
+from hmrsim.properties.model.checking import check_properties
+from hmrsim.properties.monitor import Monitor
+from hmrsim.properties.results import Ended
+from hmrsim.properties.sink import MonitorSink
+from hmrsim.report.reading import sampled
+from hmrsim.report.written import header_of, occurrence_in
+from hmrsim.trace.replay import replay
+from hmrsim.trace.sections import begins_section
+from hmrsim.world_checks.loading import world_of
+
+if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
+    from hmrsim.properties.model.file import Properties
+    from hmrsim.report.reading import Recorded
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.trace.replay import Outcome
+    from hmrsim.world.model import World
+
+_CUT_OFF = Ended("stopped")
+"""How a run has ended whose end is not in its file."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A run that was watched over.
+
+    Attributes:
+        monitor: Which properties hold.
+        findings: What the world lacks of what they speak of.
+        notes: What should be noted of how the run was read.
+    """
+
+    monitor: Monitor
+    findings: list[Finding]
+    notes: tuple[str, ...] = ()
+
+
+def check_trace(lines: Callable[[], Iterable[str]], properties: Properties) -> Checked:
+    """Watch over the run of a trace, all its sections one after the other, by replaying it.
+
+    If it can't be replayed exactly, only what it says itself is known.
+
+    Args:
+        lines: Returns its lines with their ends, from the first one; called up to three times.
+        properties: What has to hold.
+
+    Raises:
+        TraceError: It is not a trace.
+    """
+    world = _world(header_of(next(iter(lines()), ""))["world"]["definition"])
+    replayed = _Replayed(properties, world)
+    try:
+        outcome = replay(lines(), replayed.watch)
+    except TraceError as error:
+        return _as_written(lines(), properties, world, f"this version can't replay it ({error})")
+    if outcome.difference is not None:
+        why = f"the replay differs from line {outcome.difference.line} on"
+        return _as_written(lines(), properties, world, why)
+    return replayed.checked(outcome)
+
+
+class _Replayed:
+    """Watches over a replay."""
+
+    def __init__(self, properties: Properties, world: World) -> None:
+        self._monitor = Monitor(properties, world)
+        self._findings = check_properties(properties, world)
+        self._sinks: list[MonitorSink] = []
+
+    def watch(self, simulator: Simulator) -> list[MonitorSink]:
+        """Return the sink that watches over a simulator."""
+        self._sinks.append(MonitorSink(simulator, self._monitor))
+        return self._sinks
+
+    def checked(self, outcome: Outcome) -> Checked:
+        """Return what has come of it."""
+        for sink in self._sinks:
+            sink.weigh()
+        self._monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
+        notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
+        return Checked(self._monitor, self._findings, notes)
+
+
+def _as_written(lines: Iterable[str], properties: Properties, world: World, why: str) -> Checked:
+    monitor, last = Monitor(properties, world), ""
+    monitor.begin(0)
+    for number, line in enumerate(lines, 1):
+        if not line.endswith("\n") or number == 1 or begins_section(line):
+            continue
+        occurrence, last = occurrence_in(line, f"line {number}")
+        monitor.take(occurrence)
+    complete = last == "end"
+    monitor.end(None, None if complete else _CUT_OFF)
+    notes = [f"The trace could not be replayed exactly ({why}): where robots drive and how batteries empty is missing."]
+    if not complete:
+        notes.append("The trace is truncated: later events are missing.")
+    return Checked(monitor, check_properties(properties, world), tuple(notes))
+
+
+def check_recording(recording: Recorded, properties: Properties) -> Checked:
+    """Watch over the run of a recording.
+
+    Raises:
+        TraceError: Its world can't be read.
+    """
+    world = _world(recording.world)
+    monitor = Monitor(properties, world)
+    for _, key, payload in recording.samples():
+        occurrence = sampled(key, payload)
+        if occurrence is not None:
+            monitor.take(occurrence)
+    truncated = recording.truncated
+    monitor.end(None, _CUT_OFF if truncated else None)
+    notes = ("The recording is truncated: later events are missing.",) if truncated else ()
+    return Checked(monitor, check_properties(properties, world), notes)
+
+
+def _world(definition: Any) -> World:
+    try:
+        return world_of(dict(definition), "world")
+    except (WorldError, TypeError, ValueError) as error:
+        raise TraceError(f"its world can't be read: {error}") from None

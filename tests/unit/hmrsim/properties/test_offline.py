@@ -1,0 +1,125 @@
+"""Runs that are over: a trace, or a recording, says of properties what the run itself did."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from types import SimpleNamespace
+
+import pytest
+
+from hmrsim.errors import TraceError
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.properties import check_recording, check_trace, properties_of
+from hmrsim.report.sink import ReportSink
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.testing import simulation
+from hmrsim.trace.writer import Header, Trace
+from hmrsim.world_checks import load_world
+from tests.watching import watch
+
+TREE = "bt_controller.examples.hospital:mission"
+SAID = {
+    "properties": {
+        "arrives": {"eventually": {"item": "medicine", "at": "ward_a", "carried": False}, "within": 60},
+        "stays_out": {"never": {"robot": "eve", "at": "lab"}},
+        "charged": {"always": {"battery": "*", "above": 0.95}},
+        "not_long": {"whenever": {"event": "waiting"}, "then": {"robot": "$robot", "is": "driving"}, "within": 2},
+        "door_used": {"sometimes": {"event": "door_opened"}},
+        "order": {"ordered_visit": ["pharmacy", "ward_a"], "robot": "wall_e"},
+    }
+}
+
+
+@cache
+def traced() -> str:
+    """Return the trace of the hospital's mission."""
+    with simulation("hospital", tree=TREE) as run:
+        run.to_the_end()
+        return run.trace
+
+
+def lines(text=None):
+    """Return the function that returns the lines of a trace."""
+    return lambda: iter((traced() if text is None else text).splitlines(keepends=True))
+
+
+def told(monitor):
+    """Return what a monitor has found: violations without the last digits of their times."""
+    return [(round(each.at / 1e9, 3), each.property, each.subject, each.reason) for each in monitor.violations]
+
+
+def test_a_trace_says_what_the_run_did():
+    """The violations of a replay are those of the run that was traced."""
+    live = watch("hospital", TREE, SAID)
+
+    assert told(live) == told(check_trace(lines(), properties_of(SAID)).monitor) != []
+
+
+def test_a_recording_says_what_the_run_did():
+    """A recording has events, motions, scenes and now and then batteries: enough for the same violations."""
+    samples = []
+
+    def keep(happened):
+        stamp = Time.from_nanoseconds(happened.at).model_dump()
+        fields = getattr(happened.event, "fields", None)
+        if fields is not None:
+            samples.append((happened.at, "_world/scene", {**fields, "stamp": stamp}))
+        elif hasattr(happened.event, "kind"):
+            event = {**happened.event.to_json(), "kind": happened.event.kind, "stamp": stamp}
+            samples.append((happened.at, "_world/events", json.loads(json.dumps(event))))
+
+    world = load_world("scenario1").world
+    simulator = Simulator(world, RunSettings(), watchers=lambda each: [ReportSink(each, keep)])
+    simulator.run_scripts()
+    said = {"properties": {"stays": {"never": {"not": {"robot": next(iter(world.robots)), "is": "idle"}}}}}
+    recording = SimpleNamespace(
+        world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        truncated=False,
+        samples=lambda: iter(samples),
+    )
+
+    assert [] == told(check_recording(recording, properties_of(said)).monitor)
+
+
+def test_a_trace_that_can_not_be_replayed_is_read():
+    """A trace of another contract still says when goals ended and doors opened."""
+    header, *rest = traced().splitlines(keepends=True)
+    text = "".join([json.dumps({**json.loads(header), "contract": 99}) + "\n", *rest])
+
+    checked = check_trace(lines(text), properties_of({"properties": {"door": {"never": {"event": "door_opened"}}}}))
+
+    assert (11, True) == (
+        len(checked.monitor.violations),
+        "(this version can't replay it (line 1: a trace of contract 99;" in checked.notes[0],
+    )
+
+
+def test_a_truncated_trace_leaves_undecided_what_may_have_come():
+    """The end of a truncated trace is not the end of its run."""
+    text = "".join(traced().splitlines(keepends=True)[:60])
+    said = {"properties": {"never_comes": {"eventually": {"event": "run_reported"}}}}
+
+    checked = check_trace(lines(text), properties_of(said))
+
+    assert ([], "undecided", ("The trace is truncated: later events are missing.",)) == (
+        checked.monitor.violations,
+        checked.monitor.verdicts()[0].state,
+        checked.notes,
+    )
+
+
+def test_what_is_no_trace_is_an_error():
+    """The error says what was expected."""
+    with pytest.raises(TraceError, match="no header of a trace"):
+        check_trace(lines("hello\n"), properties_of({}))
+
+
+def test_a_recorder_that_was_not_there_is_no_error():
+    """A trace without anything but its header is a run in which nothing happened."""
+    header = Header.of(load_world("scenario1").world, RunSettings())
+    text = []
+    Trace(header, text.append).flush()
+
+    assert [] == check_trace(lines("".join(text)), properties_of({})).monitor.violations
