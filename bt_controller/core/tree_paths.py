@@ -17,6 +17,8 @@ def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
 
 def _below(node: Behaviour, path: str) -> Iterator[tuple[Behaviour, str]]:
     yield node, path
+    if not node.children:
+        return
     alike = Counter(child.name for child in node.children)
     seen: Counter[str] = Counter()
     for child in node.children:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -231,6 +232,11 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
 """What is known of composites and decorators, by class."""
 
 
+_CLASSES: Final = 1024
+"""How many classes are remembered: trees in XML make some of their own."""
+
+
+@lru_cache(_CLASSES)
 def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
     """Return what a leaf of a class can return."""
     for each in kind.__mro__:
@@ -241,13 +247,18 @@ def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
 
 def kind_of(node: Behaviour) -> Kind:
     """Return what is known of a node with children."""
-    if isinstance(node, ScriptConditions):
+    found, forgets = _known(type(node))
+    if found is _UNKNOWN and isinstance(node, ScriptConditions):
         ends = {"_successIf": _S, "_failureIf": _F, "_skipIf": _SKIPPED, "_while": _SKIPPED}
         more = [outcome for attribute, outcome in ends.items() if attribute in node.scripts]
         return Kind(_also(_whole(more)), halts=_all if "_while" in node.scripts else _none)
-    for each in type(node).__mro__:
+    return Kind(found.returns, _later, found.recovers) if forgets and not getattr(node, "memory", True) else found
+
+
+@lru_cache(_CLASSES)
+def _known(kind: type[Behaviour]) -> tuple[Kind, bool]:
+    """Return what is known of a class, and whether its nodes may have no memory."""
+    for each in kind.__mro__:
         if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
-            if isinstance(node, (SequenceOfPyTrees, Selector)) and not node.memory:
-                return Kind(found.returns, _later, found.recovers)
-            return found
-    return _UNKNOWN
+            return found, issubclass(kind, (SequenceOfPyTrees, Selector))
+    return _UNKNOWN, False

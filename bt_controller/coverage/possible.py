@@ -6,8 +6,9 @@ and a failure can be recovered if one above it tries something else, or the same
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from itertools import repeat
+from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage.kinds import Outcomes, kind_of, outcomes_of_leaf
 from bt_controller.coverage.outcomes import CANCELED, FAILURE, RECOVERED, RUNNING
@@ -15,38 +16,53 @@ from bt_controller.coverage.outcomes import CANCELED, FAILURE, RECOVERED, RUNNIN
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
+_CANCELED: Final = frozenset({CANCELED})
+_RECOVERED: Final = frozenset({RECOVERED})
 
-def possible_outcomes(root: Behaviour) -> Iterator[tuple[Behaviour, Outcomes]]:
-    """Yield the nodes of a tree, parents first, with what can happen to each of them."""
+
+def possible_outcomes(root: Behaviour) -> dict[Behaviour, Outcomes]:
+    """Return what can happen to each node of a tree; parents come first."""
     returned: dict[Behaviour, Outcomes] = {}
     _returns(root, returned)
-    yield from _marked(root, returned, halted=False, recovered=False)
+    found: dict[Behaviour, Outcomes] = {}
+    _mark(root, returned, found, halted=False, recovered=False)
+    return found
 
 
 def recovers(node: Behaviour) -> bool:
     """Return whether a node makes up for a failure of one of its children."""
     count = len(node.children)
-    return any(kind_of(node).recovers(index, count) for index in range(count))
+    return count > 0 and any(map(kind_of(node).recovers, range(count), repeat(count)))
 
 
-def _marked(
-    node: Behaviour, returned: Mapping[Behaviour, Outcomes], *, halted: bool, recovered: bool
-) -> Iterator[tuple[Behaviour, Outcomes]]:
-    found = returned[node]
-    canceled = {CANCELED} if halted and RUNNING in found else set[str]()
-    yield node, found | canceled | ({RECOVERED} if recovered and FAILURE in found else set[str]())
-    kind, count = kind_of(node), len(node.children)
+def _mark(
+    node: Behaviour,
+    returned: Mapping[Behaviour, Outcomes],
+    found: dict[Behaviour, Outcomes],
+    *,
+    halted: bool,
+    recovered: bool,
+) -> None:
+    """Find what can happen to a node and those below it, by what can happen above it."""
+    outcomes = returned[node]
+    if halted and RUNNING in outcomes:
+        outcomes |= _CANCELED
+    if recovered and FAILURE in outcomes:
+        outcomes |= _RECOVERED
+    found[node] = outcomes
+    if not (count := len(node.children)):
+        return
+    kind = kind_of(node)
     for index, child in enumerate(node.children):
-        yield from _marked(
-            child,
-            returned,
-            halted=halted or kind.halts(index, count),
-            recovered=kind.recovers(index, count) or (recovered and not kind.swallows(index, count)),
-        )
+        may_halt = halted or kind.halts(index, count)
+        may_recover = kind.recovers(index, count) or (recovered and not kind.swallows(index, count))
+        _mark(child, returned, found, halted=may_halt, recovered=may_recover)
 
 
 def _returns(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
-    children = [_returns(child, returned) for child in node.children]
-    found = kind_of(node).returns(children) if children else outcomes_of_leaf(type(node))
+    if node.children:
+        found = kind_of(node).returns([_returns(child, returned) for child in node.children])
+    else:
+        found = outcomes_of_leaf(type(node))
     returned[node] = found
     return found

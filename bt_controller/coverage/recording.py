@@ -42,7 +42,7 @@ _SELF: Final = "{robot}"
 
 def watched(root: Behaviour, robot: str | None) -> Iterator[tuple[Behaviour, NodeCoverage]]:
     """Yield the nodes of a tree, parents first, with nothing counted; the robot's name in paths is ``{robot}``."""
-    possible = dict(possible_outcomes(root))
+    possible = possible_outcomes(root)
     own = None if robot is None else re.compile(rf"\b{re.escape(robot)}\b")
     places: dict[Behaviour, tuple[int, ...]] = {root: ()}
     for node, path in paths(root):
@@ -75,6 +75,12 @@ class _Seen:
     leaf: ActionLeaf[Any, Any, Any] | None
     handle: GoalHandle[Any, Any] | None = None
     halted: int = 0
+
+
+def _measure(node: Behaviour, sizes: dict[Behaviour, int]) -> int:
+    """Note how many nodes each subtree has."""
+    size = sizes[node] = 1 + sum([_measure(child, sizes) for child in node.children])
+    return size
 
 
 class Recorder:
@@ -115,7 +121,7 @@ class Recorder:
 
     def _note(self, node: Behaviour) -> None:
         """Count the result of a tick."""
-        seen = self._of(node)
+        seen = self._seen.get(node) or self._of(node)
         status, counts = node.status, seen.covered.counts
         if status is Status.RUNNING:
             counts[RUNNING] += 1
@@ -169,10 +175,11 @@ class Recorder:
         """Number the nodes, and listen to those that are new."""
         self._failed.clear()
         self._by_number.clear()
+        sizes: dict[Behaviour, int] = {}
+        _measure(self._root, sizes)
         for number, (node, recoverable, covered) in enumerate(self._counted()):
-            size = sum(1 for _ in node.iterate())
             leaf = node if isinstance(node, ActionLeaf) else None
-            seen = _Seen(number, number + size, covered, recoverable, recovers(node), leaf)
+            seen = _Seen(number, number + sizes[node], covered, recoverable, recovers(node), leaf)
             self._by_number.append(seen)
             if node not in self._seen:
                 self._listen(node)

@@ -20,7 +20,7 @@ from bt_controller.coverage.possible import possible_outcomes
 
 def possible(root, name):
     """Return what can happen to the node of a name, without RUNNING."""
-    return next(outcomes for node, outcomes in possible_outcomes(root) if node.name == name) - {"RUNNING"}
+    return next(outcomes for node, outcomes in possible_outcomes(root).items() if node.name == name) - {"RUNNING"}
 
 
 def sequence(*children, memory=True):
