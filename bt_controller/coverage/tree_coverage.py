@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -43,12 +42,12 @@ class _Tree:
 
     def _way(self, path: str) -> tuple[tuple[int, str], ...]:
         """Return the way from the root to a node."""
-        node, above = self.nodes[path], path
-        while "/" in above:
-            above = above.rpartition("/")[0]
+        above, way = path, []
+        while above:
             if above in self.nodes:
-                return *self._way(above), (node.place[-1], path)
-        return ((0, path),)
+                way.append((next(reversed(self.nodes[above].place), 0), above))
+            above = above.rpartition("/")[0]
+        return tuple(reversed(way))
 
 
 class TreeCoverage:
@@ -128,8 +127,11 @@ class TreeCoverage:
             CoverageError: It has told something else.
         """
         try:
-            read = _File.model_validate(json.loads(values) if isinstance(values, (str, bytes)) else values)
-        except (ValidationError, ValueError) as error:
+            if isinstance(values, (str, bytes)):
+                read = _File.model_validate_json(values)
+            else:
+                read = _File.model_validate(values)
+        except ValidationError as error:
             why = _reason(error)
             raise CoverageError(
                 f"no coverage of trees: {why}; expected what --coverage FILE.json has written"
@@ -175,9 +177,7 @@ def _plain(node: NodeCoverage) -> dict[str, Any]:
     return {**told, "possible": sorted(node.possible), "counts": counts}
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: ValidationError) -> str:
     """Return the first reason as one line."""
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc'])) or 'the file'}: {first['msg']}"
-    return str(error)
+    first = error.errors()[0]
+    return f"{'.'.join(map(str, first['loc'])) or 'the file'}: {first['msg']}"

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
+from bt_controller.core.blackboards import Board
+from bt_controller.coverage import TreeCoverage
+from bt_controller.loading.trees import load
 from hmrsim.actions import registry as actions
 from hmrsim.cli.rosout import told
 from hmrsim.protocol.commands import CancelGoal, SendGoal
@@ -60,7 +63,7 @@ class Sample:
     """A valid file.
 
     Attributes:
-        kind: What reads it: ``world``, ``tree``, ``trace``, ``recording`` or ``settings``.
+        kind: What reads it: ``world``, ``tree``, ``coverage``, ``trace``, ``recording`` or ``settings``.
         name: Its name, with the suffix that readers look at.
     """
 
@@ -72,7 +75,8 @@ class Sample:
 @cache
 def samples() -> tuple[Sample, ...]:
     """Return all files, smaller ones of a kind first."""
-    found = [*_worlds(), *_trees(), *_traces(), *_recordings(), Sample("settings", "settings.yaml", _SETTINGS)]
+    found = [*_worlds(), *_trees(), *_traces(), *_recordings(), _coverage()]
+    found.append(Sample("settings", "settings.yaml", _SETTINGS))
     return tuple(sorted(found, key=lambda sample: (sample.kind, len(sample.content), sample.name)))
 
 
@@ -91,6 +95,14 @@ def _trees() -> list[Sample]:
     folders = [ROOT / "examples", TESTS / "system", TESTS / "unit" / "bt_controller" / "xml" / "data"]
     files = [path for folder in folders for path in folder.glob("*.xml")]
     return [Sample("tree", path.name, path.read_bytes()) for path in files]
+
+
+def _coverage() -> Sample:
+    coverage = TreeCoverage()
+    for path in sorted((ROOT / "examples").glob("*.xml")):
+        with Board().in_use():
+            coverage.watch(path.name, load(str(path)).build())
+    return Sample("coverage", "seen.json", json.dumps(coverage.to_json()).encode())
 
 
 def _eventful(**options: Any) -> Run:

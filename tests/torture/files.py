@@ -102,6 +102,7 @@ _COMMANDS: Final[dict[str, tuple[tuple[str, Callable[[str], int], float], ...]]]
         ("hmrsim map convert {} -", lambda path: hmrsim(["map", "convert", path, "-"]), 0.1),
     ),
     "tree": (("bt-controller check {}", lambda path: bt_controller.cli.main(["check", path]), 1.0),),
+    "coverage": (("bt-controller coverage {}", lambda path: bt_controller.cli.main(["coverage", path]), 1.0),),
     "trace": (
         ("hmrsim replay {}", lambda path: hmrsim(["replay", path]), 0.5),
         ("hmrsim report {} --json", lambda path: hmrsim(["report", path, "--json"]), 0.5),
