@@ -71,6 +71,17 @@ class Environment(_Clock):
         self.schedule(alarm, NORMAL, delay)
         return alarm
 
+    def alarm_at(self, at: float, ring: Callable[[], None]) -> Alarm:
+        """Likewise at this very time, in simulated seconds, which a delay added to a time may miss by rounding.
+
+        Raises:
+            ValueError: The time is NaN.
+        """
+        alarm = Alarm(self, ring)
+        self.schedule_at(alarm, at)
+        self._background += 1
+        return alarm
+
     def cancel(self, alarm: Alarm) -> None:
         """Cancel an alarm; one that has rung is ignored."""
         if alarm.callbacks is not None and alarm.callbacks is not _ABANDONED:

@@ -126,13 +126,17 @@ class Exchange:
         self.notify()
 
     def wait_while(self, holds: Callable[[], bool]) -> None:
-        """Wait in the calling thread while something holds; it is looked at whenever another thread has settled."""
-        if not holds():
+        """Wait in the calling thread while something holds; it is looked at while the simulation does not run."""
+
+        def over() -> bool:
+            return not (self._running or holds())
+
+        if over():
             return
         with self._settled:
             self._settling += 1
             try:
-                self._settled.wait_for(lambda: not holds())
+                self._settled.wait_for(over)
             finally:
                 self._settling -= 1
 

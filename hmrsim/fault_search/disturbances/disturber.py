@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
@@ -101,7 +102,9 @@ class Disturber:
             raise AssertionError
         waiting.due = self._simulator.now + after
         if after > 0.0:
-            self._simulator.env.alarm(after, partial(self._intervene, waiting))
+            # A trace has whole nanoseconds, and its replay has to come to the same time.
+            waiting.due = math.ceil(waiting.due * NANOSECONDS) / NANOSECONDS
+            self._simulator.env.alarm_at(waiting.due, partial(self._intervene, waiting))
         else:
             self._intervene(waiting)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
 """Why a participant is dropped whose controller was killed."""
 
-_GRACE: Final = 5.0
+GRACE: Final = 5.0
 """Wall seconds that a controller in a thread of its own has to end after it was killed."""
 
 
@@ -78,16 +78,16 @@ class Actor:
         self.killed = True
         self._host.cut(self._session, ControllerKilled(f"the controller {self.name!r} is killed"))
         lockstep = self._host.pacing.lockstep
-        lockstep.expect_no_more(self.name)
         if self.name in lockstep.participants:
             lockstep.drop(self.name, TOKEN_GONE)
+        lockstep.expect_no_more(self.name)
 
     def end(self) -> None:
         """Kill one that runs in a thread of its own, while time stands, and wait for its end."""
         if self.plays_aside():
             self._submit(self.kill)
             self._host.cut(self._session, ControllerKilled("the run has ended"))
-            self.plays_aside(_GRACE)
+            self.plays_aside(GRACE)
         self.close()
 
     def close(self) -> None:

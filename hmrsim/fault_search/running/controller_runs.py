@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.experiments.results.row import CRASHED, HUNG
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, WallLimit
 from hmrsim.fault_search.disturbances import Disturber
-from hmrsim.fault_search.running.actors import Actor
+from hmrsim.fault_search.running.actors import GRACE, Actor
 
 if TYPE_CHECKING:
     from hmrsim.experiments.running.controllers import Controller
@@ -110,6 +110,8 @@ class _Cast:
         """Start one more controller beside the first; those before it come first in all that they say."""
         before = (self._name, *(each.name for each in self._others))
         lockstep = self._host.pacing.lockstep
+        # The run ends with the first one, which may have left lockstep by then.
+        lockstep.keep(self._name)
         name = f"{self._name}_{len(before) + 1}"
         actor = Actor(self._host, self._controller, name, lambda: not {*before}.isdisjoint(lockstep.waiting_for))
         self._others.append(actor)
@@ -120,7 +122,12 @@ class _Cast:
         while not self._restarts.is_set():
             self._host.go_on()
             plays = any(each.plays_aside(_POLL) for each in self._others)
-            if self._host.pacing.over or not (plays or self._restarts.is_set()):
+            if self._host.pacing.over:
+                # The others are told of the end, and have an ending of their own by then.
+                for each in self._others:
+                    each.plays_aside(GRACE)
+                return False
+            if not (plays or self._restarts.is_set()):
                 return False
         self._restarts.clear()
         return not self._host.pacing.over

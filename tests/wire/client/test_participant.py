@@ -70,7 +70,7 @@ def participant(keeper, client):  # noqa: ARG001 - who answers
 def test_joining_returns_epoch_and_time(keeper, participant):
     """The first advance begins with them."""
     assert (participant.epoch, participant.now) == (4, 2.5)
-    assert keeper.of("join") == [{"name": "nurse"}]
+    assert [request["name"] for request in keeper.of("join")] == ["nurse"]
 
 
 def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):

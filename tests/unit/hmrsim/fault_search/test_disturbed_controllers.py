@@ -9,6 +9,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.events.simulation import RunReported
+from hmrsim_zenoh import Commander
 from hmrsim_zenoh.errors import Idle
 from tests.cases import case
 
@@ -161,6 +162,18 @@ class TestSecond:
 
         assert ("succeeded", [(0, "nurse"), (4, "nurse_2"), (14, "nurse_2")]) == (run.ending, goals(run))
 
+    def test_the_run_ends_with_the_first_one(self, disturbed, waiting):
+        """Also where that has left lockstep before it ends: the other does nothing more."""
+
+        def leaving(client, robots):
+            waiting(10)(client, robots)
+            client.lockstep.close()
+            return False
+
+        run = disturbed(leaving, SECOND)
+
+        assert [(4, 6), (4, 6)] == statuses(run)
+
     def test_its_crash_is_one(self, disturbed, waiting):
         """Two of them are no reason to crash."""
 
@@ -235,6 +248,19 @@ def test_a_delay_goes_on_after_a_reset(disturbed, waiting):
     run = disturbed(waiting(10, 10), RESET, STALLED | {"when": executing(after=6.0)})
 
     assert [(4.0, "simulation_reset"), (2.0, "controller_stalled")] == run.acted
+
+
+def test_a_delay_ends_at_a_whole_nanosecond(disturbed):
+    """As a trace has it, so that a replay comes to the very same time."""
+
+    def going(client, _robots):
+        Commander(client, "ann").go_to_pose(1 / 3, 0)
+        Commander(client, "ann").go_to_pose(10, 0)
+        return True
+
+    run = disturbed(going, RESET | {"when": {"goal": "succeeded", "after": 1 / 7}})
+
+    assert run.replay.difference is None
 
 
 def test_each_disturbance_happens_once(disturbed, waiting):
