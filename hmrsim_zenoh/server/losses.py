@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 if TYPE_CHECKING:
     import zenoh
 
 
+_FIELDS: Final = ("key_expr", "selector", "parameters", "payload", "encoding", "attachment")
+"""What can be read of a query."""
+
+
 class Losses:
     """What of requests and answers is lost, or comes twice: nothing, unless that is asked for.
 
-    Readings are left alone, which are queries without a payload: they are repeated without a thought.
+    Readings are left alone, which are queries with an empty payload or none: they are repeated without a thought.
     """
 
     def __init__(self) -> None:
@@ -33,7 +37,10 @@ class Losses:
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
-        if query.payload is None:
+        if not (self._watching or self._requests):
+            return (query,)
+        payload = query.payload
+        if payload is None or not payload.to_bytes():
             return (query,)
         watched = cast("zenoh.Query", _Watched(query, self)) if self._watching else query
         if not self._requests:
@@ -71,10 +78,13 @@ class _Repeated:
     """A query that has come again: nobody hears the answers to it, as with those to the first one it has ended."""
 
     def __init__(self, query: zenoh.Query) -> None:
-        self._query = query
+        # Nothing can be read of the first one once that has ended.
+        self._read = {name: getattr(query, name, None) for name in _FIELDS}
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._query, name)
+        if name not in _FIELDS:
+            raise AttributeError(name)
+        return self._read[name]
 
     def reply(self, *arguments: Any, **options: Any) -> None:
         """Send nothing."""
