@@ -44,6 +44,19 @@ class RecordSettings(Settings):
     ] = None
 
 
+class MonitorSettings(Settings):
+    """Whether properties of a run are watched."""
+
+    monitor: Annotated[
+        Path | None,
+        Option(
+            "watch over the properties in a file: a violation is logged, shown on the page and recorded, and the exit "
+            "code is 1",
+            "FILE",
+        ),
+    ] = None
+
+
 class ViewSettings(Settings):
     """Whether the page of a run is served."""
 
@@ -107,6 +120,7 @@ SERVED: Final = (
     WorldSettings,
     TraceSettings,
     RecordSettings,
+    MonitorSettings,
     RunSettings,
     ViewSettings,
     Ros2Settings,

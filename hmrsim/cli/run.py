@@ -22,6 +22,7 @@ examples:
   hmrsim run hospital --secure keys --listen tls/0.0.0.0:7447
   hmrsim run hospital --listen tcp/127.0.0.1:7450 --duration 600 --json
   hmrsim run scenario1 --view
+  hmrsim run hospital --monitor properties.yaml
   hmrsim run scenario1 --ros2
   hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
 

@@ -19,6 +19,7 @@ from hmrsim.cli.heap import Heap
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
+from hmrsim.cli.run_monitor import RunMonitor
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import read_world, show_warnings
@@ -34,7 +35,7 @@ from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.errors import ParticipantLost
 from hmrsim_zenoh.hosting.host import Host
-from hmrsim_zenoh.settings import SERVED, RecordSettings, Ros2Settings, ViewSettings
+from hmrsim_zenoh.settings import SERVED, MonitorSettings, RecordSettings, Ros2Settings, ViewSettings
 from hmrsim_zenoh.wire.exposure import exposed
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -60,6 +61,7 @@ class _Asked:
         self.ros2 = read(Ros2Settings)
         self.trace = read(TraceSettings).trace
         self.record = read(RecordSettings).record
+        self.monitor = read(MonitorSettings).monitor
         self.view = read(ViewSettings).view
         self.log_level = read(ServerLogOptions).number
 
@@ -73,22 +75,23 @@ def run(args: argparse.Namespace) -> int:
     loaded = read_world(args, below=asked.below)
     check_outputs(
         [("--trace", asked.trace), ("--record", asked.record)],
-        [*loaded.files, args.settings, asked.session.zenoh_config],
+        [*loaded.files, args.settings, asked.monitor, asked.session.zenoh_config],
     )
     show_warnings(loaded)
+    monitor = RunMonitor(asked.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(asked.trace, loaded.world, run)
     screen = display(loaded.world.name, asked.log_level, on_terminal=sys.stderr.isatty())
     heap = Heap()
-    with _recording(asked.record, run) as watchers:
+    with _recording(asked.record, run) as recording:
         host = Host(
             loaded,
             asked.session,
             run,
             wires=wires,
             sinks=[*trace.sinks, *screen.sinks],
-            watchers=watchers,
+            watchers=lambda simulator, pacing: [*recording(simulator, pacing), *monitor.sinks(simulator)],
             on_wait=[trace.flush, *screen.on_wait],
             preparations=screen.preparations,
         )
@@ -103,6 +106,7 @@ def run(args: argparse.Namespace) -> int:
                     [refresh, heap.give_back],
                     lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json),
                 )
+            monitor.end(host.simulator.now)
             if isinstance(host.error, HmrsimError) and not isinstance(host.error, ParticipantLost):
                 raise host.error
     if isinstance(host.error, HmrsimError):
@@ -111,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
-    return ExitCode.DONE
+    return ExitCode.FAILED if monitor.violated else ExitCode.DONE
 
 
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:

@@ -208,6 +208,7 @@ def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
 
 INPUTS = {
     "--allow-files",
+    "--monitor",
     "--overlay",
     "--secure",
     "--settings",

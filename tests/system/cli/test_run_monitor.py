@@ -1,0 +1,68 @@
+"""``hmrsim run --monitor``: properties are watched while the world is served."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim_zenoh.recording import open_recording
+
+FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
+WORLD = {
+    "waypoints": {"home": [0, 0], "shelf": [3, 0]},
+    "lanes": [["home", "shelf"]],
+    "robots": {"eve": {"at": "home", "script": ["Go shelf"]}},
+}
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Return the function that runs a robot's way to the shelf, and watches over properties."""
+
+    def serve(properties):
+        (tmp_path / "world.yaml").write_text(json.dumps(WORLD))
+        (tmp_path / "properties.yaml").write_text(json.dumps({"properties": properties}))
+        files = ("--trace", str(tmp_path / "run.jsonl"), "--record", str(tmp_path / "run.mcap"))
+        watched = ("--monitor", str(tmp_path / "properties.yaml"))
+        speed = ("--duration", "5", "--real-time-factor", "20")
+        return main(["run", str(tmp_path / "world.yaml"), *watched, *speed, *files, *FREE_PORT])
+
+    return serve
+
+
+def test_a_violation_is_logged_and_makes_the_exit_code_1(run, capfd):
+    """The line says which property is violated, when and why."""
+    code = run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
+
+    lines = [line for line in capfd.readouterr().err.splitlines() if "[ERROR]" in line]
+    assert (1, ["sim 3.000", "the property away is violated at 2 s: eve is at shelf"]) == (
+        code,
+        lines[0].split(" | ")[1:],
+    )
+
+
+def test_a_violation_is_recorded_and_not_traced(run, tmp_path):
+    """The recording has the event for all who look at it; a trace must not depend on who watches."""
+    run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
+
+    recorded = [
+        event for event in open_recording(tmp_path / "run.mcap").events() if event["kind"] == "property_violated"
+    ]
+    assert ([("away", "eve", "eve is at shelf")], False) == (
+        [(event["property"], event["subject"], event["reason"]) for event in recorded],
+        "property_violated" in (tmp_path / "run.jsonl").read_text(),
+    )
+
+
+def test_a_run_without_a_violation_is_a_success(run):
+    """What holds, and what a run that is stopped leaves undecided, is no failure."""
+    assert 0 == run({"away": {"never": {"robot": "eve", "is": "waiting"}}, "back": {"eventually": {"event": "picked"}}})
+
+
+def test_properties_of_what_the_world_lacks_are_wrong_use(run, capsys):
+    """The world is not served."""
+    code = run({"away": {"never": {"robot": "eva", "at": "shelf"}}})
+
+    assert (2, True) == (code, "no robot 'eva'; did you mean 'eve'?" in capsys.readouterr().err)
