@@ -34,6 +34,7 @@ TINY = {
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
     "gym": {"rounds": 1, "horizon": 100.0},
     "in_process": {"rounds": 1, "runs": 1, "missions": 1},
+    "properties": {"rounds": 1, "samples": 100, "missions": 1},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
     "loading": {"side": 10, "lanes": 20, "walls": 3, "rounds": 1},
     "lockstep": {
