@@ -45,6 +45,8 @@ def search(args: argparse.Namespace) -> int:
     """Search for failures; return the exit code."""
     make, workers = factory_of(args.executor, args.jobs)
     check = _check(args)
+    for problem in check.warnings:
+        warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
     with Evaluator(check, make, workers or 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]

@@ -18,6 +18,7 @@ from hmrsim.world_checks.loading import BaseWorld, world_of
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.errors import Problem
     from hmrsim.experiments.file.model import Treatment
     from hmrsim.fault_search.file.model import CheckFile
     from hmrsim.fault_search.schedules.case import Case
@@ -41,6 +42,7 @@ class Check:
         source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
         properties: The properties that have to hold.
         limit: Seconds of simulated time by which the controller has to end.
+        warnings: What can be checked but says nothing, such as a property of what can't happen in this world.
     """
 
     place: str
@@ -49,6 +51,7 @@ class Check:
     source: str | None
     properties: Properties
     limit: float
+    warnings: tuple[Problem, ...] = ()
     _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
 
     def __hash__(self) -> int:

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from hmrsim.diagnostics import Finding, dotted, instead, shown
+from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.experiments.file.model import Treatment
 from hmrsim.experiments.running.controllers import controller_of
@@ -23,12 +24,15 @@ from hmrsim.fault_search.space.changes import KINDS as CHANGES
 from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
 from hmrsim.fault_search.space.faults import fault_kinds
 from hmrsim.fault_search.space.model import Space
-from hmrsim.properties import Properties, properties_of, read_properties
+from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 from hmrsim.world_checks.validation import Lost
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
 
 M = TypeVar("M", bound=CheckFile)
 
@@ -75,11 +79,22 @@ class _Read:
     def raise_if(self, findings: Sequence[Finding]) -> None:
         """Raise all findings with their lines, if there are any."""
         if findings:
-            problems = [
-                Problem(self.file, dotted(each.path), each.message, each.line or self.line(each.path), each.value)
-                for each in findings
-            ]
-            raise CheckError(sorted(problems, key=lambda problem: problem.line or 0))
+            raise CheckError(self.problems(findings))
+
+    def problems(self, findings: Sequence[Finding]) -> list[Problem]:
+        """Return findings with the file and their lines, in order."""
+        problems = [
+            Problem(
+                self.file,
+                dotted(each.path),
+                each.message,
+                each.line or self.line(each.path),
+                each.value,
+                each.severity,
+            )
+            for each in findings
+        ]
+        return sorted(problems, key=lambda problem: problem.line or 0)
 
 
 def read_check(path: str | Path) -> Check:
@@ -199,12 +214,17 @@ def _checked(
     except PropertyError as error:
         problems += error.problems
     source = None if isinstance(model.world, dict) else _world(model.world, home)
-    check = Check(said.file, folder, model, source, properties, model.limits.simulated or DEFAULT_LIMIT)
+    # Where they are from is of no use to a worker.
+    plain = properties.located(said.file, _nowhere)
+    check = Check(said.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
     try:
         world = check.world
     except WorldError as error:
         problems += error.problems
     else:
+        told = _of_properties(said, model, properties, world)
+        problems += [problem for problem in told if problem.severity == "error"]
+        check = replace(check, warnings=tuple(problem for problem in told if problem.severity != "error"))
         findings += _of_space(model.space, world)
         findings += also(check)
     if model.controller.in_process:
@@ -214,12 +234,22 @@ def _checked(
             findings.append(Finding(("controller",), str(error)))
     errors = [each for each in findings if each.severity == "error"]
     if problems:
-        line_known = [
-            Problem(said.file, dotted(each.path), each.message, said.line(each.path), each.value) for each in errors
-        ]
-        raise CheckError([*problems, *line_known])
+        raise CheckError([*problems, *said.problems(errors)])
     said.raise_if(errors)
     return check
+
+
+def _nowhere(_path: Place) -> int | None:
+    """Return no line."""
+    return None
+
+
+def _of_properties(said: _Read, model: CheckFile, properties: Properties, world: World) -> list[Problem]:
+    """Return what properties speak of in vain in a world, with their file and lines."""
+    found = check_properties(properties, world)
+    if isinstance(model.properties, str):
+        return properties.problems(found)
+    return said.problems([replace(each, path=("properties", *each.path)) for each in found])
 
 
 def _properties(model: CheckFile, home: Path, place: str) -> Properties:
@@ -234,7 +264,7 @@ def _world(source: str, home: Path) -> str:
     return str(beside) if beside.is_file() or Path(source).suffix else source
 
 
-def _of_space(space: Space, world: Any) -> Iterator[Finding]:
+def _of_space(space: Space, world: World) -> Iterator[Finding]:
     kinds = [*fault_kinds(), *CHANGES, *DISTURBANCES]
     for key, names in (("only", space.only or ()), ("without", space.without), ("also", space.also)):
         for i, name in enumerate(names):

@@ -30,12 +30,10 @@ Strategy = Literal["guided", "random"]
 
 BATCH: Final = 32
 """Cases that are proposed at once."""
-_SINGLES: Final = 20
+_SINGLES: Final = 14
 """Of those, the single things, while there are any."""
-_FIRST: Final = 2
-"""Batches of single things alone, before there is anything to go on from."""
 _TRIES: Final = 20
-_RESTART: Final = 0.1
+_RESTART: Final = 0.2
 """How often a schedule is made anew, rather than from one before."""
 
 
@@ -89,7 +87,6 @@ class Search:
         self._rng = random.Random(f"{check.file.seed}/search")
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
-        self._batches = 0
         singles = menu.singles(nominal.moments, self._rng)
         self.tried.singles = self.tried.singles_left = len(singles)
         self._singles = iter(singles)
@@ -106,7 +103,6 @@ class Search:
             most: At most so many runs.
         """
         cases = [Case(schedule) for schedule in self._batch()][:most]
-        self._batches += 1
         return self._run(cases) if cases else None
 
     def pass_over(self, schedule: Schedule) -> None:
@@ -121,6 +117,7 @@ class Search:
         for case, outcome in zip(cases, outcomes, strict=True):
             self._count(case, outcome)
             self.guide.note(case.schedule, outcome)
+            self._menu.note(outcome.moments)
             for failure in outcome.failures[:1]:
                 self.seen_failures[failure] += 1
                 if failure not in self.found:
@@ -141,8 +138,7 @@ class Search:
     def _batch(self) -> list[Schedule]:
         if self._strategy == "random":
             return [*self._fresh(self._random, BATCH)]
-        singles = BATCH if self._batches < _FIRST else _SINGLES
-        found = [*self._next_singles(singles)]
+        found = [*self._next_singles(_SINGLES)]
         return [*found, *self._fresh(self._guided, BATCH - len(found))]
 
     def _next_singles(self, count: int) -> Iterator[Schedule]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 _FEW: Final = 12
 """Moments at which something begins that is about no robot; they are spread over the run."""
 
+_OWN: Final = 0.75
+"""How often something happens to the robot of a moment, rather than to a lane, a door or the controller."""
+_CHANGES: Final = 0.1
+"""How often the world is changed, rather than something begins at a moment."""
 _CODE: Final = 0.1
 """How often a goal is aborted with one particular error code, beside 1."""
 
@@ -90,7 +94,7 @@ class Menu:
     """
 
     def __init__(self, world: World, space: Space, moments: Sequence[Moment]) -> None:
-        self._space = space
+        self._world, self._space = world, space
         asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
         said: list[dict[str, Any]] = []
         if "faults" in space.families:
@@ -101,7 +105,26 @@ class Menu:
             said += disturbances_of(space.durations, space.also)
         things = [thing for thing in map(Thing, said) if self._allowed(thing)]
         things += [Thing(each) for template in space.further for each in expanded(template, [*world.robots])]
-        self.entries = [Entry(thing, self._weight(thing)) for thing in dict.fromkeys(things)]
+        self.entries: list[Entry] = []
+        self._asked = dict.fromkeys((moment.robot, moment.action) for moment in moments if moment.goal)
+        self._of_robots: dict[str, list[Entry]] = {}
+        self._general: list[Entry] = []
+        self._known: dict[str, None] = {}
+        self._enter(things)
+
+    def _add(self, said: Iterable[dict[str, Any]]) -> None:
+        self._enter([thing for thing in map(Thing, said) if self._allowed(thing)])
+
+    def _enter(self, things: Iterable[Thing]) -> None:
+        """Enter things that are not on the menu yet."""
+        for thing in things:
+            if thing.key in self._known:
+                continue
+            self._known[thing.key] = None
+            entry = Entry(thing, self._weight(thing))
+            robot = thing.said.get("robot")
+            self.entries.append(entry)
+            (self._of_robots.setdefault(robot, []) if robot and entry.anchored else self._general).append(entry)
 
     def _weight(self, thing: Thing) -> float:
         """Return how often a thing is tried; each of the many error codes of an action less often."""
@@ -124,18 +147,38 @@ class Menu:
         ranked.sort(key=lambda each: each[:2])
         return [thing for _, _, thing in ranked]
 
+    def note(self, moments: Sequence[Moment]) -> None:
+        """Add what can happen to robots that are asked for something new, as in a recovery.
+
+        Args:
+            moments: What has happened in a run.
+        """
+        new = [moment for moment in moments if moment.goal and (moment.robot, moment.action) not in self._asked]
+        if new and "faults" in self._space.families:
+            self._asked |= dict.fromkeys((moment.robot, moment.action) for moment in new)
+            self._add(faults_of(self._world, new, self._space.durations))
+
     def any(self, moments: Sequence[Moment], rng: random.Random) -> Thing | None:
-        """Return something at some moment, by the weights; None if nothing can happen."""
-        entries = self.entries
-        while entries:
-            entry = rng.choices(entries, [each.weight for each in entries])[0]
-            anchors = entry.moments_in(moments)
-            if anchors:
-                return entry.at(rng.choice(anchors))
-            if not entry.anchored:
-                return entry.thing
-            entries = [each for each in entries if each is not entry]
-        return None
+        """Return something at some moment, by the weights; rather something that happens to the robot of that moment.
+
+        None if nothing can happen.
+        """
+        changes = [entry for entry in self._general if not entry.anchored]
+        others = [entry for entry in self._general if entry.anchored]
+        if changes and (rng.random() < _CHANGES or not moments):
+            return _chosen(changes, rng).thing
+        if not moments:
+            return None
+        moment = rng.choice(moments)
+        own = self._of_robots.get(moment.robot, [])
+        entries = own if own and (not others or rng.random() < _OWN) else others
+        if not entries:
+            return _chosen(changes, rng).thing if changes else None
+        return _chosen(entries, rng).at(rng.choice([*_anchors(moment, moments)]))
+
+
+def _chosen(entries: Sequence[Entry], rng: random.Random) -> Entry:
+    return rng.choices(entries, [entry.weight for entry in entries])[0]
 
 
 def expanded(template: Mapping[str, Any], robots: Sequence[str]) -> list[dict[str, Any]]:

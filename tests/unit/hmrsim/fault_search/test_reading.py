@@ -108,3 +108,26 @@ def test_a_file_that_is_none_is_told(tmp_path, text):
     path.write_text(text, encoding="utf-8")
 
     assert problems(path)
+
+
+def test_properties_of_what_the_world_lacks_are_told(tmp_path):
+    """Unknown names are errors; what can't happen here is a warning, as the property says nothing."""
+    wrong = {"properties": {"there": {"eventually": {"item": "bx", "at": "shelf"}}}}
+    vain = {"properties": {"doors": {"sometimes": {"event": "door_opened"}}}}
+
+    (told,) = problems(written(tmp_path, properties=wrong))
+    check = read_check(written(tmp_path, properties=vain))
+
+    assert told.startswith(":")
+    assert "did you mean 'box'?" in told
+    assert ["doors" in str(warning) for warning in check.warnings] == [True]
+
+
+def test_properties_are_read_from_a_file_beside_it(tmp_path):
+    """Its mistakes are told under its name."""
+    (tmp_path / "properties.yaml").write_text("properties: {there: {eventualy: {item: box}}}\n", encoding="utf-8")
+
+    (told,) = problems(written(tmp_path, properties="properties.yaml"))
+
+    assert "properties.yaml:1" in told
+    assert "did you mean 'eventually'?" in told

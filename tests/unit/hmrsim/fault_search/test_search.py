@@ -126,3 +126,11 @@ def test_two_searches_of_so_many_runs_are_the_same(strategy):
 
     assert summaries[0].tried == summaries[1].tried
     assert summaries[0].features == summaries[1].features
+
+
+def test_a_property_of_the_user_is_what_is_searched_for():
+    """The porter says that all is well, and the box is not there."""
+    summary = searched(check_of("proud", budget={"runs": 64}, properties=DELIVERED))
+
+    assert [thing.kind for finding in summary.findings for thing in finding.schedule] != []
+    assert "delivered" in {finding.failure.property for finding in summary.findings}
