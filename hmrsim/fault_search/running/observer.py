@@ -67,8 +67,9 @@ class Observer:
             self._began[change.goal_id] = at
             self._note_moment(at, "executing", "", change.robot, change.action)
         elif status.terminal:
-            why = f"/{change.cause}/{code_of(change.result)}" if status is GoalStatus.ABORTED else ""
-            self._exercise(change.robot, f"{change.action}:{status.name}{why}")
+            self._exercise(change.robot, f"{change.action}:{status.name}")
+            if status is GoalStatus.ABORTED:
+                self._features[f"{change.action}:{change.cause}/{code_of(change.result)}"] = None
             lasted = at - self._began.pop(change.goal_id, at)
             self._note_moment(at, "ended", "", change.robot, change.action, lasted)
         elif status is GoalStatus.CANCELING:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _NEARER: Final = 0.95
 """A robustness that is less than this share of the least one so far is worth to go on from."""
 _MAX_KEPT: Final = 2_000
+_RECOVERY: Final = 4.0
+"""How often a run is gone on from in which the controller did something else than without faults, beside others."""
 _MAX_RARE: Final = 24
 """Features that count for how often a schedule is chosen: the rarest ones."""
 
@@ -34,7 +36,7 @@ class Kept:
     Attributes:
         schedule: The schedule.
         moments: What has happened in its run.
-        fresh: The moments among them that no run had before.
+        fresh: The moments among them that the run without faults does not have: what went wrong has brought them about.
         features: What was new.
         chosen: How often it was chosen.
     """
@@ -49,27 +51,32 @@ class Kept:
 class Guide:
     """Remembers what runs have exercised, and chooses schedules to go on from.
 
+    Args:
+        nominal: What happens in the run without faults.
+
     Attributes:
         kept: The schedules that have exercised something new, the oldest first.
         features: How many runs have had each feature.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, nominal: Sequence[Moment]) -> None:
         self.kept: list[Kept] = []
         self.features: Counter[str] = Counter()
         self._least: dict[str, float] = {}
-        self._moments: dict[tuple[str, str, str, str, int], None] = {}
+        self._nominal = dict.fromkeys(moment[1:6] for moment in nominal)
 
     def note(self, schedule: Schedule, outcome: Outcome) -> bool:
         """Note what a run has exercised; return whether that was new."""
         new = tuple(feature for feature in outcome.features if feature not in self.features)
         self.features.update(outcome.features)
         nearer = self._nearer(outcome)
-        fresh = [moment for moment in outcome.moments if moment[1:6] not in self._moments]
-        self._moments |= dict.fromkeys(moment[1:6] for moment in fresh)
         if (new or nearer) and not outcome.failure and len(self.kept) < _MAX_KEPT:
-            self.kept.append(Kept(schedule, outcome.moments, fresh, new))
+            self.kept.append(Kept(schedule, outcome.moments, self.fresh(outcome), new))
         return bool(new or nearer)
+
+    def fresh(self, outcome: Outcome) -> list[Moment]:
+        """Return the moments of a run that the run without faults does not have."""
+        return [moment for moment in outcome.moments if moment[1:6] not in self._nominal]
 
     def _nearer(self, outcome: Outcome) -> bool:
         """Return whether a property was nearer to its violation than in any run before."""
@@ -94,4 +101,5 @@ class Guide:
 
     def _energy(self, kept: Kept) -> float:
         rare = sorted(self.features[feature] for feature in kept.features)[:_MAX_RARE]
-        return (0.1 + sum(1.0 / count for count in rare)) / (1.0 + kept.chosen)
+        novelty = 0.1 + sum(1.0 / count for count in rare)
+        return novelty * (_RECOVERY if kept.fresh else 1.0) / (1.0 + kept.chosen)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.space.menu import Menu
 
 _TRIES: Final = 8
-_FRESH: Final = 0.6
+_FRESH: Final = 0.8
 """How often something begins at a moment that came about only by what went wrong before."""
 _FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
 
@@ -30,11 +30,11 @@ class Mutator:
     def __init__(self, menu: Menu, at_most: int, durations: Sequence[float]) -> None:
         self._menu, self._at_most, self._durations = menu, at_most, durations
         self._ways: tuple[tuple[float, Callable[[Kept, Kept, random.Random], Schedule | None]], ...] = (
-            (0.55, self._more),
-            (0.15, self._both),
-            (0.12, self._instead),
-            (0.1, self._elsewhen),
-            (0.08, self._longer),
+            (0.65, self._more),
+            (0.1, self._both),
+            (0.1, self._instead),
+            (0.08, self._elsewhen),
+            (0.07, self._longer),
         )
 
     def changed(self, kept: Kept, other: Kept, rng: random.Random) -> Schedule | None:

@@ -18,6 +18,7 @@ from hmrsim.fault_search.running.covered import Covered
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.guide import Guide, Kept
 from hmrsim.fault_search.searching.mutation import Mutator, without_twins
+from hmrsim.fault_search.searching.probes import Probes
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
@@ -30,10 +31,12 @@ Strategy = Literal["guided", "random"]
 
 BATCH: Final = 32
 """Cases that are proposed at once."""
-_SINGLES: Final = 14
-"""Of those, the single things, while there are any."""
+_PROBES: Final = 12
+"""Of those, schedules in which one goal more fails, while there are any."""
+_SINGLES: Final = 8
+"""Of those, the single things, likewise."""
 _TRIES: Final = 20
-_RESTART: Final = 0.2
+_RESTART: Final = 0.1
 """How often a schedule is made anew, rather than from one before."""
 
 
@@ -77,12 +80,13 @@ class Search:
     ) -> None:
         space = check.file.space
         self.tried = Tried()
-        self.guide = Guide()
+        self.guide = Guide(nominal.moments)
         self.found: dict[Failure, Found] = {}
         self.covered = Covered()
         self.seen_failures: Counter[Failure] = Counter()
         self._evaluator, self._menu, self._nominal, self._strategy = evaluator, menu, nominal, strategy
         self._at_most = space.at_most
+        self._probes = Probes(menu, space.at_most)
         self._mutator = Mutator(menu, space.at_most, space.durations)
         self._rng = random.Random(f"{check.file.seed}/search")
         self._seen: dict[str, None] = {}
@@ -116,14 +120,19 @@ class Search:
         self.covered.take(outcome.coverage for outcome in outcomes)
         for case, outcome in zip(cases, outcomes, strict=True):
             self._count(case, outcome)
-            self.guide.note(case.schedule, outcome)
-            self._menu.note(outcome.moments)
+            self._note(case.schedule, outcome)
             for failure in outcome.failures[:1]:
                 self.seen_failures[failure] += 1
                 if failure not in self.found:
                     self.found[failure] = Found(failure, case, outcome, self.tried.runs)
                     new.append(self.found[failure])
         return new
+
+    def _note(self, schedule: Schedule, outcome: Outcome) -> None:
+        """Note what can be gone on from."""
+        self._menu.note(outcome.moments)
+        if self.guide.note(schedule, outcome) and not outcome.failure:
+            self._probes.add(schedule, outcome, self.guide.fresh(outcome) if schedule else outcome.moments)
 
     def _count(self, case: Case, outcome: Outcome) -> None:
         tried = self.tried
@@ -138,8 +147,14 @@ class Search:
     def _batch(self) -> list[Schedule]:
         if self._strategy == "random":
             return [*self._fresh(self._random, BATCH)]
-        found = [*self._next_singles(_SINGLES)]
+        found = [*self._next_probes(_PROBES), *self._next_singles(_SINGLES)]
         return [*found, *self._fresh(self._guided, BATCH - len(found))]
+
+    def _next_probes(self, count: int) -> Iterator[Schedule]:
+        while count and (schedule := self._probes.next()) is not None:
+            if self._is_new(schedule):
+                yield schedule
+                count -= 1
 
     def _next_singles(self, count: int) -> Iterator[Schedule]:
         for thing in self._singles:

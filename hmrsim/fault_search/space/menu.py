@@ -48,6 +48,10 @@ class Entry:
         """Whether it begins at a moment; a change of the world holds from the start."""
         return self.thing.family != CHANGE and not self.thing.said.get("when") and "at" not in self.thing.said
 
+    def suits(self, moment: Moment) -> bool:
+        """Return whether it can have an effect at once: not on goals of another action than the one that begins."""
+        return moment.goal != "executing" or self.thing.said.get("action") in (None, moment.action)
+
     def moments_in(self, moments: Sequence[Moment]) -> list[dict[str, Any]]:
         """Return the anchors at which it can begin in a run with these moments, in plain values.
 
@@ -94,7 +98,7 @@ class Menu:
     """
 
     def __init__(self, world: World, space: Space, moments: Sequence[Moment]) -> None:
-        self._world, self._space = world, space
+        self._world, self._space, self._robots = world, space, world.robots
         asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
         said: list[dict[str, Any]] = []
         if "faults" in space.families:
@@ -129,6 +133,10 @@ class Menu:
     def _weight(self, thing: Thing) -> float:
         """Return how often a thing is tried; each of the many error codes of an action less often."""
         return self._space.weights.get(thing.kind, 1.0) * (_CODE if "error_code" in thing.said else 1.0)
+
+    def allows(self, thing: Thing) -> bool:
+        """Return whether a fault of a robot can happen, as the check says."""
+        return "faults" in self._space.families and self._allowed(thing) and thing.said.get("robot") in self._robots
 
     def _allowed(self, thing: Thing) -> bool:
         space = self._space
@@ -170,7 +178,7 @@ class Menu:
         if not moments:
             return None
         moment = rng.choice(moments)
-        own = self._of_robots.get(moment.robot, [])
+        own = [entry for entry in self._of_robots.get(moment.robot, ()) if entry.suits(moment)]
         entries = own if own and (not others or rng.random() < _OWN) else others
         if not entries:
             return _chosen(changes, rng).thing if changes else None
