@@ -1,0 +1,28 @@
+"""A Selector without memory ticks its first child again while the recovery still waits, which ends the wait."""
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Selector, Sequence
+from py_trees.decorators import SuccessIsFailure
+from py_trees.timers import Timer
+from steps import ATTEMPTS, PAUSE
+
+from bt_controller.behaviours.nav_to_pose import GoTo
+
+
+def mission(*, bug: bool = False) -> Behaviour:
+    """Return the tree that visits two wards; each drive is followed by a wait and another try if it fails."""
+    memory = not bug  # the bug: without memory the drive is tried at each tick
+    return Sequence("Rounds", memory=True, children=[_drive("ward_a", memory), _drive("ward_b", memory)])
+
+
+def _drive(place: str, memory: bool) -> Behaviour:  # noqa: FBT001 - of py_trees
+    tries: list[Behaviour] = []
+    for number in range(1, ATTEMPTS + 1):
+        tries.append(GoTo(place, name=f"Go to {place}, try {number}"))
+        if number < ATTEMPTS:
+            tries.append(_pause(f"Wait before going to {place}, {number}"))
+    return Selector(f"Reach {place}", memory=memory, children=tries)
+
+
+def _pause(name: str) -> Behaviour:
+    return SuccessIsFailure(name, Timer(f"{name}: timer", PAUSE))

@@ -1,0 +1,26 @@
+"""The robot leaves its charger as soon as that charges, since docking has succeeded, and not when it is charged."""
+
+from guarded import LEAST, ROUNDS
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Selector, Sequence
+from py_trees.decorators import Inverter
+from steps import patient
+
+from bt_controller.behaviours.battery import WaitUntilCharged
+from bt_controller.behaviours.docks import Dock
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.core.port_values import node
+from bt_controller.nodes.conditions.battery import IsBatteryLow
+
+
+def mission(*, bug: bool = False) -> Behaviour:
+    """Return the tree of the rounds."""
+    drives: list[Behaviour] = []
+    for number, place in enumerate(ROUNDS):
+        low = Inverter(f"{number}: enough", node(IsBatteryLow, min_battery=LEAST))
+        charge = [Dock("charger"), *([] if bug else [WaitUntilCharged(0.9)])]  # the bug: it does not wait
+        steps = Sequence(f"{number}: charge", memory=True, children=charge)
+        battery = Selector(f"{number}: battery", memory=True, children=[low, steps])
+        go = GoTo(place, name=f"{number}: go to {place}")
+        drives.append(patient(Sequence(f"Round {number}", memory=True, children=[battery, go])))
+    return Sequence("Rounds", memory=True, children=drives)

@@ -1,0 +1,27 @@
+"""A robot that has charged stays in the only berth, and the other one queues for it until its battery is empty."""
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Selector, Sequence
+from py_trees.decorators import Inverter
+from steps import patient
+
+from bt_controller.behaviours.battery import WaitUntilCharged
+from bt_controller.behaviours.docks import Dock
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.wait import Wait
+from bt_controller.core.port_values import node
+from bt_controller.nodes.conditions.battery import IsBatteryLow
+
+WARDS = {"wall_e": "ward_a", "eve": "ward_b"}
+
+
+def mission(robot: str, *, bug: bool = False) -> Behaviour:
+    """Return the tree of one of two robots: it works in its ward, charges if it has to, and works again."""
+    ward = WARDS[robot]
+    charge = [Dock("charger"), WaitUntilCharged(0.9)]
+    leave = [] if bug else [GoTo("home" if robot == "wall_e" else "yard")]  # the bug: it stays where it has charged
+    low = Inverter("Enough", node(IsBatteryLow, min_battery=0.5))
+    steps = Sequence("Charge", memory=True, children=[*charge, *leave])
+    battery = Selector("Battery", memory=True, children=[low, steps])
+    parts = [patient(GoTo(ward)), patient(Wait(20)), patient(battery)]
+    return Sequence("Mission", memory=True, children=parts)

@@ -1,0 +1,18 @@
+"""The mission is repeated after a failure, and begins with undocking, which fails where the robot stands then."""
+
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
+from py_trees.composites import Selector, Sequence
+from steps import patient
+
+from bt_controller.behaviours.docks import Undock
+from bt_controller.behaviours.nav_to_pose import GoTo
+
+
+def mission(*, bug: bool = False) -> Behaviour:
+    """Return the tree of a robot that starts in its dock."""
+    undock: Behaviour = Undock()
+    if not bug:  # the bug: undocking has to succeed
+        undock = Selector("Be free", memory=True, children=[undock, Success("Was not docked")])
+    steps = [undock, GoTo("ward_a"), GoTo("ward_b")]
+    return patient(Sequence("Rounds", memory=True, children=steps))

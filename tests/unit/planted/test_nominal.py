@@ -1,0 +1,25 @@
+"""Planted bugs are not seen in a run without faults."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedules.case import Case
+from tests.torture.planted import catalogue, check_of
+
+_BUGS = catalogue()
+_IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["bug"]]
+
+
+def test_each_bug_says_what_it_is():
+    """In a sentence, with its kind and a schedule that shows it."""
+    assert all(entry["text"].endswith(".") and entry["kind"] and entry["shown_by"] for entry in _BUGS.values())
+
+
+@pytest.mark.parametrize("name", _IN_PROCESS)
+def test_nothing_is_seen_without_faults(name):
+    """The controller and its correct twin succeed, and nothing is violated."""
+    outcomes = [run_case(check_of(_BUGS[name], which), Case()) for which in ("bug", "twin")]
+
+    assert [("succeeded", ())] * 2 == [(outcome.ending, outcome.violations) for outcome in outcomes]
