@@ -1,0 +1,21 @@
+"""Where the parcel is is asked once; when it has been dropped on the way, it is looked for where it was."""
+
+from driving import Driver, item_of
+
+from hmrsim_zenoh import Client
+
+
+def errand(client: Client, *, bug: bool = False) -> bool:
+    """Bring the parcel to the ward; return whether that succeeded."""
+    wall_e = Driver(client, "wall_e")
+    before = item_of(client, "parcel")
+
+    def bring() -> bool:
+        found = item_of(client, "parcel")
+        if wall_e.near(found, "ward"):
+            return True
+        x, y = (before if bug else found)["at"]  # the bug: it may be somewhere else by now
+        have = found["carrier"] == wall_e.robot or (wall_e.go((x, y)) and wall_e.pickup("parcel"))
+        return have and wall_e.go("ward") and wall_e.place("parcel")
+
+    return wall_e.insist(bring)
