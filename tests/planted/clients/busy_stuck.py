@@ -1,0 +1,23 @@
+"""A robot is busy until its goal has a terminal status, which a rejected goal never has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dispatching import Dispatcher
+
+if TYPE_CHECKING:
+    from driving import Handle
+
+    from hmrsim_zenoh import Client
+
+
+class _Stuck(Dispatcher):
+    def has_ended(self, handle: Handle) -> bool:
+        """Return whether a goal has a terminal status."""
+        return handle.status.terminal  # the bug: a rejected goal is done without one
+
+
+def serve(client: Client, *, bug: bool = False) -> bool:
+    """Serve the orders of a shift."""
+    return (_Stuck if bug else Dispatcher)(client).serve()

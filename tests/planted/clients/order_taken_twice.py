@@ -1,0 +1,37 @@
+"""The order of a robot that has failed is given to another one, and stays that of the first one, too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from dispatching import Dispatcher, Job, Pause
+from driving import PAUSE
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh import Client
+
+
+class _TakesTwice(Dispatcher):
+    def errand(self, robot: str, order: dict[str, Any]) -> Job:
+        """Try each step until it succeeds."""
+        driver = self.drivers[robot]
+        steps = (
+            lambda: driver.start_to(order["at"]),
+            lambda: driver.start_pickup(order["item"]),
+            lambda: driver.start_to(order["to"]),
+            lambda: driver.start_place(order["item"]),
+        )
+        for step in steps:
+            while not (yield step()):
+                if order["name"] in self.taken:
+                    self.taken.remove(order["name"])  # the bug: this robot goes on with it all the same
+                yield Pause(self.client.now + PAUSE)
+        return True
+
+    def ended(self, robot: str, order: dict[str, Any], *, succeeded: bool) -> None:
+        """Do nothing: it has succeeded."""
+
+
+def serve(client: Client, *, bug: bool = False) -> bool:
+    """Serve the orders of a shift."""
+    return (_TakesTwice if bug else Dispatcher)(client).serve()
