@@ -12,6 +12,7 @@ of each twin, whether there was a false alarm.
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
 import sys
 import time
@@ -49,6 +50,7 @@ def catalogue() -> dict[str, Any]:
 def check_of(entry: dict[str, Any], which: str, **search: Any) -> Check:
     """Return the check of a bug or of its twin, as a user would write it."""
     said = {"world": entry["world"], "controller": entry[which], "space": entry.get("space", {}), **search}
+    said["limits"] = entry.get("limits", {})
     if entry.get("properties"):
         said["properties"] = entry["properties"]
     return check_at(CheckFile.model_validate(said), HOME)
@@ -73,6 +75,8 @@ def main() -> int:
     parser.add_argument("--twins", type=int, default=0, help="schedules for each twin, and no search for bugs")
     parser.add_argument("-j", "--jobs", type=int, default=2)
     args = parser.parse_args()
+    # Commands find the programs of this environment.
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     make, workers = factory_of("pool", args.jobs)
     entries = {name: entry for name, entry in catalogue().items() if not args.only or name in args.only}
     first = next(iter(entries.values()))

@@ -12,6 +12,14 @@ _BUGS = catalogue()
 _IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["bug"]]
 
 
+def test_there_are_enough_bugs():
+    """There are at least 40 of them, and those that are commands are in several languages."""
+    commands = {entry["bug"]["command"][0] for entry in _BUGS.values() if "command" in entry["bug"]}
+
+    assert len(_BUGS) >= 40
+    assert {"sh", "node", "python3"} == commands
+
+
 def test_each_bug_says_what_it_is():
     """In a sentence, with its kind and a schedule that shows it."""
     assert all(entry["text"].endswith(".") and entry["kind"] and entry["shown_by"] for entry in _BUGS.values())

@@ -1,0 +1,47 @@
+"""Planted bugs in commands, in whatever language they are."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Thing
+from tests.torture.planted import catalogue, check_of
+
+_BUGS = {name: entry for name, entry in catalogue().items() if "command" in entry["bug"]}
+
+
+@pytest.fixture(autouse=True)
+def _path(monkeypatch):
+    """Let commands find the programs of this environment."""
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+
+
+@pytest.mark.parametrize("which", ["bug", "twin"])
+@pytest.mark.parametrize("name", _BUGS)
+def test_nothing_is_seen_without_faults(name, which):
+    """The command succeeds, and nothing is violated."""
+    words = _BUGS[name][which]["command"]
+    if shutil.which(words[0]) is None:
+        pytest.skip(f"there is no {words[0]} here")
+    outcome = run_case(check_of(_BUGS[name], which), Case())
+
+    assert ("succeeded", ()) == (outcome.ending, outcome.violations)
+
+
+@pytest.mark.parametrize("name", _BUGS)
+def test_its_schedule_shows_a_bug(name):
+    """One thing that goes wrong is enough."""
+    entry = _BUGS[name]
+    if shutil.which(entry["bug"]["command"][0]) is None:
+        pytest.skip("its interpreter is not here")
+    things = tuple(Thing(thing.get("fault", thing)) for thing in entry["shown_by"])
+    outcome = run_case(check_of(entry, "bug"), Case(things))
+
+    assert outcome.violations
