@@ -13,9 +13,11 @@ from hmrsim.properties.conditions.wording import describe
 from hmrsim.properties.model import operators as said
 from hmrsim.properties.model import patterns as pattern
 from hmrsim.properties.model.conditions import BatteryCondition
+from hmrsim.properties.model.formulas import Formula
 from hmrsim.properties.model.part import EACH, walk
 from hmrsim.properties.operators.coming import Coming, Happening
 from hmrsim.properties.operators.each import Each
+from hmrsim.properties.operators.formulas import Following, in_words
 from hmrsim.properties.operators.holding import Holding
 from hmrsim.properties.operators.whenever import Whenever
 from hmrsim.properties.patterns import orders
@@ -121,6 +123,10 @@ def _sometimes(making: _Making) -> Watcher:
     return Happening(*making.whom, making.part.sometimes, *making.what)
 
 
+def _formula(making: _Making) -> Watcher:
+    return Following(*making.whom, making.part.formula, in_words(making.whole.formula), *making.what)
+
+
 def _whenever(making: _Making, trigger: str = "whenever", within: float | None = None) -> Watcher:
     part = making.part
     within = getattr(part, "within", within)
@@ -203,6 +209,7 @@ _KINDS: Final[Mapping[type, Callable[[_Making], Watcher]]] = MappingProxyType(
         said.Eventually: _eventually,
         said.Sometimes: _sometimes,
         said.Whenever: _whenever,
+        Formula: _formula,
         pattern.Visit: _visits("visit", orders.AnyOrder, in_sequence=False),
         pattern.SequencedVisit: _visits("sequenced_visit", orders.AnyOrder, in_sequence=True),
         pattern.OrderedVisit: _visits("ordered_visit", orders.FirstInOrder, in_sequence=True),

@@ -13,9 +13,10 @@ from hmrsim.errors import Problem
 from hmrsim.properties.model import operators as by_operator
 from hmrsim.properties.model import patterns as by_pattern
 from hmrsim.properties.model.built_in import BuiltIn
+from hmrsim.properties.model.formulas import Formula
 from hmrsim.properties.model.part import Identifier, Part
 
-OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever")
+OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever", "formula")
 
 KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
     {
@@ -24,6 +25,7 @@ KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
         "eventually": by_operator.Eventually,
         "sometimes": by_operator.Sometimes,
         "whenever": by_operator.Whenever,
+        "formula": Formula,
         "visit": by_pattern.Visit,
         "sequenced_visit": by_pattern.SequencedVisit,
         "ordered_visit": by_pattern.OrderedVisit,
@@ -81,6 +83,7 @@ Property = Annotated[
         | Annotated[by_operator.Eventually, Tag("<eventually>")]
         | Annotated[by_operator.Sometimes, Tag("<sometimes>")]
         | Annotated[by_operator.Whenever, Tag("<whenever>")]
+        | Annotated[Formula, Tag("<formula>")]
         | Annotated[by_pattern.Visit, Tag("<visit>")]
         | Annotated[by_pattern.SequencedVisit, Tag("<sequenced_visit>")]
         | Annotated[by_pattern.OrderedVisit, Tag("<ordered_visit>")]

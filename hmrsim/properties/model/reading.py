@@ -14,8 +14,9 @@ from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import Problem, PropertyError, WorldError
 from hmrsim.events import EventPattern, registry
 from hmrsim.properties.model.built_in import BuiltIn
-from hmrsim.properties.model.conditions import CONDITIONS, key_of
+from hmrsim.properties.model.conditions import CONDITIONS
 from hmrsim.properties.model.file import KINDS, Properties, kind_of
+from hmrsim.properties.model.formulas import FORMULAS
 from hmrsim.properties.model.operators import Whenever
 from hmrsim.properties.model.part import BOUND, walk
 from hmrsim.properties.model.patterns import DelayedReaction, InstantaneousReaction
@@ -25,6 +26,8 @@ from hmrsim.world_checks.explain import explain
 
 BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
 """Properties whose ``then`` may have fields of the trigger's event."""
+
+_FORMULA: Final = "formula"
 
 OF_GOALS: Final = ("robot", "action", "goal_id")
 """The fields of a trigger that is about a goal."""
@@ -95,20 +98,21 @@ def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
         if kind is not None:
             path = ("properties", name)
             found[path] = KINDS[kind]
+            known = FORMULAS if kind == _FORMULA else CONDITIONS
             for key, inner in value.items():
-                found |= _conditions((*path, key), inner)
+                found |= _nested((*path, key), inner, known)
     return found
 
 
-def _conditions(path: Place, value: Any) -> Iterator[tuple[Place, type[BaseModel]]]:
-    key = key_of(value)
+def _nested(path: Place, value: Any, known: Mapping[str, type[BaseModel]]) -> Iterator[tuple[Place, type[BaseModel]]]:
+    key = next((key for key in known if key in value), None) if isinstance(value, dict) else None
     if key is not None:
-        yield path, CONDITIONS[key]
+        yield path, known[key]
         for name, inner in value.items():
-            yield from _conditions((*path, name), inner)
+            yield from _nested((*path, name), inner, known)
     elif isinstance(value, list):
         for i, inner in enumerate(value):
-            yield from _conditions((*path, i), inner)
+            yield from _nested((*path, i), inner, known)
 
 
 def flaws(properties: Properties) -> Iterator[Finding]:

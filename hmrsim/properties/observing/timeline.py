@@ -143,16 +143,22 @@ class Timeline:
     def advance(self, at: int) -> None:
         """Let time go on: what is due before rings, and instants that are over are settled."""
         alarms = self._alarms
-        while alarms and (alarms[0][0] < at or (alarms[0][0] == at and alarms[0][1] is Phase.CHANGE)):
-            due = alarms[0][0]
-            if due > self.now or alarms[0][1] is Phase.EXPIRY:
+        while True:
+            if self._unsettled and self.now < at and not self._changes_now():
+                # This may set further alarms.
                 self._settle()
-            due, _, _, alarm = heapq.heappop(alarms)
-            self.now = max(self.now, due)
-            alarm.ring(self.now)
-        if at > self.now:
-            self._settle()
-            self.now = at
+            elif alarms and (alarms[0][0] < at or (alarms[0][0] == at and alarms[0][1] is Phase.CHANGE)):
+                due, _, _, alarm = heapq.heappop(alarms)
+                self.now = max(self.now, due)
+                alarm.ring(self.now)
+            else:
+                break
+        self.now = at
+
+    def _changes_now(self) -> bool:
+        """Return whether a change is due at this instant."""
+        alarms = self._alarms
+        return bool(alarms) and alarms[0][0] <= self.now and alarms[0][1] is Phase.CHANGE
 
     def end(self, at: int | None) -> None:
         """Let time go on to the end of the run, and settle its last instant; what is due then rings."""
