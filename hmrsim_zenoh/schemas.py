@@ -1,4 +1,4 @@
-"""Writes ``schemas/``: JSON Schema of worlds, settings, events, actions, services, envelopes and reports.
+"""Writes ``schemas/``: JSON Schema of worlds, settings, properties, events, actions, services, envelopes and reports.
 
 Run as ``python -m hmrsim_zenoh.schemas [--check] [DIRECTORY]``; the files are generated and never edited.
 """
@@ -19,6 +19,7 @@ from hmrsim.actions import registry
 from hmrsim.events import flaws, model_of
 from hmrsim.events import registry as events
 from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.properties import Properties
 from hmrsim.report.model import Report, Sections
 from hmrsim.services import registry as services
 from hmrsim.world_checks.schema import world_schema
@@ -101,6 +102,11 @@ def report_sections_schema() -> dict[str, Any]:
     return {"$schema": _DIALECT, **Sections.model_json_schema(mode="serialization")}
 
 
+def properties_schema() -> dict[str, Any]:
+    """Return the schema of files of properties, by the names that the files use."""
+    return {"$schema": _DIALECT, **Properties.model_json_schema(by_alias=True)}
+
+
 def event_schema() -> dict[str, Any]:
     """Return the schema of the messages on ``_world/events``; kinds that are not in it may have any fields."""
     definitions, cases = {}, []
@@ -133,7 +139,7 @@ def all_schemas() -> dict[str, dict[str, Any]]:
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
     shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
     shared |= {"tree.schema.json": tree_schema(), "report.schema.json": report_schema()}
-    shared |= {"report_sections.schema.json": report_sections_schema()}
+    shared |= {"report_sections.schema.json": report_sections_schema(), "properties.schema.json": properties_schema()}
     shared |= {"events.schema.json": event_schema(), "settings.schema.json": {"$schema": _DIALECT, **settings_schema()}}
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 

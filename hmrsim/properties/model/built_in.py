@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema
 
 from hmrsim.properties.model.part import Count, Part, Seconds
 
@@ -16,7 +16,17 @@ def _default(value: Any, info: ValidationInfo) -> Any:
 
 _DEFAULTS: Final = {"no_deadlock": 60.0, "nobody_stranded": 120.0, "no_vain_goals": 5}
 
-_Limit = Annotated[Seconds | Literal[False], BeforeValidator(_default)]
+_ON_OR_OFF: Final = {"type": "boolean"}
+_Limit = Annotated[
+    Seconds | Literal[False],
+    BeforeValidator(_default),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0, "maximum": 1e9}, _ON_OR_OFF]}),
+]
+_Times = Annotated[
+    Count | Literal[False],
+    BeforeValidator(_default),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": 1_000_000}, _ON_OR_OFF]}),
+]
 
 
 class BuiltIn(Part):
@@ -37,5 +47,5 @@ class BuiltIn(Part):
     nobody_stranded: _Limit = _DEFAULTS["nobody_stranded"]
     orders_in_time: bool = True
     controller_lives: bool = True
-    no_vain_goals: Annotated[Count | Literal[False], BeforeValidator(_default)] = 5
+    no_vain_goals: _Times = 5
     mission_ends: bool = True

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Final
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
 from hmrsim.diagnostics import meant, shown
 from hmrsim.properties.model.conditions import CONDITIONS, Condition
@@ -30,7 +30,13 @@ def _ordered(window: tuple[float, float]) -> tuple[float, float]:
 
 
 _Seconds = Annotated[float, Field(strict=True, ge=0, le=1e9)]
-_Window = Annotated[tuple[_Seconds, _Seconds], BeforeValidator(_window), AfterValidator(_ordered)]
+_NUMBER: Final[dict[str, Any]] = {"type": "number", "minimum": 0, "maximum": 1e9}
+_Window = Annotated[
+    tuple[_Seconds, _Seconds],
+    BeforeValidator(_window),
+    AfterValidator(_ordered),
+    WithJsonSchema({"anyOf": [_NUMBER, {"type": "array", "items": _NUMBER, "minItems": 2, "maxItems": 2}]}),
+]
 
 
 class Throughout(Part):

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
+import yaml
+from jsonschema import Draft202012Validator
 
 from hmrsim.errors import PropertyError
 from hmrsim.properties import check_properties, properties_of, read_properties
+from tests.paths import ROOT
 from tests.watching import ward
 
 EXAMPLE = """
@@ -22,6 +27,7 @@ properties:
   few_visits:       {upper_restricted_avoidance: {robot: eve, at: lab}, count: 3}
   react:
     {instantaneous_reaction: {event: fault_began, where: {fault: breakdown}}, then: {robot: $robot, is: stopped}}
+  recharged:        {formula: {always: {eventually: {battery: eve, above: 0.5}, within: 600}}}
 built_in: {no_deadlock: false, nobody_stranded: true, no_vain_goals: 3}
 """
 
@@ -39,11 +45,24 @@ def test_a_file_is_read(tmp_path):
 
     read = read_properties(tmp_path / "p.yaml")
 
-    assert (10, False, 120.0, 3) == (
+    assert (11, False, 120.0, 3) == (
         len(read.properties),
         read.built_in.no_deadlock,
         read.built_in.nobody_stranded,
         read.built_in.no_vain_goals,
+    )
+
+
+def test_the_schema_knows_what_is_read():
+    """An editor accepts the example, and marks what is no property."""
+    schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
+    data = yaml.safe_load(EXAMPLE)
+
+    valid = Draft202012Validator(schema)
+
+    assert ([], False) == (
+        [error.message for error in valid.iter_errors(data)],
+        valid.is_valid({"properties": {"x": {"never": {"robot": "eve", "att": "lab"}}}}),
     )
 
 
