@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import MotionBegan
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.properties.built_in import NoVainGoals
 from hmrsim.properties.built_in import watchers_of as built_in
 from hmrsim.properties.compiling import watchers_of
@@ -45,6 +46,9 @@ class Monitor:
         self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self._wants_status = GoalStatusChanged in self.timeline.handlers
         self.timeline.on(GoalStatusChanged, self._status)
+        for kind in (SimulationReset, WorldLoaded):
+            self.timeline.on(kind, self._begin_anew)
+        self._anew = True
         self._over = False
 
     @property
@@ -63,8 +67,8 @@ class Monitor:
         return SceneSeen in self.timeline.handlers
 
     @property
-    def powered(self) -> list[str]:
-        """The robots of whose batteries a property speaks."""
+    def powered(self) -> Collection[str]:
+        """The robots of whose batteries a property speaks, also from now on."""
         return self.observations.powered
 
     def begin(self, at: int) -> None:
@@ -75,9 +79,13 @@ class Monitor:
 
     def take(self, occurrence: Occurrence) -> None:
         """Take what has happened; nothing happens after the end."""
-        if not self._over:
-            self.begin(occurrence.at)
-            self.timeline.take(occurrence)
+        if self._over or (isinstance(occurrence.event, SceneSeen) and not self._anew):
+            # A scene may be late; only the first one says what is not known yet.
+            return
+        self.begin(occurrence.at)
+        self.timeline.take(occurrence)
+        if isinstance(occurrence.event, SceneSeen):
+            self._anew = False
 
     def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
         """Take the change of a goal, and when it was accepted what it asks for; cheaper than its event."""
@@ -107,6 +115,8 @@ class Monitor:
         self._over = True
         for watcher in self._watchers:
             watcher.end(self.timeline.now, ended)
+        # A simulation that is torn down goes on to tell what it does.
+        self.timeline.close()
 
     def listen(self, told: Callable[[Violation], object]) -> None:
         """Call a function with each violation from now on, as soon as it is found."""
@@ -119,6 +129,9 @@ class Monitor:
     def _tell(self, violation: Violation) -> None:
         self.violations.append(violation)
         self._told(violation)
+
+    def _begin_anew(self, _at: int, _event: SimulationReset | WorldLoaded) -> None:
+        self._anew = True
 
     def _status(self, at: int, event: GoalStatusChanged) -> None:
         seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")

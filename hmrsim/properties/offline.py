@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from hmrsim.properties.model.checking import check_properties
 from hmrsim.properties.monitor import Monitor
 from hmrsim.properties.results import Ended
 from hmrsim.properties.sink import MonitorSink
+from hmrsim.report.occurrence import Malformed
 from hmrsim.report.reading import sampled
 from hmrsim.report.written import header_of, occurrence_in
 from hmrsim.trace.replay import replay
@@ -21,6 +22,7 @@ from hmrsim.world_checks.loading import world_of
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
     from hmrsim.properties.model.file import Properties
+    from hmrsim.report.occurrence import Occurrence
     from hmrsim.report.reading import Recorded
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.trace.replay import Outcome
@@ -92,19 +94,33 @@ class _Replayed:
 
 
 def _as_written(lines: Iterable[str], properties: Properties, world: World, why: str) -> Checked:
-    monitor, last = Monitor(properties, world), ""
+    monitor, last, misfits = Monitor(properties, world), "", 0
     monitor.begin(0)
     for number, line in enumerate(lines, 1):
         if not line.endswith("\n") or number == 1 or begins_section(line):
             continue
         occurrence, last = occurrence_in(line, f"line {number}")
-        monitor.take(occurrence)
+        misfits += not _fits(monitor, occurrence)
     complete = last == "end"
     monitor.end(None, None if complete else _CUT_OFF)
     notes = [f"The trace could not be replayed exactly ({why}): where robots drive and how batteries empty is missing."]
     if not complete:
         notes.append("The trace is truncated: later events are missing.")
-    return Checked(monitor, check_properties(properties, world), tuple(notes))
+    return Checked(monitor, check_properties(properties, world), (*notes, *_note(misfits)))
+
+
+def _fits(monitor: Monitor, occurrence: Occurrence) -> bool:
+    """Give an occurrence to a monitor; return whether it is valid, as a file may have anything in it."""
+    try:
+        monitor.take(occurrence)
+    except ValueError:
+        return False
+    return not isinstance(occurrence.event, Malformed)
+
+
+def _note(misfits: int) -> Iterator[str]:
+    if misfits:
+        yield f"{misfits} events are ignored, as this version can't read them."
 
 
 def check_recording(recording: Recorded, properties: Properties) -> Checked:
@@ -114,15 +130,15 @@ def check_recording(recording: Recorded, properties: Properties) -> Checked:
         TraceError: Its world can't be read.
     """
     world = _world(recording.world)
-    monitor = Monitor(properties, world)
+    monitor, misfits = Monitor(properties, world), 0
     for _, key, payload in recording.samples():
         occurrence = sampled(key, payload)
         if occurrence is not None:
-            monitor.take(occurrence)
+            misfits += not _fits(monitor, occurrence)
     truncated = recording.truncated
     monitor.end(None, _CUT_OFF if truncated else None)
     notes = ("The recording is truncated: later events are missing.",) if truncated else ()
-    return Checked(monitor, check_properties(properties, world), notes)
+    return Checked(monitor, check_properties(properties, world), (*notes, *_note(misfits)))
 
 
 def _world(definition: Any) -> World:

@@ -45,7 +45,7 @@ class MonitorSink:
         monitor.listen(on_violation)
         now = stamp(simulator.now)
         monitor.begin(now)
-        self._robots = monitor.powered
+        self._powered = monitor.powered
         if simulator.now:
             # What a world begins with is known.
             self._see(now)
@@ -60,6 +60,7 @@ class MonitorSink:
             event = output.event
             handlers = self._handlers.get(type(event))
             if handlers is None:
+                self._monitor.timeline.look(output.stamp)
                 return
             self._weigh(output.stamp)
             self._monitor.timeline.give(output.stamp, event, handlers)
@@ -90,10 +91,10 @@ class MonitorSink:
 
     def _weigh(self, at: int) -> None:
         """Pass on the charge of the batteries that are asked for, once an instant."""
-        if not self._robots or at == self._weighed:
+        if not self._powered or at == self._weighed:
             return
         self._weighed = at
-        for name in self._robots:
+        for name in [*self._powered]:
             robot = self._simulator.robots.get(name)
             if robot is not None and robot.energy is not None:
                 self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))

@@ -18,6 +18,7 @@ from hmrsim.properties.model.conditions import (
     OrderCondition,
     RobotCondition,
 )
+from hmrsim.properties.model.part import walk
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -108,6 +109,26 @@ class Expression:
     def _of(self, signal: Signal) -> Value:
         self.signals.append(signal)
         return lambda: signal.value
+
+
+def prepare(condition: BaseModel, observations: Observations) -> None:
+    """Begin to follow all that a condition speaks of, whose names are not known yet."""
+    for _, part in walk(condition):
+        match part:
+            case RobotCondition(at=at, is_=state):
+                _ = (at is None or observations.positions, state is None or observations.robots)
+            case ItemCondition(at=at, carried=carried):
+                _ = (observations.items, at is None or carried is False or observations.positions)
+            case BatteryCondition():
+                _ = observations.batteries
+            case DoorCondition():
+                _ = observations.doors
+            case OrderCondition():
+                _ = observations.orders
+            case FaultCondition():
+                _ = observations.faults
+            case LaneCondition():
+                _ = observations.lanes
 
 
 def _least(values: list[Value]) -> Value:

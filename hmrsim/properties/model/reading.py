@@ -18,7 +18,7 @@ from hmrsim.properties.model.conditions import CONDITIONS
 from hmrsim.properties.model.file import KINDS, Properties, kind_of
 from hmrsim.properties.model.formulas import FORMULAS
 from hmrsim.properties.model.operators import Whenever
-from hmrsim.properties.model.part import BOUND, walk
+from hmrsim.properties.model.part import BOUND, EACH, walk
 from hmrsim.properties.model.patterns import DelayedReaction, InstantaneousReaction
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
@@ -124,6 +124,11 @@ def flaws(properties: Properties) -> Iterator[Finding]:
         for inner, part in walk(each, path):
             if isinstance(part, EventPattern):
                 yield from (Finding((*inner, *flaw.path), flaw.message, flaw.value) for flaw in part.flaws())
+                yield from (
+                    Finding((*inner, "where", key), f"each robot is said beside where: robot: {EACH!r}", value)
+                    for key, value in part.where.items()
+                    if value == EACH
+                )
         yield from _unbound(path, each)
         yield from _twice(path, each)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import distance
+from hmrsim.properties.observing.positions import point_of
 from hmrsim.properties.observing.signal import Signal
 from hmrsim.report.occurrence import SceneSeen, point, records, text
 from hmrsim.simulation.demand import NEAR
@@ -27,12 +28,16 @@ class _Item:
     Attributes:
         at: Where it lies, or was picked up; None if it is nowhere.
         carrier: Who carries it; empty for nobody.
-        looks: Update the signals that depend on it.
+        signals: What is said of it, by what that is, each with what updates it.
     """
 
     at: Point | None = None
     carrier: str = ""
-    looks: list[Callable[[], None]] = field(default_factory=list)
+    signals: dict[str, tuple[Signal, _Look]] = field(default_factory=dict)
+
+
+_Look = Callable[[_Item, Signal], None]
+"""Updates a signal of an item."""
 
 
 class Items:
@@ -57,42 +62,45 @@ class Items:
 
     def lies_at(self, item: str, place: str) -> Signal:
         """Return whether an item lies at a place, and nobody carries it."""
-        known, signal, where = self._item(item), Signal(), self._world.point(place)
+        where = point_of(self._world, place)
 
-        def look() -> None:
-            there = not known.carrier and known.at is not None and distance(known.at, where) <= self._radius
-            signal.say(holds=there)
+        def look(known: _Item, signal: Signal) -> None:
+            near = where is not None and known.at is not None and distance(known.at, where) <= self._radius
+            signal.say(holds=near and not known.carrier)
 
-        return self._following(known, signal, look)
+        return self._following(item, f"lies at {place}", look)
 
     def at(self, item: str, place: str) -> Signal:
         """Return whether an item is at a place, where it lies or is carried."""
-        known, signal, lies, carriers = self._item(item), Signal(), self.lies_at(item, place), dict[str, Signal]()
+        lies, carriers = self.lies_at(item, place), dict[str, Signal]()
 
-        def look() -> None:
+        def look(known: _Item, signal: Signal) -> None:
             if not known.carrier:
                 signal.set(lies.value)
                 return
             if known.carrier not in carriers:
                 carriers[known.carrier] = self._positions().near(known.carrier, place)
-                carriers[known.carrier].tell(look)
+                carriers[known.carrier].tell(lambda: look(known, signal))
             signal.set(carriers[known.carrier].value)
 
-        return self._following(known, signal, look)
+        return self._following(item, f"at {place}", look)
 
     def carried(self, item: str, by: str | None) -> Signal:
         """Return whether an item is carried; by a robot, or by any."""
-        known, signal = self._item(item), Signal()
 
-        def look() -> None:
+        def look(known: _Item, signal: Signal) -> None:
             signal.say(holds=bool(known.carrier) and by in (None, known.carrier))
 
-        return self._following(known, signal, look)
+        return self._following(item, f"carried by {by}", look)
 
-    def _following(self, item: _Item, signal: Signal, look: Callable[[], None]) -> Signal:
-        item.looks.append(look)
-        look()
-        return signal
+    def _following(self, name: str, what: str, look: _Look) -> Signal:
+        """Return the signal of what is said of an item, which is updated whenever the item changes."""
+        item = self._item(name)
+        if what not in item.signals:
+            signal = Signal()
+            item.signals[what] = signal, look
+            look(item, signal)
+        return item.signals[what][0]
 
     def _item(self, name: str) -> _Item:
         return self._items.setdefault(name, _Item())
@@ -108,8 +116,8 @@ class Items:
     def _change(self, name: str, at: Point | None, carrier: str) -> None:
         item = self._item(name)
         item.at, item.carrier = at, carrier
-        for look in item.looks:
-            look()
+        for signal, look in item.signals.values():
+            look(item, signal)
 
     def _put(self, _at: int, event: Teleported | Spawned) -> None:
         if event.entity in self._items or (isinstance(event, Spawned) and event.type == "item"):

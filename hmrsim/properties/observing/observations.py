@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -77,9 +78,9 @@ class Observations:
         return Faults(self.timeline)
 
     @property
-    def powered(self) -> list[str]:
-        """The robots whose batteries are asked for."""
-        return [*self.batteries.shares] if "batteries" in self.__dict__ else []
+    def powered(self) -> Collection[str]:
+        """The robots whose batteries are asked for, also from now on."""
+        return self.batteries.shares.keys() if "batteries" in self.__dict__ else ()
 
     def pulse(self, pattern: EventPattern) -> Signal:
         """Return a signal that holds at the instants of some events."""

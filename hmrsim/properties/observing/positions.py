@@ -23,6 +23,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
+def point_of(world: World, place: str) -> Point | None:
+    """Return where a place, dock or waypoint is; None if there is none, as an event may name anything."""
+    try:
+        return world.point(place)
+    except KeyError:
+        return None
+
+
 class _Near:
     """Whether a robot is near a place, now and as it is going to drive."""
 
@@ -56,7 +64,10 @@ class Positions:
         """Return whether a robot is at a place."""
         places = self._near.setdefault(robot, {})
         if place not in places:
-            near = places[place] = _Near(self._world.point(place))
+            where = point_of(self._world, place)
+            if where is None:
+                return Signal()
+            near = places[place] = _Near(where)
             self._look(robot, near)
         return places[place].signal
 

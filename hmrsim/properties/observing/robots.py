@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -15,7 +16,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.observing.signal import Signal
 from hmrsim.properties.observing.timeline import GoalSeen, Phase
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.occurrence import SceneSeen, records, text, whole
+from hmrsim.report.occurrence import SceneSeen, number, records, text, whole
 from hmrsim.report.track import state_of
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 _TERMINAL: Final = int(GoalStatus.SUCCEEDED)
 _EMPTY: Final = "battery_empty"
+_MAX_SECONDS: Final = 1e9
 _AILMENTS: Final = {"breakdown": "disabled", "messages_lost": "cut_off"}
 """The faults by which a robot is in another state, and the field that says so."""
 
@@ -110,9 +112,8 @@ class Robots:
         if robot is None:
             return
         self._cease(robot)
-        seconds = event.duration + sum(each.get("duration", 0.0) for each in event.then)
         robot.waits = False
-        self._go(robot, at + round(seconds * NANOSECONDS))
+        self._go(robot, at + _length(event))
 
     def _go(self, robot: _Robot, until: int) -> None:
         def arrive(_at: int) -> None:
@@ -177,9 +178,8 @@ class Robots:
         if isinstance(motion, dict):
             event = MotionBegan.from_json({**motion, "robot": ""})
             since = motion.get("began")
-            began = round(since * NANOSECONDS) if isinstance(since, (int, float)) else at
-            seconds = event.duration + sum(each.get("duration", 0.0) for each in event.then)
-            self._go(robot, min(began, at) + round(seconds * NANOSECONDS))
+            began = round(number(motion, "began") * NANOSECONDS) if since is not None else at
+            self._go(robot, min(began, at) + _length(event))
 
     def _settle(self, robot: _Robot) -> None:
         state = state_of(
@@ -193,3 +193,9 @@ class Robots:
         robot.state = state
         for name, signal in robot.signals.items():
             signal.say(holds=robot.there and name == state)
+
+
+def _length(event: MotionBegan) -> int:
+    """Return how long a motion takes, with all that follows, in nanoseconds."""
+    seconds = event.duration + math.fsum(number(each, "duration") for each in event.then)
+    return round(min(max(seconds, 0.0), _MAX_SECONDS) * NANOSECONDS)

@@ -112,7 +112,7 @@ class Timeline:
         if handlers is not None:
             self.give(occurrence.at, event, handlers)
         elif not isinstance(event, _SAMPLED):
-            self._look(occurrence.at)
+            self.look(occurrence.at)
 
     def give(self, stamp: int, event: Any, handlers: tuple[Handler, ...]) -> None:
         """Let time go on to a stamp, and call some handlers."""
@@ -121,6 +121,12 @@ class Timeline:
             self.advance(at)
         for handler in handlers:
             handler(self.now, event)
+
+    def look(self, stamp: int) -> None:
+        """Take note of a stamp of something that nothing wants; what is due before rings."""
+        at = self._look(stamp)
+        if self._alarms and self._alarms[0][0] < at and at > self.now:
+            self.advance(at)
 
     def restart(self, ended: int) -> None:
         """Take note that simulated time begins anew, at a stamp of the time before."""
@@ -170,6 +176,11 @@ class Timeline:
             _, _, _, alarm = heapq.heappop(self._alarms)
             alarm.ring(self.now)
             self._settle()
+
+    def close(self) -> None:
+        """Take nothing any more."""
+        for left in (self.handlers, self._alarms, self._unsettled):
+            left.clear()
 
     def _settle(self) -> None:
         while self._unsettled:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.conditions.binding import bound, bound_names
+from hmrsim.properties.conditions.expressions import prepare
 from hmrsim.properties.conditions.wording import describe
 from hmrsim.properties.model.part import BOUND
 from hmrsim.properties.observing.pulses import watch
@@ -67,8 +68,7 @@ class Whenever(Settling):
         elif not self._names:
             self._term = self.term(self._then)
         else:
-            # What is followed must be followed from the start.
-            self.term(bound(self._then, dict.fromkeys(self._names, ""))).close()
+            prepare(self._then, observations)
 
     def _begin_at_event(self, at: int, fields: _Fields) -> None:
         said = fields() if self._names or not self.subject else {}

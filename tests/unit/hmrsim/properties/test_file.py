@@ -136,6 +136,13 @@ def test_a_file_that_is_not_there_is_an_error(tmp_path):
         read_properties(tmp_path / "none.yaml")
 
 
+def test_each_robot_is_said_where_robots_are():
+    """A star among the values of an event's fields is not what it looks like."""
+    assert ["properties.x.never.where.robot: each robot is said beside where: robot: '*'"] == told(
+        {"properties": {"x": {"never": {"event": "picked", "where": {"robot": "*"}}}}}
+    )
+
+
 def test_a_place_has_one_position_in_an_order():
     """An order that names a place twice can't be kept; a sequence may."""
     twice = ["lab", "hall", "lab"]

@@ -326,6 +326,15 @@ def test_a_scene_says_how_things_are():
     assert [] == feed.violations
 
 
+def test_a_scene_that_comes_later_says_nothing_new():
+    """A recording may have scenes in between, which are those of a while ago."""
+    feed = Feed({"away": {"never": {"robot": "eve", "at": "hall"}}}).scene(0.0, robots=[], items=[], fixtures=[])
+    there = {"name": "eve", "type": "nurse", "pose": [10.0, 0.0, 0.0], "goals": []}
+    feed.scene(5.0, robots=[there], items=[], fixtures=[]).end(9.0)
+
+    assert [] == feed.violations
+
+
 def test_all_begins_anew_with_a_reset():
     """After a reset, robots, items and doors are as at the start, and time goes on."""
     feed = Feed({"away": {"never": {"robot": "eve", "at": "hall"}}})

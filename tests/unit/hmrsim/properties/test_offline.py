@@ -83,6 +83,28 @@ def test_a_recording_says_what_the_run_did():
     assert [] == told(check_recording(recording, properties_of(said)).monitor)
 
 
+def test_what_can_not_be_read_of_a_recording_is_noted():
+    """A recording may be damaged: a motion without an end is left out, and told."""
+    stamp = {"sec": 1, "nanosec": 0}
+    motion = {"kind": "motion", "stamp": stamp, "robot": "wall_e", "from": [0, 0, 0], "to": [1, 0, 0], "duration": -1.0}
+    samples = [(0, "_world/events", {**motion, "lane": None}), (0, "_world/events", {"kind": "picked", "stamp": stamp})]
+    world = load_world("scenario1").world
+    robot, place = next(iter(world.robots)), next(iter(world.waypoints))
+    recording = SimpleNamespace(
+        world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        truncated=True,
+        samples=lambda: iter(samples),
+    )
+
+    said = {"properties": {"x": {"sometimes": {"robot": robot, "at": place}}}}
+    checked = check_recording(recording, properties_of(said))
+
+    assert (
+        "The recording is truncated: later events are missing.",
+        "2 events are ignored, as this version can't read them.",
+    ) == checked.notes
+
+
 def test_a_trace_that_can_not_be_replayed_is_read():
     """A trace of another contract still says when goals ended and doors opened."""
     header, *rest = traced().splitlines(keepends=True)

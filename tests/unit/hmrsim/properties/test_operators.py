@@ -196,6 +196,28 @@ def test_a_state_that_does_not_follow_is_told_with_its_robot():
     assert [(35.0, "p", "eve", "not within 30 s: $robot is at ward_a")] == feed.violations
 
 
+def test_an_event_may_name_the_place_and_the_item():
+    """What an order brings has to be where the order says; a place that there is not is never reached."""
+    arrives = {"whenever": {"event": "order_placed"}, "then": {"item": "$item", "at": "$to"}, "within": 60}
+    feed = place(place(watched(arrives), 5, "a"), 6, "b")
+    feed.event(7, "order_placed", order="c", item="c", **{"from": "lab", "to": "nowhere"})
+    for at, item in ((20, "a"), (30, "c")):
+        feed.event(at, "placed", robot="eve", item=item, at=[20.0, 0.0])
+
+    assert [(66.0, "b"), (67.0, "c")] == [(at, subject) for at, _, subject, _ in feed.end(99).violations]
+
+
+def test_a_battery_may_be_the_trigger_s_robot_s():
+    """The robot that begins to charge is full within a minute."""
+    full = {"whenever": {"event": "charging_began"}, "then": {"battery": "$robot", "above": 0.9}, "within": 60}
+    feed = watched(full)
+    for robot in ("eve", "wall_e"):
+        feed.event(2, "charging_began", robot=robot, charge=1.0, percentage=0.2)
+    low(feed, 30, "eve", 0.95)
+
+    assert [(62.0, "wall_e")] == [(at, subject) for at, _, subject, _ in feed.end(99).violations]
+
+
 def test_a_state_triggers_when_it_begins_to_hold():
     """A robot that comes to the lab, and stays there, triggers once."""
     feed = watched({"whenever": {"robot": "wall_e", "at": "lab"}, "then": DOOR, "within": 10})
@@ -214,13 +236,13 @@ def test_what_never_follows_is_a_violation_at_the_end():
 
 
 def test_violations_are_told_as_soon_as_they_are_found():
-    """Whoever listens is called with each violation, in order of time."""
+    """Whoever listens is called with each violation, once anything tells that its time is over."""
     feed, told = watched(IN_TIME), []
     feed.monitor.listen(lambda violation: told.append((violation.property, violation.at)))
-    place(feed, 5, "a").event(70, "door_opened", door="gate")
+    place(feed, 5, "a").event(65, "door_opened", door="gate")
 
     assert [] == told
-    place(feed, 71, "b")
+    feed.event(66, "door_opened", door="gate")
 
     assert [("p", seconds(65))] == told
 
@@ -228,6 +250,7 @@ def test_violations_are_told_as_soon_as_they_are_found():
 def test_nothing_happens_after_the_end():
     """What comes when a simulation is torn down is no part of the run."""
     feed = watched({"never": DOOR}).end(8).event(9, "door_opened", door="gate")
+    feed.monitor.timeline.restart(seconds(99))
     feed.monitor.end(None, Ended("failed"))
 
     assert [] == feed.violations
