@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 
 import pytest
 
 from hmrsim.cli import main
+from hmrsim.cli.check_trace import check_trace
 from hmrsim_zenoh.recording import open_recording
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
@@ -54,6 +56,20 @@ def test_a_violation_is_recorded_and_not_traced(run, tmp_path):
         [(event["property"], event["subject"], event["reason"]) for event in recorded],
         "property_violated" in (tmp_path / "run.jsonl").read_text(),
     )
+
+
+def test_trace_and_recording_say_the_same_of_the_run(run, tmp_path, capsys):
+    """A check of either finds the violation that was found while the world was served."""
+    run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
+    found = []
+    for name in ("run.jsonl", "run.mcap"):
+        capsys.readouterr()
+        args = Namespace(trace=tmp_path / name, properties=tmp_path / "properties.yaml", json=True, log_level="error")
+        code = check_trace(args)
+        said = json.loads(capsys.readouterr().out)["violations"]
+        found.append((code, [(each["property"], round(each["at"], 3)) for each in said]))
+
+    assert [(1, [("away", 2.0)])] * 2 == found
 
 
 def test_a_run_without_a_violation_is_a_success(run):
