@@ -49,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     search.add_argument("--at-most", metavar="N", type=_count, help="things in one schedule (3)")
     search.add_argument("--only", metavar="KIND", nargs="+", help="the kinds of things that happen (all)")
     search.add_argument("--without", metavar="KIND", nargs="+", help="kinds that do not happen")
-    search.add_argument("--also", metavar="KIND", nargs="+", help="second_controller, simulation_reset")
+    search.add_argument("--also", metavar="KIND", nargs="+", help="item_lost, second_controller, simulation_reset")
     search.add_argument("--spare", metavar="NAME", nargs="+", help="robots, doors, … to which nothing happens")
     search.add_argument("--first", action="store_true", help="end with the first failure")
     search.add_argument("-j", "--jobs", metavar="N", type=jobs, help="processes at once (one a processor)")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from hmrsim.fault_search.space.model import OPT_IN
-
 _LASTING: Final = ("controller_stalled",)
 _RESTART: Final = 5.0
 """Simulated seconds until a controller that was killed is started again."""
@@ -16,22 +14,20 @@ KINDS: Final = (
     "controller_killed",
     "reply_lost",
     "request_repeated",
-    *OPT_IN,
+    "second_controller",
+    "simulation_reset",
 )
 """The kinds of disturbances, the mildest first."""
 
 
-def disturbances_of(durations: Sequence[float], also: Sequence[str]) -> Iterator[dict[str, Any]]:
+def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
     """Yield the disturbances that can be tried, without the time at which they begin.
 
     Args:
         durations: Simulated seconds that those last that last.
-        also: The kinds that are tried although few controllers promise to bear them.
     """
     for kind in KINDS:
         said: dict[str, Any] = {"disturbance": kind}
-        if kind in OPT_IN and kind not in also:
-            continue
         if kind in _LASTING:
             yield from ({**said, "duration": seconds} for seconds in durations)
         elif kind == "controller_killed":

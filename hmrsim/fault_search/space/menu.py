@@ -12,6 +12,7 @@ from hmrsim.fault_search.schedules.thing import CHANGE, Thing
 from hmrsim.fault_search.space.changes import changes_of
 from hmrsim.fault_search.space.disturbances import disturbances_of
 from hmrsim.fault_search.space.faults import faults_of
+from hmrsim.fault_search.space.model import OPT_IN
 
 if TYPE_CHECKING:
     import random
@@ -106,7 +107,7 @@ class Menu:
         if "changes" in space.families:
             said += changes_of(world, asked)
         if "disturbances" in space.families:
-            said += disturbances_of(space.durations, space.also)
+            said += disturbances_of(space.durations)
         things = [thing for thing in map(Thing, said) if self._allowed(thing)]
         things += [Thing(each) for template in space.further for each in expanded(template, [*world.robots])]
         self.entries: list[Entry] = []
@@ -141,6 +142,8 @@ class Menu:
     def _allowed(self, thing: Thing) -> bool:
         space = self._space
         if space.only is not None and thing.kind not in space.only:
+            return False
+        if thing.kind in OPT_IN and thing.kind not in (*space.also, *(space.only or ())):
             return False
         return thing.kind not in space.without and thing.subject not in space.spare
 

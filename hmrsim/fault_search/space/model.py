@@ -10,8 +10,8 @@ from hmrsim.experiments.file.model import Part, Seconds
 
 Family = Literal["faults", "changes", "disturbances"]
 
-OPT_IN: Final = ("second_controller", "simulation_reset")
-"""Disturbances that happen only where a check asks for them: few controllers promise to bear them."""
+OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
+"""What happens only where a check asks for it: few controllers promise to bear it, or none can."""
 
 
 class Space(Part):
@@ -21,7 +21,7 @@ class Space(Part):
         families: Faults, changes of the world, disturbances of the wire and the controller.
         only: The kinds that happen; None for all.
         without: Kinds that do not happen.
-        also: Kinds that happen only if they are asked for: ``second_controller``, ``simulation_reset``.
+        also: Kinds that happen only if they are asked for: ``item_lost``, ``second_controller``, ``simulation_reset``.
         spare: Robots, doors, docks and items to which nothing happens.
         at_most: How many things one schedule has.
         durations: Seconds that things last.
