@@ -58,12 +58,30 @@ log_level: info
 """
 
 
+_PROPERTIES = b"""\
+properties:
+  arrives: {eventually: {item: medicine, at: ward_a, carried: false}, within: 600}
+  charged: {always: {battery: "*", above: 0.05}}
+  in_time: {whenever: {event: order_placed}, then: {event: order_delivered, where: {order: $order}}, within: 900}
+  retries: {whenever: {goal: aborted, robot: "*", action: wait}, then: {goal: accepted, robot: $robot}, within: 30}
+  either: {sometimes: {any: [{door: gate, is: open}, {all: [{lane: [a, b], is: closed}, {not: {fault: slip}}]}]}}
+  rounds: {patrolling: [ward_a, ward_b], robot: eve, every: 300}
+  visits: {strict_ordered_visit: [pharmacy, ward_a], robot: wall_e, within: 60}
+  few: {upper_restricted_avoidance: {robot: eve, at: lab, is: idle}, count: 3}
+  waits: {wait: {order: pills_1, is: waiting}, until: {item: pills_1, carried_by: eve}}
+  react: {instantaneous_reaction: {event: fault_began, where: {fault: slip}}, then: {robot: $robot, is: stopped}}
+  formula: {formula: {always: {if: {robot: eve, is: busy}, then: {eventually: {robot: eve, is: idle}, within: [0, 9]}}}}
+built_in: {no_deadlock: 30, no_vain_goals: 3, mission_ends: false, goals_end: true}
+"""
+
+
 @dataclass(frozen=True)
 class Sample:
     """A valid file.
 
     Attributes:
-        kind: What reads it: ``world``, ``tree``, ``coverage``, ``trace``, ``recording`` or ``settings``.
+        kind: What reads it: ``world``, ``tree``, ``coverage``, ``trace``, ``recording``, ``settings`` or
+            ``properties``.
         name: Its name, with the suffix that readers look at.
     """
 
@@ -76,7 +94,7 @@ class Sample:
 def samples() -> tuple[Sample, ...]:
     """Return all files, smaller ones of a kind first."""
     found = [*_worlds(), *_trees(), *_traces(), *_recordings(), _coverage()]
-    found.append(Sample("settings", "settings.yaml", _SETTINGS))
+    found += [Sample("settings", "settings.yaml", _SETTINGS), Sample("properties", "properties.yaml", _PROPERTIES)]
     return tuple(sorted(found, key=lambda sample: (sample.kind, len(sample.content), sample.name)))
 
 

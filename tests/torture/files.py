@@ -31,8 +31,20 @@ from typing import TYPE_CHECKING, Final
 
 import bt_controller.cli
 from hmrsim.cli import main as hmrsim
-from hmrsim.errors import HmrsimError
+from hmrsim.cli.check_trace import show_findings
+from hmrsim.cli.tracing import lines_of
+from hmrsim.errors import HmrsimError, printable
+from hmrsim.properties import (
+    Monitor,
+    check_properties,
+    check_recording,
+    check_trace,
+    properties_of,
+    read_properties,
+)
 from hmrsim.settings.file import read_file
+from hmrsim.world_checks import load_world
+from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.settings import SERVED
 from tests.torture.corpus import Sample, samples
 from tests.torture.mutation import mutated, mutated_lines
@@ -80,10 +92,39 @@ def _read_settings(path: str) -> int:
     return 0
 
 
+def _watched(path: str) -> int:
+    """Read properties as ``hmrsim run --monitor`` does, and look for what they speak of in a world."""
+    try:
+        properties = read_properties(path)
+        Monitor(properties, world := load_world("hospital").world)
+        show_findings(properties, check_properties(properties, world))
+    except HmrsimError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _checked(path: str) -> int:
+    """Check the properties of a run as a check of a trace or a recording does."""
+    # Robots that are in all worlds of the corpus, and places that are in none, so that events have something to hit.
+    said = {"x": {"whenever": {"event": "status"}, "then": {"robot": "$robot", "is": "idle"}, "within": 5}}
+    properties = properties_of({"properties": {**said, "y": {"never": {"battery": "*", "below": 0.5}}}})
+    try:
+        file = Path(path).read_bytes()[:8]
+        if file.startswith(b"\x89MCAP"):
+            checked = check_recording(open_recording(Path(path)), properties)
+        else:
+            checked = check_trace(lambda: lines_of(Path(path)), properties)
+        checked.monitor.verdicts()
+    except (HmrsimError, OSError, UnicodeDecodeError) as error:
+        print(printable(str(error)), file=sys.stderr)
+        return 2
+    return 0
+
+
 def _played(path: str) -> int:
     """Read a recording as ``hmrsim view`` does before it serves it."""
     # Loads what serves pages.
-    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
     from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
 
     try:
@@ -105,13 +146,16 @@ _COMMANDS: Final[dict[str, tuple[tuple[str, Callable[[str], int], float], ...]]]
     "coverage": (("bt-controller coverage {}", lambda path: bt_controller.cli.main(["coverage", path]), 1.0),),
     "trace": (
         ("hmrsim replay {}", lambda path: hmrsim(["replay", path]), 0.5),
-        ("hmrsim report {} --json", lambda path: hmrsim(["report", path, "--json"]), 0.5),
+        ("hmrsim report {} --json", lambda path: hmrsim(["report", path, "--json"]), 0.3),
+        ("check_trace({})", _checked, 0.2),
     ),
     "recording": (
-        ("hmrsim report {} --json", lambda path: hmrsim(["report", path, "--json"]), 0.6),
+        ("hmrsim report {} --json", lambda path: hmrsim(["report", path, "--json"]), 0.4),
         ("hmrsim view {}", _played, 0.4),
+        ("check_recording({})", _checked, 0.2),
     ),
     "settings": (("hmrsim run --settings {}", _read_settings, 1.0),),
+    "properties": (("hmrsim run --monitor {}", _watched, 1.0),),
 }
 """What reads each kind of file, and how often."""
 
