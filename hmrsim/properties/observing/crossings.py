@@ -38,6 +38,23 @@ def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[S
     return [(began or 0, ended) for began, ended in spans]
 
 
+def closest(place: Point, motions: Iterable[Motion], until: int) -> float:
+    """Return the least distance to a place while a robot makes some motions, as far as it has come by some time."""
+    least = math.inf
+    for motion in motions:
+        if motion.began > until:
+            break
+        driven = motion.driven(until) if motion.length else 0.0
+        ended = motion.end if not motion.length and until >= motion.until else motion.start
+        if driven:
+            (ax, ay), (bx, by) = motion.start, motion.end
+            ux, uy = (bx - ax) / motion.length, (by - ay) / motion.length
+            along = min(driven, max(0.0, (place[0] - ax) * ux + (place[1] - ay) * uy))
+            ended = (ax + along * ux, ay + along * uy)
+        least = min(least, distance(motion.start, place), distance(ended, place))
+    return least
+
+
 def _of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] | None:
     """Return when a robot is near a place during a motion, from when to when; None if it never is."""
     if not motion.length:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.events.traffic import MadeRoom, Waiting
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.properties.observing.crossings import Span, spans_near
+from hmrsim.properties.observing.crossings import Span, closest, spans_near
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
 from hmrsim.properties.observing.timeline import Phase
 from hmrsim.report.occurrence import SceneSeen, number, point, records, text
@@ -39,6 +40,7 @@ class _Near:
         self.signal = Signal()
         self.coming: list[Span] = []
         self.alarm: Alarm | None = None
+        self.closest = math.inf
 
 
 class Positions:
@@ -71,6 +73,22 @@ class Positions:
             self._look(robot, near)
         return places[place].signal
 
+    def clearance(self, robot: str, place: str) -> float:
+        """Return how far from being at a place a robot was at least, in radii of the circle around it."""
+        near = self._near.get(robot, {}).get(place)
+        if near is None:
+            return math.inf
+        self._measure(robot, near)
+        return (near.closest - self._radius) / self._radius
+
+    def _measure(self, robot: str, near: _Near) -> None:
+        """Take note of how near a robot has come since it was last looked at."""
+        motions, where = self._motions.get(robot), self._at.get(robot)
+        if motions is not None:
+            near.closest = min(near.closest, closest(near.place, motions, self._timeline.now))
+        elif where is not None:
+            near.closest = min(near.closest, distance(where, near.place))
+
     def begin_anew(self) -> None:
         """Put all robots to where they start."""
         now = self._timeline.now
@@ -85,6 +103,8 @@ class Positions:
             self._stand(at, event.entity, event.at)
 
     def _stand(self, _at: int, robot: str, where: Point | None) -> None:
+        for near in self._near.get(robot, {}).values():
+            self._measure(robot, near)
         self._at[robot] = where
         self._motions.pop(robot, None)
         for near in self._near.get(robot, {}).values():
@@ -94,6 +114,8 @@ class Positions:
         self._go(event.robot, Motion.all_of(at, event, None))
 
     def _go(self, robot: str, motions: Sequence[Motion]) -> None:
+        for near in self._near.get(robot, {}).values():
+            self._measure(robot, near)
         self._motions[robot] = motions
         self._at[robot] = motions[-1].end
         for near in self._near.get(robot, {}).values():

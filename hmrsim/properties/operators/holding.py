@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.properties.conditions.wording import describe
+from hmrsim.properties.model.conditions import RobotCondition
 from hmrsim.properties.operators.settling import Settling
 
 if TYPE_CHECKING:
@@ -12,6 +15,9 @@ if TYPE_CHECKING:
 
     from hmrsim.properties.observing.observations import Observations
     from hmrsim.properties.results import Tell, Verdict
+
+_FAR: Final = 9.0
+"""Radii of the circle around a place beyond which a robot is far from it."""
 
 
 class Holding(Settling):
@@ -38,6 +44,9 @@ class Holding(Settling):
         self._reason = words if never else f"not: {words}"
         self._said = describe(condition)
         self._term = self.term(condition)
+        self._clearance: Callable[[], float] | None = None
+        if never and isinstance(condition, RobotCondition) and condition.at is not None and condition.is_ is None:
+            self._clearance = partial(observations.positions.clearance, condition.robot, condition.at)
         self._fails = False
         self._least = 1.0
 
@@ -53,5 +62,6 @@ class Holding(Settling):
             )
 
     def unless_violated(self) -> Verdict:
-        """Return that it holds; the robustness is the least one of the condition."""
-        return self._is("holds", self._least, f"{'never' if self._never else 'always'} {self._said}")
+        """Return that it holds; the robustness is the least one of the condition, or how far a robot stayed away."""
+        least = self._least if self._clearance is None else min(self._least, self._clearance() / _FAR)
+        return self._is("holds", least, f"{'never' if self._never else 'always'} {self._said}")

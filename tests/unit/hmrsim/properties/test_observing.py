@@ -75,6 +75,18 @@ def test_a_way_beside_a_place_is_not_near_it():
     assert [(0.0, False)] == found
 
 
+def test_a_robot_that_stays_away_is_the_surer_to_do_so():
+    """A robot that passes 1.9 m aside, a tenth of what is far, hardly keeps out; one that stops before is surer."""
+    feed = Feed({"out": {"never": {"robot": "*", "at": "hall"}}}, world=ward(robots={"eve": {"at": [0, 9]}}))
+    feed.monitor.begin(0)
+    drive(feed, 0.0, [0.0, 1.9], [20.0, 1.9], seconds=20.0)
+    feed.event(5.5, "stopped", robot="eve", at=[5.5, 1.9])
+    stopped = feed.monitor.verdicts()[0].robustness
+    drive(feed, 6.0, [5.5, 1.9], [20.0, 1.9], seconds=14.5)
+
+    assert (round((4.8847 - 1) / 9, 4), 0.1) == (round(stopped, 4), round(feed.end(30).verdict("out").robustness, 6))
+
+
 def test_a_robot_that_speeds_up_and_slows_down_comes_when_it_does():
     """The profile of its speed says when it comes, and leaves."""
     profile = Trapezoid(20.0, 2.0, 0.5)
