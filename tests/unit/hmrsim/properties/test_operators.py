@@ -254,3 +254,27 @@ def test_nothing_happens_after_the_end():
     feed.monitor.end(None, Ended("failed"))
 
     assert [] == feed.violations
+
+
+def test_an_event_at_the_instant_of_a_state_follows_it():
+    """What begins to hold does so at the end of its instant, and an event of that instant follows it."""
+    feed = watched({"whenever": {"all": [DOOR, {"fault": "slip"}]}, "then": {"event": "door_closed"}, "within": 5})
+    feed.event(1, "fault_began", fault="slip", name="s", robot="eve")
+    feed.event(2, "door_closed", door="gate").event(2, "door_opened", door="gate").event(3, "door_opened", door="gate")
+
+    assert [(8.0, "not within 5 s: door_closed")] == [(at, why) for at, _, _, why in feed.end(20).violations]
+
+
+def test_a_run_that_was_stopped_leaves_obligations_undecided():
+    """What has not followed yet might have."""
+    feed = watched({**STOPS, "then": DOOR}).event(5, "fault_began", fault="breakdown", name="b", robot="eve")
+
+    assert "undecided" == feed.end(50, "stopped").verdict("p").state
+
+
+def test_a_property_of_each_robot_is_exercised_by_any():
+    """One robot whose goal was aborted and retried is enough; what should happen sometimes, should for each."""
+    retried = watched(RETRIES).goal(5, "eve", GO, A, 1, 2, 6).goal(9, "eve", GO, B, 1).end(99)
+    happened = watched({"sometimes": {"goal": "accepted", "robot": "*"}}).goal(9, "eve", GO, B, 1).end(99)
+
+    assert ["holds", "never_exercised"] == [feed.verdict("p").state for feed in (retried, happened)]

@@ -250,3 +250,44 @@ def test_patterns_that_nothing_has_exercised_say_so():
     ):
         with case(said):
             assert "never_exercised" == tell(said, [frozenset()]).verdict("x").state
+
+
+@pytest.mark.parametrize(
+    ("said", "word", "ending", "state", "robustness"),
+    [
+        ({"past_avoidance": P, "until": Q}, [{"q"}, {"p"}], "succeeded", "holds", 1.0),
+        ({"past_avoidance": P, "until": Q}, [set()], "stopped", "undecided", 0.0),
+        ({"future_avoidance": P, "after": Q}, [{"p"}, {"q"}], "succeeded", "holds", 1.0),
+        ({"upper_restricted_avoidance": P, "count": 4}, [{"p"}], "succeeded", "holds", 0.75),
+        ({"exact_restricted_avoidance": P, "count": 1}, [{"p"}], "succeeded", "holds", 1.0),
+        ({"lower_restricted_avoidance": P, "count": 2}, [{"p"}], "stopped", "undecided", 0.0),
+        ({"lower_restricted_avoidance": P, "count": 2}, [{"p"}, {"p"}], "succeeded", "holds", 1.0),
+        ({"instantaneous_reaction": P, "then": Q}, [{"p", "q"}], "succeeded", "holds", 1.0),
+        ({"prompt_reaction": P, "then": Q}, [{"p"}], "succeeded", "undecided", 0.0),
+        ({"prompt_reaction": P, "then": Q}, [{"p"}, {"q"}], "succeeded", "holds", 1.0),
+        ({"delayed_reaction": P, "then": Q}, [{"p"}], "stopped", "undecided", 0.0),
+        ({"delayed_reaction": P, "then": Q, "within": 4}, [{"p"}, set(), {"q"}], "succeeded", "holds", 0.5),
+        ({"delayed_reaction": P, "then": Q, "within": 4}, [{"p"}], "succeeded", "undecided", 0.0),
+    ],
+)
+def test_verdicts_of_patterns(said, word, ending, state, robustness):
+    """What holds has its robustness, and what an end cuts off is undecided."""
+    feed = Feed({"x": said}, world=world())
+    feed.monitor.begin(1_000_000_000)
+    for i, letter in enumerate(word, 1):
+        for name in sorted(letter) or ["tick"]:
+            feed.event(float(i), "run_reported", label=name)
+    verdict = feed.end(len(word) + 1.0, ending).verdict("x")
+
+    assert ([], state, robustness) == (feed.violations, *verdict[1:3])
+
+
+def test_a_visit_that_an_end_cuts_off_is_undecided():
+    """A run that is stopped, or too short for the time, does not say whether all places would have been reached."""
+    found = []
+    for ending, said in (("stopped", {}), ("succeeded", {"within": 99.0})):
+        feed = Feed({"p": {"visit": ["l1", "l2"], "robot": "eve", **said}}, world=world())
+        feed.event(1.0, "teleported", entity="eve", at=PLACES["l1"], yaw=0.0).end(9.0, ending)
+        found.append((feed.violations, feed.verdict("p").state))
+
+    assert [([], "undecided")] * 2 == found

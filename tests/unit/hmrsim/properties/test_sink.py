@@ -1,0 +1,99 @@
+"""Watching over a simulation while it runs: what is asked of it, and what a reset does."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.properties import Ended, Monitor, MonitorSink, properties_of
+from hmrsim.protocol.topics import Topic
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.testing import simulation
+from hmrsim.world_checks.loading import world_of
+from tests.watching import OFF
+
+WORLD = {
+    "waypoints": {"home": [0, 0], "shelf": [5, 0]},
+    "lanes": [["home", "shelf"]],
+    "robot_types": {"cart": {"components": {"battery": {"capacity": 100.0}}}},
+    "robots": {"eve": {"type": "cart", "at": "home", "script": ["Go shelf", "Wait 10", "Go home"]}},
+}
+
+
+@pytest.fixture
+def run():
+    """Return the function that runs the robot's script under a monitor of some properties."""
+
+    def watched(said, built_in=OFF, until=60.0):
+        world = world_of(dict(WORLD), "world")
+        monitor = Monitor(properties_of({"properties": said, "built_in": dict(built_in)}), world)
+        sinks = []
+
+        def watchers(simulator):
+            sinks.append(MonitorSink(simulator, monitor))
+            return sinks
+
+        simulator = Simulator(world, RunSettings(), watchers=watchers)
+        simulator.advance(until)
+        sinks[0].weigh()
+        monitor.end(round(until * 1e9), Ended("succeeded"))
+        return monitor, sinks[0]
+
+    return watched
+
+
+@pytest.mark.parametrize(
+    ("said", "wanted"),
+    [
+        ({}, {Topic.EVENTS}),
+        ({"x": {"never": {"event": "picked"}}}, {Topic.EVENTS}),
+        ({"x": {"never": {"battery": "eve", "below": 0.1}}}, {Topic.EVENTS}),
+        ({"x": {"never": {"robot": "eve", "at": "shelf"}}}, {Topic.EVENTS, Topic.MOTION}),
+    ],
+)
+def test_only_what_a_property_speaks_of_is_wanted(said, wanted):
+    """Motions are computed for properties about robots' places only."""
+    world = world_of(dict(WORLD), "world")
+    sink = MonitorSink(Simulator(world), Monitor(properties_of({"properties": said}), world))
+
+    assert wanted == {topic for topic in Topic if sink.wants(topic)}
+
+
+def test_a_battery_is_read_when_anything_happens(run):
+    """A battery that loses a share of 0.01 a second is at 0.8 after 20 s, without an event of its own."""
+    monitor, _ = run({"low": {"always": {"battery": "eve", "above": 0.83}}})
+
+    assert [20.0] == [violation.at / 1e9 for violation in monitor.violations]
+
+
+def test_events_of_goals_may_be_spoken_of_with_all_their_fields(run):
+    """A property of the event itself has its status and its result."""
+    monitor, _ = run({"done": {"sometimes": {"event": "status", "where": {"status": 4, "action": "wait"}}}})
+
+    assert "status (status 4, action wait), once" == monitor.verdicts()[0].text
+
+
+def test_built_in_properties_hold_of_a_script(run):
+    """Goals of scripts are goals, too."""
+    monitor, _ = run({}, built_in={})
+
+    assert ([], "3 goals have ended once") == (monitor.violations, monitor.verdicts()[0].text)
+
+
+def test_a_reset_is_the_start_again_and_time_goes_on():
+    """The mission of a world that is reset is watched from its start, at later times."""
+    tree = "bt_controller.examples.hospital:mission"
+    said = {"properties": {"x": {"never": {"robot": "eve", "at": "lab"}}}}
+    with simulation("hospital", tree=tree) as run:
+        simulator = run.simulator
+        monitor = Monitor(properties_of(said), simulator.world)
+        simulator._sinks.append(MonitorSink(simulator, monitor))
+        simulator.interest.refresh()
+        run.to_the_end()
+        first = run.now
+        run.client.get(run.client.keys.world("reset_simulation"), payload=b"{}")
+        run.to_the_end()
+        monitor.end(None, Ended("succeeded"))
+
+    once, again = (violation.at / 1e9 for violation in monitor.violations)
+    assert (54.627, 54.627) == (round(once, 3), round(again - first, 3))
