@@ -49,7 +49,7 @@ class Monitor:
         for kind in (SimulationReset, WorldLoaded):
             self.timeline.on(kind, self._begin_anew)
         self._anew = True
-        self._over = False
+        self._begun = self._over = False
 
     @property
     def wants_status(self) -> bool:
@@ -73,6 +73,7 @@ class Monitor:
 
     def begin(self, at: int) -> None:
         """Let the run begin at a time, in nanoseconds; without this, it begins with the first occurrence."""
+        self._begun = True
         if self.timeline.begin(at):
             for watcher in self._watchers:
                 watcher.begin(self.timeline.now)
@@ -82,7 +83,8 @@ class Monitor:
         if self._over or (isinstance(occurrence.event, SceneSeen) and not self._anew):
             # A scene may be late; only the first one says what is not known yet.
             return
-        self.begin(occurrence.at)
+        if not self._begun:
+            self.begin(occurrence.at)
         self.timeline.take(occurrence)
         if isinstance(occurrence.event, SceneSeen):
             self._anew = False
@@ -93,7 +95,8 @@ class Monitor:
             return
         if asked is not None and self._vain is not None:
             self._vain.ask(seen.robot, seen.action, asked)
-        self.begin(stamp)
+        if not self._begun:
+            self.begin(stamp)
         self.timeline.give(stamp, seen, self.timeline.handlers.get(GoalSeen, ()))
 
     def request(self, robot: str, action: str, asked: Any) -> None:

@@ -52,6 +52,7 @@ class Positions:
         self._at: dict[str, Point | None] = {}
         self._motions: dict[str, Sequence[Motion]] = {}
         self._near: dict[str, dict[str, _Near]] = {}
+        self._told: dict[str, tuple[int, MotionBegan]] = {}
         self.begin_anew()
         timeline.on(MotionBegan, self._move)
         for stops in (Stopped, Waiting):
@@ -69,6 +70,8 @@ class Positions:
             where = point_of(self._world, place)
             if where is None:
                 return Signal()
+            if robot in self._told:
+                self._go(robot, Motion.all_of(*self._told.pop(robot), None))
             near = places[place] = _Near(where)
             self._look(robot, near)
         return places[place].signal
@@ -107,11 +110,16 @@ class Positions:
             self._measure(robot, near)
         self._at[robot] = where
         self._motions.pop(robot, None)
+        self._told.pop(robot, None)
         for near in self._near.get(robot, {}).values():
             self._look(robot, near)
 
     def _move(self, at: int, event: MotionBegan) -> None:
-        self._go(event.robot, Motion.all_of(at, event, None))
+        if event.robot in self._near:
+            self._go(event.robot, Motion.all_of(at, event, None))
+        else:
+            # Nobody has asked where it is yet.
+            self._told[event.robot] = at, event
 
     def _go(self, robot: str, motions: Sequence[Motion]) -> None:
         for near in self._near.get(robot, {}).values():

@@ -43,13 +43,15 @@ def _watch_goals(timeline: Timeline, pattern: EventPattern, matched: Matched) ->
     statuses, robot, action = STATUSES[pattern.goal or ""], pattern.robot, pattern.action
 
     def change(at: int, goal: GoalSeen) -> None:
-        if goal.status in statuses and robot in (None, goal.robot) and action in (None, goal.action):
+        if goal.status in statuses and action in (None, goal.action):
             matched(at, goal._asdict)
 
     if pattern.goal == "rejected":
         timeline.on(SendGoalRejected, reject)
-    else:
+    elif robot is None:
         timeline.on(GoalSeen, change)
+    else:
+        timeline.on_goals_of(robot, change)
 
 
 def pulse(timeline: Timeline, pattern: EventPattern) -> Signal:

@@ -82,6 +82,7 @@ class Timeline:
         self._number = 0
         self._unsettled: dict[Callable[[int], object], None] = {}
         self._begun = False
+        self._of_robots: dict[str, list[Handler]] = {}
 
     def begin(self, stamp: int) -> bool:
         """Let the run begin at a stamp, unless it has begun; return whether it has not."""
@@ -93,6 +94,16 @@ class Timeline:
     def on(self, kind: type, handler: Handler) -> None:
         """Call a handler with each occurrence of a kind from now on, after those that were there before."""
         self.handlers[kind] = (*self.handlers.get(kind, ()), handler)
+
+    def on_goals_of(self, robot: str, handler: Handler) -> None:
+        """Call a handler with the changes of a robot's goals from now on."""
+        if not self._of_robots:
+            self.on(GoalSeen, self._goal)
+        self._of_robots.setdefault(robot, []).append(handler)
+
+    def _goal(self, at: int, goal: GoalSeen) -> None:
+        for handler in self._of_robots.get(goal.robot, ()):
+            handler(at, goal)
 
     def alarm(self, at: int, phase: Phase, call: Callable[[int], object]) -> Alarm:
         """Return an alarm that rings at a time, or at once when time goes on if that is over."""
