@@ -15,6 +15,7 @@ from bt_controller.core.node import EACH_PERIOD, Control, PortError, Ticks
 from bt_controller.core.ports import SHARE, input_port
 from bt_controller.core.sim_time import now, reached, time_behind
 from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
+from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.sensor_msgs import BatteryState
@@ -113,7 +114,7 @@ class BatteryGuard(Control):
         self._in_vain = 0
         self._where: NavigateToPose.Goal | None = None
         self._filled = False
-        self._charging = False
+        self._charging = self._lost = False
         self._deadline = 0.0
         self._stopped_at = 0.0
         self._stood = 0.0
@@ -144,7 +145,7 @@ class BatteryGuard(Control):
 
     def next_tick_time(self) -> float:
         """Return that the battery has to be polled in lockstep, unless time stops for it."""
-        if self.status is not Status.RUNNING:
+        if self.status is not Status.RUNNING or self._lost:
             return EACH_PERIOD
         filling = self._phase is _Phase.FILLING
         if self._stops_time:
@@ -203,12 +204,18 @@ class BatteryGuard(Control):
         suspend(mission)
 
     def _begin_charge(self) -> None:
+        """Note where the robot is, and begin to charge; a robot that is out of reach is waited for."""
+        if self._where is None:
+            try:
+                odometry: Odometry = self._topics.ask(self._robot, "odom")
+            except NotServed as error:
+                self.feedback_message, self._lost = str(error), True
+                return
+            self._where = NavigateToPose.Goal(pose=PoseStamped(header=odometry.header, pose=odometry.pose.pose))
+        self._lost = False
         self._phase = _Phase.CHARGE
         self._filled = False
         self.reset(self.children[1])
-        if self._where is None:
-            odometry: Odometry = self._topics.ask(self._robot, "odom")
-            self._where = NavigateToPose.Goal(pose=PoseStamped(header=odometry.header, pose=odometry.pose.pose))
 
     def _charge(self, battery: BatteryState) -> Generator[Behaviour, None, bool]:
         """Charge the battery by the second child; return whether that has not failed."""
