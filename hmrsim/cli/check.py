@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.experiment_run import jobs
 from hmrsim.program.command_line import Later
+from hmrsim.program.log_options import add_log_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,6 +62,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     other.add_argument("--trace", metavar="TRACE", type=Path, help="apply properties to a trace or a recording")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="the folder of the results (NAME_check)")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_log_options(parser)
     parser.set_defaults(function=_chosen)
 
 

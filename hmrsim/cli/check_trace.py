@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.columns import columns
@@ -22,6 +21,7 @@ from hmrsim.properties import check_trace as check_lines
 from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from hmrsim.diagnostics import Finding
     from hmrsim.properties import Checked, Verdict, Violation
 
@@ -29,19 +29,6 @@ _MCAP: Final = b"\x89MCAP"
 _MOST: Final = 50
 """Violations that are printed."""
 _WORDS: Final = {"never_exercised": "never exercised"}
-
-
-def add_trace_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a check of a run that is over."""
-    parser.add_argument(
-        "--trace", type=Path, metavar="TRACE|MCAP", help="check a run that is over: its trace, or its recording"
-    )
-    parser.add_argument(
-        "--properties",
-        type=Path,
-        metavar="FILE",
-        help="the properties to check, beside those that are built in, YAML or JSON",
-    )
 
 
 def check_trace(args: argparse.Namespace) -> int:
