@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.program.command_line import Completer
 
 
-_WITH_WORLD: Final = ("run", "simulate", "map validate", "map info", "map plan", "map convert", "map render")
+_WITH_WORLD: Final = ("run", "simulate", "check", "map validate", "map info", "map plan", "map convert", "map render")
 
 
 def _worlds(prefix: str, **_unused: object) -> Iterable[str]:

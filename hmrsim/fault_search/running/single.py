@@ -20,7 +20,7 @@ from hmrsim.experiments.running.controlling import WallLimit, described
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
 from hmrsim.fault_search.running.command_runs import Command, run_command_controller
-from hmrsim.fault_search.running.controller_runs import run_controller
+from hmrsim.fault_search.running.controller_runs import KILLED, run_controller
 from hmrsim.fault_search.running.covered import Novelty
 from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
@@ -196,4 +196,7 @@ def _novelty(_check: str) -> Novelty:
 
 def _judged(ending: str, cause: str, *, over: bool) -> Ending:
     """Return how a run has ended: one that was over before its controller has ended by the limit."""
+    if ending == KILLED:
+        # A disturbance has killed it for good: that is not its own failure.
+        return "stopped", cause
     return ("timeout", "") if over and ending in {"succeeded", "failed", "crashed"} else (ending, cause)
