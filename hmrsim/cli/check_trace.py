@@ -22,6 +22,7 @@ from hmrsim_zenoh.recording import open_recording
 
 if TYPE_CHECKING:
     from pathlib import Path
+
     from hmrsim.diagnostics import Finding
     from hmrsim.properties import Checked, Verdict, Violation
 
