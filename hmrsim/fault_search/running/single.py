@@ -8,12 +8,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import CheckError, HmrsimError, Problem
-from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY
+from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY
 from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.running.controlling import WallLimit, described
@@ -164,7 +164,7 @@ class _Run:
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
         """Return the sinks of the run, in the order in which they are told."""
-        killed = any(each.disturbance == "controller_killed" for each in self._disturber.disturbances)
+        killed = any(each.disturbance in _KILLING for each in self._disturber.disturbances)
         monitors = ExcusingSink if killed else MonitorSink
         own: list[Sink] = [monitors(simulator, self._monitor, self._note), self._observer]
         if self._disturber.disturbances:
@@ -194,9 +194,18 @@ def _novelty(_check: str) -> Novelty:
     return Novelty()
 
 
+_KILLING: Final = ("controller_killed", "second_controller")
+"""Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
+
+_REFUSED: Final = "NotServed:"
+"""The cause with which a tree ends by itself, as its robot can't be reached, or lacks an action, when it begins."""
+
+
 def _judged(ending: str, cause: str, *, over: bool) -> Ending:
     """Return how a run has ended: one that was over before its controller has ended by the limit."""
     if ending == KILLED:
         # A disturbance has killed it for good: that is not its own failure.
         return "stopped", cause
+    if ending == CRASHED and cause.startswith(_REFUSED):
+        return "failed", cause
     return ("timeout", "") if over and ending in {"succeeded", "failed", "crashed"} else (ending, cause)

@@ -56,8 +56,8 @@ class Thing:
     def kind(self) -> str:
         """The type of a fault, the kind of a disturbance, or the last step of a change's paths."""
         if self.family == CHANGE:
-            paths = [*self.said[CHANGE]]
-            return paths[0].rpartition(".")[2].lstrip("~") if paths else CHANGE
+            first = next(iter(self.said[CHANGE]), "")
+            return "absent" if first.startswith("~") else first.rpartition(".")[2] or CHANGE
         return str(self.said[self.family])
 
     @property

@@ -18,13 +18,14 @@ _SMALL: Final = 0.5
 """Share of its capacity that a small battery has."""
 _BURST: Final = 0.01
 """Seconds between the orders of a burst."""
+_INSTANT: Final = 1e-9
+"""Seconds between orders that come at one instant, as nearly as can be said."""
 
 KINDS: Final[Mapping[str, str]] = {
     "speed": "robots that are slow, or so quick that their goals end almost at once",
     "capacity": "batteries with half of their capacity",
     "arrives": "orders that come in a burst",
-    "first": "orders that come all at one instant, and later than the controller begins",
-    "count": "no orders at all",
+    "absent": "no orders at all",
 }
 """The kinds of changes, each with what it is."""
 
@@ -46,8 +47,8 @@ def changes_of(world: World, robots: Sequence[str]) -> Iterator[dict[str, Any]]:
     for i, demand in enumerate(world.demand):
         yield _change(f"demand.{i}.arrives", _BURST)
         if demand.count is not None and demand.count > 1:
-            yield {"change": {f"demand.{i}.arrives": 0.0, f"demand.{i}.first": 0.0}}
-        yield _change(f"demand.{i}.count", 0)
+            yield {"change": {f"demand.{i}.arrives": _INSTANT, f"demand.{i}.first": 0.0}}
+        yield {"change": {f"~demand.{i}": None}}
 
 
 def _small_battery(name: str, settings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -74,16 +74,24 @@ class Items:
         """Return whether an item is at a place, where it lies or is carried."""
         lies, carriers = self.lies_at(item, place), dict[str, Signal]()
 
+        def follow(robot: str) -> None:
+            carriers[robot] = self._positions().near(robot, place)
+            carriers[robot].tell(lambda: look(self._item(item), found))
+
         def look(known: _Item, signal: Signal) -> None:
             if not known.carrier:
                 signal.set(lies.value)
                 return
             if known.carrier not in carriers:
-                carriers[known.carrier] = self._positions().near(known.carrier, place)
-                carriers[known.carrier].tell(lambda: look(known, signal))
+                follow(known.carrier)
             signal.set(carriers[known.carrier].value)
 
-        return self._following(item, f"at {place}", look)
+        found = self._following(item, f"at {place}", look)
+        # Where a robot is when it picks the item up follows from how it has come there.
+        for name, robot in self._world.robots.items():
+            if name not in carriers and "claw" in self._world.robot_type(robot).components:
+                follow(name)
+        return found
 
     def carried(self, item: str, by: str | None) -> Signal:
         """Return whether an item is carried; by a robot, or by any."""
