@@ -19,7 +19,8 @@ from tests.paths import ROOT
 ALONE = [ROOT / "examples" / "bottlenecks.py", ROOT / "examples" / "in_process.py"]
 """Examples that need no simulator."""
 LEARNING = ROOT / "examples" / "learning.py"
-EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - {*ALONE, LEARNING})
+SEARCH = ROOT / "examples" / "fault_search.py"
+EXAMPLES = sorted({*ROOT.glob("examples/*.py"), *ROOT.glob("examples/*.xml")} - {*ALONE, LEARNING, SEARCH})
 CONTROLLER = Path(sys.executable).with_name("bt-controller")
 
 
@@ -64,6 +65,13 @@ def test_an_example_that_needs_no_simulator(example):
     )
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
+
+
+def test_the_example_that_searches():
+    """It finds the same each time."""
+    done = subprocess.run([sys.executable, SEARCH], cwd=ROOT, capture_output=True, text=True, timeout=100, check=False)
+
+    assert (SEARCH.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
 @pytest.mark.timeout(420)
