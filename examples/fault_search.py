@@ -4,6 +4,7 @@ The porter looks whether it has picked the box up, and tries again. It does not 
 arrives: if the box falls on the way, it says that all is well.
 """
 
+from hmrsim.fault_search.results.summary import Summary
 from hmrsim.testing import check
 from hmrsim_zenoh import Client, Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError
@@ -37,7 +38,7 @@ def deliver(client: Client) -> bool:
 
 
 @check(WORLD, PROPERTIES, python="examples/fault_search.py:deliver", runs=60, space={"only": ["claw_drops", "slip"]})
-def test_delivery(summary) -> None:
+def test_delivery(summary: Summary) -> None:
     """Whatever goes wrong, the box arrives."""
     print(f"{len(summary.findings)} failure in {summary.tried.runs} runs")
     for finding in summary.findings:
