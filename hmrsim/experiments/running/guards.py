@@ -9,6 +9,7 @@ import multiprocessing
 import resource
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
@@ -20,6 +21,8 @@ _PATIENCE: Final = 1.5
 """Times the limit after which the whole process is ended, if the run does not mind that it is over."""
 _GRACE: Final = 5.0
 """Wall seconds to add to that."""
+_AT_ONCE: Final = 1e-3
+"""Wall seconds until an alarm rings that was due meanwhile."""
 _TAIL: Final = 2_000
 """Characters of what a run prints that are kept."""
 
@@ -89,13 +92,18 @@ def _in_time(seconds: float) -> Iterator[None]:
             raise WallLimit(why)
 
         before = signal.signal(signal.SIGALRM, ring)
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+        began = time.monotonic()
+        left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
         try:
             yield
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before)
-            faulthandler.cancel_dump_traceback_later()
+            if left:
+                # Somebody else's, such as that of a test.
+                signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), _AT_ONCE), interval)
+            if _ends_process():
+                faulthandler.cancel_dump_traceback_later()
         return
     thread = ctypes.c_ulong(threading.get_ident())
     timer = threading.Timer(seconds, ctypes.pythonapi.PyThreadState_SetAsyncExc, (thread, ctypes.py_object(WallLimit)))

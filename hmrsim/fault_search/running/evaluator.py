@@ -7,11 +7,12 @@ from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.experiments.results.row import DIED
-from hmrsim.fault_search.running.outcome import Outcome
+from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.running.outcome import Outcome
     from hmrsim.fault_search.schedules.case import Case
 
 _PIECES: Final = 4
@@ -111,4 +112,5 @@ class Evaluator:
             return self._together([[case]], story=story)[0][0]
         except BrokenExecutor:
             self.stop()
-            return Outcome(DIED, "its worker has died, as of a segmentation fault or of too little memory")
+            why = "its worker has died, as of a segmentation fault or of too little memory"
+            return without_run(self._check, case, DIED, why)

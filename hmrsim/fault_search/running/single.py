@@ -72,9 +72,9 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
         with guarded(check.file.limits):
             outcome = _Run(check, case, wanted).outcome()
     except WallLimit as limit:
-        outcome = _without_run(check, case, HUNG, str(limit))
+        outcome = without_run(check, case, HUNG, str(limit))
     except MemoryError:
-        outcome = _without_run(check, case, MEMORY, "it takes more memory than there is")
+        outcome = without_run(check, case, MEMORY, "it takes more memory than there is")
     except (HmrsimError, ValueError) as error:
         outcome = Outcome(ERROR, str(error))
     except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
@@ -82,8 +82,12 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
     return replace(outcome, wall=time.perf_counter() - began)
 
 
-def _without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
-    """Return the outcome of a run that could not be judged to its end: what its ending alone violates."""
+def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
+    """Return the outcome of a run that could not be judged to its end: what its ending alone violates.
+
+    Raises:
+        WorldError: The case can't be made.
+    """
     monitor = Monitor(check.properties, check.world_of(case))
     monitor.end(0, Ended(ending, cause))
     return Outcome(ending, cause, 0.0, tuple(monitor.violations), tuple(monitor.verdicts()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -162,3 +163,21 @@ def test_a_tree_that_can_t_reach_its_robot_has_not_crashed():
     assert outcome.ending == "failed"
     assert outcome.cause.startswith("NotServed: ")
     assert "controller_lives" not in [failure.property for failure in outcome.failures]
+
+
+def test_a_worker_that_dies_is_a_failure_of_the_controller():
+    """Of the case that has killed it, and of no other."""
+
+    class Fragile(Serial):
+        def submit(self, function, /, *args, **kwargs):
+            if any(thing.kind == "slip" for case in args[0].cases for thing in case.schedule):
+                raise BrokenProcessPool("a segmentation fault")
+            return super().submit(function, *args, **kwargs)
+
+    check = check_of("careful")
+    slip = Thing({"type": "slip", "robot": "porter", "factor": 0.5})
+    with Evaluator(check, Fragile, 1) as evaluator:
+        fine, died = evaluator.outcomes([Case(), Case((slip,))])
+
+    assert (fine.ending, fine.failure) == ("succeeded", None)
+    assert (died.ending, died.failure.property) == ("died", "controller_lives")
