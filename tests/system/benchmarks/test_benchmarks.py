@@ -32,6 +32,7 @@ TINY = {
     },
     "experiments": {"replications": 1, "rounds": 1},
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
+    "fault_search": {"schedules": 16, "rounds": 1, "pairs": 1, "seeds": 1, "most": 32},
     "gym": {"rounds": 1, "horizon": 100.0},
     "in_process": {"rounds": 1, "runs": 1, "missions": 1},
     "properties": {"rounds": 1, "samples": 100, "missions": 1},
