@@ -7,7 +7,7 @@ import pytest
 from tests.torture.corpus import samples
 from tests.torture.files import case, findings
 
-KINDS = ("world", "tree", "trace", "recording", "settings")
+KINDS = ("world", "tree", "trace", "recording", "settings", "coverage", "properties")
 
 
 @pytest.mark.uncovered

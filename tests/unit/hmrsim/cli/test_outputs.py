@@ -56,6 +56,7 @@ CASES = [
     ("hmrsim experiment again results 0 --trace {}", "e.yaml"),
     ("hmrsim experiment again results 0 --report {}", "results/results.sqlite"),
     ("hmrsim experiment again results 0 --record {}", "results/results.sqlite"),
+    ("hmrsim check --repro repro.yaml --record {}", "repro.yaml"),
     ("bt-controller check tree.xml --dot {}", "tree.xml"),
     ("bt-controller check tree.xml --svg {}", "more.xml"),
     ("bt-controller check a_tree:tree --dot {}", "a_tree.py"),
@@ -107,7 +108,7 @@ def files(tmp_path, monkeypatch):
     texts |= {"tree.xml": TREE, "more.xml": MORE, "settings.yaml": "seed: 3\n", "zenoh.json5": "{}"}
     texts |= {"over.yaml": "tables: {levels: levels.csv}\nseed: 3\n", "levels.csv": "a,b\n"}
     texts["seen.json"] = '{"format": "hmrsim tree coverage 1", "trees": {}}'
-    texts["e.yaml"] = EXPERIMENT
+    texts |= {"e.yaml": EXPERIMENT, "repro.yaml": "repro: 1\n"}
     for name, text in texts.items():
         Path(name).write_text(text)
     Results.create(Path("results"), read_plan("e.yaml")).__exit__()
@@ -208,8 +209,11 @@ def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
 
 INPUTS = {
     "--allow-files",
+    "--folder",
     "--monitor",
     "--overlay",
+    "--properties",
+    "--repro",
     "--secure",
     "--settings",
     "--zenoh-config",
@@ -224,7 +228,7 @@ def test_each_output_is_tried():
     """A command that gets an output has a case above, or is the demo, whose world is a shipped one.
 
     Keystores are folders that the commands of `hmrsim security` make or change, and read nothing else; results are a
-    folder, too, of which `hmrsim experiment run` makes or changes what is its own.
+    folder, too, of which `hmrsim experiment run` and `hmrsim check` make or change what is their own.
     """
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
@@ -234,7 +238,8 @@ def test_each_output_is_tried():
         if option not in INPUTS and not command.startswith("hmrsim security ")
     }
 
-    assert {("hmrsim demo", "--trace"), ("hmrsim experiment run", "--output")} == {
+    folders = {("hmrsim experiment run", "--output"), ("hmrsim check", "--output")}
+    assert {("hmrsim demo", "--trace"), *folders} == {
         (command, option)
         for command, option in outputs
         if not any(
