@@ -45,8 +45,9 @@ def _same(repro: Repro, outcome: Outcome) -> bool:
     return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
 
 
-def _same_trace(repro: Repro, outcome: Outcome) -> bool:
-    return bool(repro.trace) and hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace
+def _same_trace(repro: Repro, outcome: Outcome) -> bool | None:
+    """Return whether the trace is the same; None if there was none, as of a controller that hangs."""
+    return hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace if repro.trace else None
 
 
 def _said(repro: Repro, outcome: Outcome) -> dict[str, object]:
@@ -73,7 +74,7 @@ def _tell(repro: Repro, outcome: Outcome) -> None:
     if outcome.failure is None:
         show(f"it passes: {repro.failure.property} is not violated any more")
     elif _same(repro, outcome):
-        trace = "with the same trace" if _same_trace(repro, outcome) else "with another trace"
-        show(f"it fails as before: {repro.failure.property}: {repro.failure.reason} ({trace})")
+        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[_same_trace(repro, outcome)]
+        show(f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}")
     else:
         show(f"it fails otherwise: {outcome.failure}")

@@ -34,7 +34,9 @@ def repeated(path: Path, folder: Path, seed: int) -> str:
         return f"exit code {done.returncode}: {done.stdout[-300:]}{done.stderr[-300:]}"
     said = json.loads(done.stdout)
     return (
-        "" if said["same_failure"] and said["same_trace"] else f"{said['ending']} at {said['at']}: {said['violations']}"
+        ""
+        if said["same_failure"] and said["same_trace"] is not False
+        else f"{said['ending']} at {said['at']}: {said['violations']}"
     )
 
 

@@ -48,7 +48,8 @@ class ResultsFolder:
         path = self.folder / FAILURES / f"{_name_of(finding)}.yaml"
         self._write(path, repro_text(check, finding, path))
         self._write(path.with_suffix(".txt"), "\n".join(story_of(finding)) + "\n")
-        self._write(path.with_suffix(".jsonl"), finding.told.trace)
+        if finding.told.trace:  # one that hangs has none
+            self._write(path.with_suffix(".jsonl"), finding.told.trace)
         return path
 
     def finish(self, check: Check, summary: Summary) -> None:
