@@ -1,7 +1,8 @@
 """The same goal to the same robot is not rejected or aborted again and again.
 
 Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
-of its goals preempts another, and any goal of the robot that succeeds ends the row.
+of its goals preempts another, and any goal of the robot that succeeds ends the row. So does a pause: a controller that
+looks now and then whether a robot works again does not ask in vain.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 _ACCEPTED, _SUCCEEDED, _ABORTED = int(GoalStatus.ACCEPTED), int(GoalStatus.SUCCEEDED), int(GoalStatus.ABORTED)
 _OWN_DOING: Final = frozenset({Cause.PREEMPTED, Cause.CANCELED, Cause.RESET, Cause.ENDED, Cause.DELETED})
 _STAMP: Final = "stamp"
+_PAUSE: Final = 20_000_000_000
+"""Nanoseconds of simulated time between a failure and the next goal that end a row."""
 
 
 class NoVainGoals(Watcher):
@@ -39,8 +42,8 @@ class NoVainGoals(Watcher):
         super().__init__("no_vain_goals", tell)
         self._limit = limit
         self._asked: dict[tuple[str, str], Any] = {}
-        self._running: dict[tuple[str, str], Any] = {}
-        self._rows: dict[str, dict[Hashable, int]] = {}
+        self._running: dict[tuple[str, str], tuple[int, Any]] = {}
+        self._rows: dict[str, dict[Hashable, tuple[int, int]]] = {}
         self._most = 0
         self._goals = 0
         timeline.on(GoalSeen, self._goal)
@@ -63,24 +66,28 @@ class NoVainGoals(Watcher):
         status, key = goal.status, (goal.robot, goal.goal_id)
         if status == _ACCEPTED:
             self._goals += 1
-            self._running[key] = self._asked.pop((goal.robot, goal.action), None)
+            self._running[key] = (at, self._asked.pop((goal.robot, goal.action), None))
         elif status == _SUCCEEDED:
             self._running.pop(key, None)
             self._rows.pop(goal.robot, None)
         elif status > _SUCCEEDED:
-            message = self._running.pop(key, None)
+            since, message = self._running.pop(key, (at, None))
             if status == _ABORTED and goal.cause not in _OWN_DOING:
-                self._fail(at, goal.robot, goal.action, _content(message), ("aborted", goal.cause))
+                self._fail((since, at), goal.robot, goal.action, _content(message), ("aborted", goal.cause))
 
     def _reject(self, at: int, event: SendGoalRejected) -> None:
         self._goals += 1
         message = self._asked.pop((event.robot, event.action), None)
         content: Hashable = event.error_msg if message is None else _content(message)
-        self._fail(at, event.robot, event.action, content, ("rejected", event.reason))
+        self._fail((at, at), event.robot, event.action, content, ("rejected", event.reason))
 
-    def _fail(self, at: int, robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
+    def _fail(self, span: tuple[int, int], robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
+        """Count a goal that was accepted, and has failed, at these times."""
+        since, at = span
         row = self._rows.setdefault(robot, {})
-        count = row[action, content] = row.get((action, content), 0) + 1
+        before, last = row.get((action, content), (0, since))
+        count = 1 if since - last >= _PAUSE else before + 1
+        row[action, content] = (count, at)
         self._most = max(self._most, count)
         if count == self._limit:
             word, cause = how

@@ -152,11 +152,14 @@ def test_a_run_that_comes_to_its_limit_has_not_ended():
     )
 
 
-def fail(feed: Feed, at: float, goal: str, x: float, status: int = 6, cause: str = "blocked") -> None:
-    """Let eve go to a point, and end there in a status."""
+def fail(
+    feed: Feed, at: float, goal: str, x: float, status: int = 6, cause: str = "blocked", took: float = 0.0
+) -> None:
+    """Let eve go to a point, for a while or not at all, and end there in a status."""
+    began = at - took
     message = {"pose": {"header": {"stamp": {"sec": int(at)}}, "pose": {"position": {"x": x}}}}
-    feed.event(at, "goal", robot="eve", action=GO, goal_id=goal * 32, goal=message)
-    feed.goal(at, "eve", GO, goal * 32, 1, 2).goal(at, "eve", GO, goal * 32, status, cause=cause)
+    feed.event(began, "goal", robot="eve", action=GO, goal_id=goal * 32, goal=message)
+    feed.goal(began, "eve", GO, goal * 32, 1, 2).goal(at, "eve", GO, goal * 32, status, cause=cause)
 
 
 def test_the_same_goal_that_fails_again_and_again_is_told():
@@ -189,6 +192,24 @@ def test_goals_that_differ_or_succeed_in_between_are_not_vain():
         fail(feed, 21 + i, goal, x=0.0)
 
     assert feed.end(30).violations == []
+
+
+def test_a_pause_ends_a_row():
+    """A fleet that looks every half a minute whether a robot works again does not ask in vain."""
+    feed = Feed(built_in={"no_vain_goals": 3})
+    for i in range(6):
+        feed.event(30 * i, "rejected", robot="eve", action="wait", goal_id="c" * 32, reason="not_ready", error_msg="")
+
+    assert feed.end(300).violations == []
+
+
+def test_a_goal_that_takes_long_to_fail_is_no_pause():
+    """What counts is the time between a failure and the next goal."""
+    feed = Feed(built_in={"no_vain_goals": 3})
+    for at, goal in zip((30, 60, 90), "abc", strict=True):
+        fail(feed, at, goal, x=1.0, took=29)
+
+    assert [(90.0, "no_vain_goals", "eve", "aborted 3 times in a row")] == feed.end(99).violations
 
 
 def test_rejected_goals_are_counted_by_what_is_said_of_them():
