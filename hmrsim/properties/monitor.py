@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import MotionBegan
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
-from hmrsim.properties.built_in import NoVainGoals
+from hmrsim.properties.built_in import GoalsEnd, NoVainGoals
 from hmrsim.properties.built_in import watchers_of as built_in
 from hmrsim.properties.compiling import watchers_of
 from hmrsim.properties.observing.observations import Observations
@@ -103,6 +103,12 @@ class Monitor:
         """Take note of what a goal asks for that may be rejected."""
         if self._vain is not None:
             self._vain.ask(robot, action, asked)
+
+    def leave_goals(self) -> None:
+        """Let the goals that are under way be of a controller that was killed on purpose: it owes them no end."""
+        for watcher in self._built_in:
+            if isinstance(watcher, GoalsEnd):
+                watcher.leave()
 
     def end(self, at: int | None = None, ended: Ended | None = None) -> None:
         """Take the end of the run.

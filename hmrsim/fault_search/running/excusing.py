@@ -16,6 +16,8 @@ class ExcusingSink(MonitorSink):
     """A monitor's sink to which a controller that is killed on purpose is not dropped: it is no failure of its own."""
 
     def emit(self, output: Output) -> None:
-        """Pass on what the monitor wants, but that a participant is dropped."""
-        if not (isinstance(output, EventStamped) and isinstance(output.event, ParticipantDropped)):
+        """Pass on what the monitor wants, but that a participant is dropped: that leaves its goals to nobody."""
+        if isinstance(output, EventStamped) and isinstance(output.event, ParticipantDropped):
+            self._monitor.leave_goals()
+        else:
             super().emit(output)

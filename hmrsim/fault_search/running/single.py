@@ -45,6 +45,12 @@ if TYPE_CHECKING:
 Ending = tuple[str, str]
 """How a run has ended, and what that alone does not say."""
 
+_KILLING: Final = ("controller_killed", "second_controller")
+"""Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
+
+_REFUSED: Final = "NotServed:"
+"""The cause with which a tree ends by itself, as its robot can't be reached, or lacks an action, when it begins."""
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -109,6 +115,7 @@ class _Run:
         )
         self._end: Callable[[str], None] = lambda _reason: None
         self._output = ""
+        self._fatal = False
 
     def outcome(self) -> Outcome:
         """Make the run; return what came of it."""
@@ -140,7 +147,7 @@ class _Run:
             ending, cause = run_controller(host, controller, self._disturber, check.treatment.name)
             over = host.pacing.over
             host.stop()
-            return *_judged(ending, cause, over=over), stamp(host.simulator.now)
+            return *self._judged(ending, cause, over=over), stamp(host.simulator.now)
 
     def _as_command(self) -> tuple[str, str, int]:
         began, check, wall = time.monotonic(), self._check, self._check.file.limits.wall
@@ -164,7 +171,7 @@ class _Run:
             over, self._output = host.pacing.over, run.output
             host.stop()
             # Nothing runs any more: what the simulator knows can be read.
-            return *_judged(run.ending, run.cause, over=over), stamp(host.simulator.now)
+            return *self._judged(run.ending, run.cause, over=over), stamp(host.simulator.now)
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
         """Return the sinks of the run, in the order in which they are told."""
@@ -175,8 +182,20 @@ class _Run:
             own.append(self._disturber.watch(simulator, pacing))
         return [*([self._trace] if self._trace else []), *own, *self._wanted.further(simulator, pacing)]
 
+    def _judged(self, ending: str, cause: str, *, over: bool) -> Ending:
+        """Return how a run has ended: one that was over before its controller has ended by a violation or the limit."""
+        if ending == KILLED:
+            # A disturbance has killed it for good: that is not its own failure.
+            return "stopped", cause
+        if ending == CRASHED and cause.startswith(_REFUSED):
+            return "failed", cause
+        if over and ending in {"succeeded", "failed", "crashed"}:
+            return ("stopped" if self._fatal else "timeout"), ""
+        return ending, cause
+
     def _note(self, violation: Violation) -> None:
         if violation.fatal:
+            self._fatal = True
             self._end(f"{violation.property}: {violation.text}")
 
     def _missed(self) -> tuple[int, ...]:
@@ -196,20 +215,3 @@ class _Run:
 def _novelty(_check: str) -> Novelty:
     """Return what this process has seen of the trees of a check."""
     return Novelty()
-
-
-_KILLING: Final = ("controller_killed", "second_controller")
-"""Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
-
-_REFUSED: Final = "NotServed:"
-"""The cause with which a tree ends by itself, as its robot can't be reached, or lacks an action, when it begins."""
-
-
-def _judged(ending: str, cause: str, *, over: bool) -> Ending:
-    """Return how a run has ended: one that was over before its controller has ended by the limit."""
-    if ending == KILLED:
-        # A disturbance has killed it for good: that is not its own failure.
-        return "stopped", cause
-    if ending == CRASHED and cause.startswith(_REFUSED):
-        return "failed", cause
-    return ("timeout", "") if over and ending in {"succeeded", "failed", "crashed"} else (ending, cause)

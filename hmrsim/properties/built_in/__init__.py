@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.properties.watcher import Watcher
     from hmrsim.world.model import World
 
-__all__ = ["NoVainGoals", "watchers_of"]
+__all__ = ["GoalsEnd", "NoVainGoals", "watchers_of"]
 
 
 def watchers_of(settings: BuiltIn, world: World, timeline: Timeline, tell: Tell) -> list[Watcher]:

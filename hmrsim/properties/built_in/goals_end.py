@@ -26,6 +26,7 @@ class GoalsEnd(Watcher):
     def __init__(self, timeline: Timeline, tell: Tell) -> None:
         super().__init__("goals_end", tell)
         self._open: dict[tuple[str, str], tuple[int, str]] = {}
+        self._left: set[tuple[str, str]] = set()
         self._ended: dict[tuple[str, str], int] = {}
         self._accepted = 0
         self._undecided = 0
@@ -36,6 +37,7 @@ class GoalsEnd(Watcher):
         if status == _ACCEPTED or (key not in self._open and key not in self._ended):
             self._accepted += 1
             self._ended.pop(key, None)
+            self._left.discard(key)
             self._open[key] = at, goal.action
         elif key in self._ended:
             before, now = GoalStatus(self._ended[key]).name, GoalStatus(status).name
@@ -48,12 +50,19 @@ class GoalsEnd(Watcher):
             del self._open[key]
             self._ended[key] = status
 
+    def leave(self) -> None:
+        """Take note that the goals that are under way are of a controller that can't end them any more."""
+        self._left.update(self._open)
+
     def end(self, at: int, ended: Ended | None) -> None:
         """Tell of goals that are under way though their controller has ended by itself."""
         if ended is None or ended.ending not in _BY_ITSELF:
             self._undecided = len(self._open)
             return
         for (robot, goal_id), (since, action) in self._open.items():
+            if (robot, goal_id) in self._left:
+                self._undecided += 1
+                continue
             text = f"goal {goal_id[:8]} of {robot}/{action}, accepted at {since / NANOSECONDS:.1f} s, never ended"
             self.violate(at, robot, "not ended", text)
 

@@ -113,6 +113,27 @@ def test_a_fault_that_never_began_is_noted():
     assert outcome.missed == (0,)
 
 
+def test_what_a_killed_controller_has_left_is_not_its_successor_s():
+    """The robot is still under way for the first one when the second one gives up."""
+    driving = {"goal": "executing", "robot": "other", "action": "navigate_to_pose"}
+    killed = Thing({"disturbance": "controller_killed", "when": {**driving, "after": 1.0}, "restart_after": 1.0})
+
+    outcome = run_case(check_of("hasty"), Case((killed,)))
+
+    assert outcome.ending == "failed"
+    assert outcome.violations == ()
+
+
+def test_a_run_that_a_violation_ends_is_stopped():
+    """It has not come to its limit of time."""
+    broken = Thing({"type": "breakdown", "robot": "porter", "when": {"goal": "executing", "robot": "porter"}})
+
+    outcome = run_case(check_of("vain"), Case((broken,)))
+
+    assert outcome.ending == "stopped"
+    assert [violation.property for violation in outcome.violations] == ["no_vain_goals"]
+
+
 def test_a_case_that_can_t_be_made_is_an_error_and_no_failure():
     """Such as a change of what the world does not have."""
     outcome = run_case(check_of("careful"), Case((Thing({"change": {"robots.nobody.base.speed": 1.0}}),)))

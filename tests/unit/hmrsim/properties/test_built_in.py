@@ -26,6 +26,24 @@ def test_goals_under_way_are_undecided_where_the_controller_was_cut_off(ending):
     assert (feed.violations, feed.verdict("goals_end").state) == ([], "undecided")
 
 
+def test_goals_that_were_left_behind_are_undecided():
+    """A controller that was killed on purpose can't end its goals; what is accepted after that is of another one."""
+    feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
+    feed.monitor.leave_goals()
+    feed.goal(2, "wall_e", GO, B, 1, 2, 4).end(9)
+
+    assert (feed.violations, feed.verdict("goals_end").state) == ([], "undecided")
+
+
+def test_a_goal_of_the_next_controller_has_to_end():
+    """That its predecessor was killed is no excuse."""
+    feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
+    feed.monitor.leave_goals()
+    feed.goal(2, "wall_e", GO, B, 1, 2).end(9)
+
+    assert feed.violations == [(9.0, "goals_end", "wall_e", "not ended")]
+
+
 def test_a_goal_that_ends_twice_is_told():
     """A terminal status after a terminal status is a violation at that instant."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2, 4).goal(3, "eve", GO, A, 6).end(9)
