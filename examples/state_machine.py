@@ -5,6 +5,7 @@ Start ``hmrsim run scenario1 --clock lockstep`` first, then run ``python example
 
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
@@ -12,7 +13,7 @@ from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh import Client, SessionOptions
+from hmrsim_zenoh import Client, GoalRejectedError, SessionOptions
 
 
 def go(x: float, y: float) -> NavigateToPose.Goal:
@@ -35,7 +36,9 @@ def run(client: Client, robot: str, state: str) -> Iterator[tuple[float, str]]:
     while state in MACHINE:
         action, goal, then, otherwise = MACHINE[state]
         sent = client.action_client(robot, registry()[action]).send_goal(goal)
-        sent.result()
+        with suppress(GoalRejectedError):
+            # A robot that has broken down rejects goals; that is a failure like others.
+            sent.result()
         state = then if sent.status is GoalStatus.SUCCEEDED else otherwise
         yield client.now, state
 

@@ -191,6 +191,19 @@ def test_an_item_is_where_its_carrier_is():
     ] == found
 
 
+def test_an_item_is_where_its_carrier_had_driven_before():
+    """A robot that was elsewhere at the start has brought itself to where it picks the item up."""
+
+    def tell(feed):
+        drive(feed, 2.0, [0.0, 0.0], [10.0, 0.0])
+        feed.event(15, "picked", robot="eve", item="medicine")
+        feed.event(20, "placed", robot="eve", item="medicine", at=[0.0, 0.0])
+
+    found = spans({"item": "medicine", "at": "hall"}, tell)
+
+    assert [(0.0, False), (15.0, True), (20.0, False)] == found
+
+
 def test_a_battery_at_a_bound_is_neither_above_nor_below_it():
     """A level that is met exactly is not above, and not below."""
 
