@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hmrsim.experiments.file.model import Count, Identifier, Memory, Part, Seconds, Treatment
+from hmrsim.experiments.file.model import Count, Memory, Part, Seconds, Treatment
 from hmrsim.fault_search.space.model import Space
 
 _BUDGET: Final = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|m|h)?")
@@ -54,7 +54,7 @@ def _budget(value: Any) -> Any:
 class CheckFile(Part):
     """A check: a world, a controller, the properties that have to hold, and what can go wrong."""
 
-    name: Identifier | None = None
+    name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     world: str | dict[str, Any] = Field(description="A world file, the name of a shipped world, or a world itself.")
     controller: Treatment
     overlay: dict[str, Any] = Field(default={}, description="Laid over the world.")

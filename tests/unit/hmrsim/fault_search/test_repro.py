@@ -36,6 +36,14 @@ def test_a_failure_is_repeated_from_its_file(found, tmp_path):
     assert path.with_suffix(".jsonl").read_text("utf-8") == outcome.trace
 
 
+def test_a_world_may_be_called_what_no_program_is(tmp_path):
+    """Such as two words: the file of a failure is read all the same."""
+    check = check_of("broken", budget={"runs": 1}, overlay={"name": "two wings"})
+    path = ResultsFolder(tmp_path).keep(check, searched(check).findings[0])
+
+    assert read_repro(path).check.name == "two wings"
+
+
 def test_a_file_that_was_moved_finds_its_controller_in_the_current_folder(found, tmp_path, monkeypatch):
     """Or in the folder that is given."""
     check, summary = found
