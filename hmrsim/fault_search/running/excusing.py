@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ExcusingSink(MonitorSink):
-    """A monitor's sink to which a controller that is killed on purpose is not dropped: it is no failure of its own."""
+    """A monitor's sink to which a controller that is cut off on purpose is not dropped: it is no failure of its own."""
 
     def emit(self, output: Output) -> None:
         """Pass on what the monitor wants, but that a participant is dropped: that leaves its goals to nobody."""

@@ -124,6 +124,16 @@ def test_what_a_killed_controller_has_left_is_not_its_successor_s():
     assert outcome.violations == ()
 
 
+def test_a_second_controller_that_ends_with_the_first_one_is_not_lost():
+    """It is cut off in the middle of what it does, as the run is over."""
+    carrying = {"goal": "executing", "robot": "porter", "action": "place"}
+    second = Thing({"disturbance": "second_controller", "when": carrying})
+
+    outcome = run_case(check_of("careful"), Case((second,)))
+
+    assert outcome.violations == ()
+
+
 def test_a_run_that_a_violation_ends_is_stopped():
     """It has not come to its limit of time."""
     broken = Thing({"type": "breakdown", "robot": "porter", "when": {"goal": "executing", "robot": "porter"}})
