@@ -1,8 +1,8 @@
 """The same goal to the same robot is not rejected or aborted again and again.
 
 Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
-of its goals preempts another, and any goal of the robot that succeeds ends the row. So does a pause: a controller that
-looks now and then whether a robot works again does not ask in vain.
+of its goals preempts another, and any goal of the robot that succeeds at a later instant ends the row. So does a pause:
+a controller that looks now and then whether a robot works again does not ask in vain.
 """
 
 from __future__ import annotations
@@ -69,11 +69,17 @@ class NoVainGoals(Watcher):
             self._running[key] = (at, self._asked.pop((goal.robot, goal.action), None))
         elif status == _SUCCEEDED:
             self._running.pop(key, None)
-            self._rows.pop(goal.robot, None)
+            self._succeed(at, goal.robot)
         elif status > _SUCCEEDED:
             since, message = self._running.pop(key, (at, None))
             if status == _ABORTED and goal.cause not in _OWN_DOING:
                 self._fail((since, at), goal.robot, goal.action, _content(message), ("aborted", goal.cause))
+
+    def _succeed(self, at: int, robot: str) -> None:
+        """End the rows of a robot, but those of this instant: what takes no time may go on for ever within it."""
+        row = self._rows.pop(robot, None)
+        if row and (now := {what: known for what, known in row.items() if known[1] == at}):
+            self._rows[robot] = now
 
     def _reject(self, at: int, event: SendGoalRejected) -> None:
         self._goals += 1
