@@ -23,7 +23,8 @@ def go(x: float, y: float) -> NavigateToPose.Goal:
 
 MACHINE: dict[str, tuple[str, Message, str, str]] = {
     "to_the_medicine": ("navigate_to_pose", go(512, 215), "picking_up", "failed"),
-    "picking_up": ("pickup", Pickup.Goal(target_name="medicine"), "to_the_patient", "to_the_medicine"),
+    "picking_up": ("pickup", Pickup.Goal(target_name="medicine"), "to_the_patient", "picking_up_again"),
+    "picking_up_again": ("pickup", Pickup.Goal(target_name="medicine"), "to_the_patient", "failed"),
     "to_the_patient": ("navigate_to_pose", go(100, 180), "putting_down", "failed"),
     "putting_down": ("place", Place.Goal(attached_object_name="medicine"), "delivered", "failed"),
 }
