@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from hmrsim.actions import registry
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator, Serial
@@ -53,6 +54,16 @@ def hasty(client):
     """Let the other robot bring the crate; give up when anything fails."""
     other = Commander(client, "other")
     return done(lambda: other.pickup("crate")) and done(lambda: other.go_to_pose(20, 0))
+
+
+def tired(client):
+    """Bring the box, but go to the berth, at any price, when it can't be picked up."""
+    porter = client.action_client("porter", registry()["dock_robot"])
+    if done(lambda: Commander(client, "porter").pickup("box")):
+        return True
+    while porter.send_goal({"use_dock_id": True, "dock_id": "berth"}).result().error_code:
+        pass
+    return False
 
 
 def vain(client):

@@ -80,6 +80,7 @@ class Reducer:
         return case.with_schedule(tuple(needed(case.schedule, fails)))
 
     def _smaller_world(self, case: Case, failure: Failure) -> Case:
+        whole = self._evaluator.outcomes([case])[0]
         for keys in ROUNDS:
             definition = self._definition if case.definition is None else case.definition
             parts = parts_of(definition, keys)
@@ -92,22 +93,28 @@ class Reducer:
             ) -> list[bool]:
                 if self._over():
                     return [False] * len(candidates)
-                return self._fail_in([restricted(definition, keys, kept) for kept in candidates], case, failure)
+                worlds = [restricted(definition, keys, kept) for kept in candidates]
+                return self._fail_in(worlds, case, failure, whole)
 
             kept = needed(parts, fails)
             if len(kept) < len(parts):
                 case = replace(case, definition=restricted(definition, keys, kept))
         definition = self._definition if case.definition is None else case.definition
         tidy = tidied(definition)
-        return replace(case, definition=tidy) if self._fail_in([tidy], case, failure)[0] else case
+        return replace(case, definition=tidy) if self._fail_in([tidy], case, failure, whole)[0] else case
 
-    def _fail_in(self, worlds: Sequence[Mapping[str, Any]], case: Case, failure: Failure) -> list[bool]:
+    def _fail_in(self, worlds: Sequence[Mapping[str, Any]], case: Case, failure: Failure, whole: Outcome) -> list[bool]:
         """Return in which worlds a case fails because of its schedule: without it the run ends as it did in the first.
 
-        A world in which the mission can't be done at all says nothing about the schedule.
+        A world in which the mission can't be done at all says nothing about the schedule. Nor does one in which it
+        fails by what is not there, such as the dock at which it was to charge: then goals are aborted for reasons for
+        which none was in the whole world, or the run ends otherwise.
         """
         cases = [replace(case, definition=world) for world in worlds]
-        failed = self._fail(cases, failure)
+        failed = [
+            failure in outcome.failures and outcome.ending == whole.ending and {*outcome.aborts} <= {*whole.aborts}
+            for outcome in self._evaluator.outcomes(cases)
+        ]
         if not case.schedule or self._nominal.failure is not None:
             return failed
         failing = [each.with_schedule(()) for each, fails in zip(cases, failed, strict=True) if fails]

@@ -40,10 +40,16 @@ class Observer:
         self.lines: list[tuple[float, str]] = []
         self._story = story
         self._features: dict[str, None] = {}
+        self._aborts: dict[str, None] = {}
         self._counts: Counter[tuple[str, str, str]] = Counter()
         self._last: dict[str, str] = {}
         self._fault = ""
         self._began: dict[str, float] = {}
+
+    @property
+    def aborts(self) -> tuple[str, ...]:
+        """Why goals were aborted: action, cause and code."""
+        return tuple(self._aborts)
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -69,7 +75,8 @@ class Observer:
         elif status.terminal:
             self._exercise(change.robot, f"{change.action}:{status.name}")
             if status is GoalStatus.ABORTED:
-                self._features[f"{change.action}:{change.cause}/{code_of(change.result)}"] = None
+                why = f"{change.action}:{change.cause}/{code_of(change.result)}"
+                self._features[why] = self._aborts[why] = None
             lasted = at - self._began.pop(change.goal_id, at)
             self._note_moment(at, "ended", "", change.robot, change.action, lasted)
         elif status is GoalStatus.CANCELING:

@@ -40,6 +40,7 @@ class Outcome:
         features: What it has exercised, as texts, for the guidance of the search.
         moments: What happened that a fault may be anchored to.
         missed: The numbers of the things of its schedule that never began.
+        aborts: Why goals were aborted, each reason once.
         wall: Wall seconds that it took.
         trace: The trace, if it was asked for.
         story: Its events in words, if they were asked for: time in seconds, text.
@@ -55,6 +56,7 @@ class Outcome:
     features: tuple[str, ...] = ()
     moments: tuple[Moment, ...] = ()
     missed: tuple[int, ...] = ()
+    aborts: tuple[str, ...] = ()
     wall: float = 0.0
     trace: str = ""
     story: tuple[tuple[float, str], ...] = ()

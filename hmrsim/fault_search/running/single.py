@@ -132,6 +132,7 @@ class _Run:
             (*observer.features, *(sorted(coverage.keys()) if coverage else ())),
             tuple(observer.moments),
             self._missed(),
+            aborts=observer.aborts,
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
             output=self._output,

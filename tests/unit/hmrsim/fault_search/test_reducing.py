@@ -45,6 +45,21 @@ def test_the_world_is_reduced_to_what_the_mission_needs():
     assert result.without[0].ending == "succeeded"
 
 
+def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
+    """Without its dock the robot could not dock either, which says nothing about a dock that is out of order."""
+    world = {"docks": {"berth": {"at": [0.0, 0.5]}}, "robots.porter.at": "store"}
+    fails = Thing({"type": "goals_aborted", "robot": "porter", "action": "pickup", "count": 1})
+    shut = Thing({"type": "dock_out_of_order", "dock": "berth"})
+    check = check_of("tired", overlay=world)
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        failure = Failure("no_vain_goals", "aborted 5 times in a row")
+        result = Reducer(evaluator, check.definition, nominal).reduce(Case((fails, shut)), failure)
+
+    assert [thing.kind for thing in result.case.schedule] == ["goals_aborted", "dock_out_of_order"]
+    assert [*result.case.definition["docks"]] == ["berth"]
+
+
 def test_values_become_simple():
     """A second is enough, from the first moment on."""
     (thing,) = reduced(Case((BREAKDOWN,))).case.schedule
