@@ -1,13 +1,15 @@
 """The same goal to the same robot is not rejected or aborted again and again.
 
 Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
-of its goals preempts another, and any goal of the robot that succeeds at a later instant ends the row. So does a pause:
-a controller that looks now and then whether a robot works again does not ask in vain.
+of its goals preempts another, and any goal of the robot that succeeds ends the row. So does a pause: a controller that
+looks now and then whether a robot works again does not ask in vain. What fails many times within one instant may go on
+for ever, also with successes in between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
@@ -29,6 +31,17 @@ _OWN_DOING: Final = frozenset({Cause.PREEMPTED, Cause.CANCELED, Cause.RESET, Cau
 _STAMP: Final = "stamp"
 _PAUSE: Final = 20_000_000_000
 """Nanoseconds of simulated time between a failure and the next goal that end a row."""
+_MANY: Final = 10
+"""How many rows within one instant are too many, whatever succeeds in between."""
+
+
+@dataclass(slots=True)
+class _Row:
+    """How often a goal has failed, and when it did last."""
+
+    last: int
+    count: int = 0
+    at_once: int = 0
 
 
 class NoVainGoals(Watcher):
@@ -43,7 +56,7 @@ class NoVainGoals(Watcher):
         self._limit = limit
         self._asked: dict[tuple[str, str], Any] = {}
         self._running: dict[tuple[str, str], tuple[int, Any]] = {}
-        self._rows: dict[str, dict[Hashable, tuple[int, int]]] = {}
+        self._rows: dict[str, dict[Hashable, _Row]] = {}
         self._most = 0
         self._goals = 0
         timeline.on(GoalSeen, self._goal)
@@ -69,17 +82,15 @@ class NoVainGoals(Watcher):
             self._running[key] = (at, self._asked.pop((goal.robot, goal.action), None))
         elif status == _SUCCEEDED:
             self._running.pop(key, None)
-            self._succeed(at, goal.robot)
+            self._succeed(goal.robot)
         elif status > _SUCCEEDED:
             since, message = self._running.pop(key, (at, None))
             if status == _ABORTED and goal.cause not in _OWN_DOING:
                 self._fail((since, at), goal.robot, goal.action, _content(message), ("aborted", goal.cause))
 
-    def _succeed(self, at: int, robot: str) -> None:
-        """End the rows of a robot, but those of this instant: what takes no time may go on for ever within it."""
-        row = self._rows.pop(robot, None)
-        if row and (now := {what: known for what, known in row.items() if known[1] == at}):
-            self._rows[robot] = now
+    def _succeed(self, robot: str) -> None:
+        for row in self._rows.get(robot, {}).values():
+            row.count = 0
 
     def _reject(self, at: int, event: SendGoalRejected) -> None:
         self._goals += 1
@@ -90,16 +101,20 @@ class NoVainGoals(Watcher):
     def _fail(self, span: tuple[int, int], robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
         """Count a goal that was accepted, and has failed, at these times."""
         since, at = span
-        row = self._rows.setdefault(robot, {})
-        before, last = row.get((action, content), (0, since))
-        count = 1 if since - last >= _PAUSE else before + 1
-        row[action, content] = (count, at)
-        self._most = max(self._most, count)
-        if count == self._limit:
-            word, cause = how
-            reason = f"{word} {count} times in a row"
-            why = f" (the last time: {cause})" if cause else ""
-            self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
+        row = self._rows.setdefault(robot, {}).setdefault((action, content), _Row(at))
+        row.count = 1 if since - row.last >= _PAUSE else row.count + 1
+        row.at_once = row.at_once + 1 if at == row.last else 1
+        row.last = at
+        self._most = max(self._most, row.count)
+        word, cause = how
+        if row.count == self._limit:
+            reason = f"{word} {row.count} times in a row"
+        elif row.at_once == self._limit * _MANY:
+            reason = f"{word} {row.at_once} times within one instant"
+        else:
+            return
+        why = f" (the last time: {cause})" if cause else ""
+        self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
 
     def unless_violated(self) -> Verdict:
         """Return whether no goal was repeated in vain."""

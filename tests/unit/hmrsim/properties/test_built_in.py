@@ -224,11 +224,11 @@ def test_a_pause_ends_a_row():
 def test_goals_that_take_no_time_may_be_vain_with_successes_in_between():
     """A robot drives to where it is already, and fails to pick up what it holds, for ever within one instant."""
     feed = Feed(built_in={"no_vain_goals": 3})
-    for goal, other in zip("abc", "123", strict=True):
-        fail(feed, 5.0, other, x=0.0, status=4)
-        fail(feed, 5.0, goal, x=1.0)
+    for number in range(30):
+        fail(feed, 5.0, f"{number}s", x=0.0, status=4)
+        fail(feed, 5.0, f"{number}f", x=1.0)
 
-    assert [(5.0, "no_vain_goals", "eve", "aborted 3 times in a row")] == feed.end(9).violations
+    assert [(5.0, "no_vain_goals", "eve", "aborted 30 times within one instant")] == feed.end(9).violations
 
 
 def test_a_goal_that_takes_long_to_fail_is_no_pause():
