@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dispatching import Dispatcher, Job, Pause
-from driving import PAUSE
 
 if TYPE_CHECKING:
     from hmrsim_zenoh import Client
@@ -25,7 +24,7 @@ class _TakesTwice(Dispatcher):
             while not (yield step()):
                 if order["name"] in self.taken:
                     self.taken.remove(order["name"])  # the bug: this robot goes on with it all the same
-                yield Pause(self.client.now + PAUSE)
+                yield Pause(self.client.now + 5)
         return True
 
     def ended(self, robot: str, order: dict[str, Any], *, succeeded: bool) -> None:
