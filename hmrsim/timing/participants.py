@@ -7,10 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.protocol.commands import Participation
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, GetResult
-    from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
+    from hmrsim.protocol.outputs import Granted
+
+Told = tuple[str, int, GoalChanged | FeedbackSent]
+"""An event that participants are told of with a grant: its kind, when it was in nanoseconds, and what it is."""
 
 
 @dataclass
@@ -60,7 +64,7 @@ class Participant:
     begun: bool = False
     early: bool = False
     kinds: frozenset[str] = frozenset()
-    missed: list[tuple[str, int, GoalChanged | FeedbackSent]] = field(default_factory=list)
+    missed: list[Told] = field(default_factory=list)
     behind: int | None = None
 
 
