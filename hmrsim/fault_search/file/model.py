@@ -15,9 +15,17 @@ _UNITS: Final = {None: 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 def seconds_of(value: Any) -> Any:
-    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; anything else as it is."""
-    match = _BUDGET.fullmatch(value.strip()) if isinstance(value, str) else None
-    return float(match[1]) * _UNITS[match[2]] if match else float(value) if type(value) is int else value
+    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; anything else as it is.
+
+    Raises:
+        ValueError: A text is no time.
+    """
+    if not isinstance(value, str):
+        return float(value) if type(value) is int else value
+    match = _BUDGET.fullmatch(value.strip())
+    if match is None:
+        raise ValueError(f"expected a time such as 90s, 10m or 1h, got {value!r}")
+    return float(match[1]) * _UNITS[match[2]]
 
 
 class Budget(Part):

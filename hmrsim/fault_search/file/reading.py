@@ -23,6 +23,7 @@ from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT, Schedule, re
 from hmrsim.fault_search.space.changes import KINDS as CHANGES
 from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
 from hmrsim.fault_search.space.faults import fault_kinds
+from hmrsim.fault_search.space.menu import expanded
 from hmrsim.fault_search.space.model import Space
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.world.files import read_text
@@ -109,6 +110,15 @@ def read_check(path: str | Path) -> Check:
     return _checked(said, model, folder, folder)
 
 
+def file_of(values: dict[str, Any]) -> CheckFile:
+    """Return what a command line says as the file of a check.
+
+    Raises:
+        CheckError: Something is wrong; it has all errors.
+    """
+    return _model(_Read(COMMAND_LINE, values, lambda _path: None, ()), CheckFile)
+
+
 def check_of(file: CheckFile) -> Check:
     """Return the check that a command line describes; files are looked for in the current folder.
 
@@ -138,6 +148,9 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
         CheckError: Something is wrong; it has all errors.
     """
     said = _read(path)
+    if "repro" not in said.data:
+        message = "is not the file of a failure; expected one of the folder failures/ among the results of a search"
+        raise CheckError([Problem(said.file, "", message)])
     model = _model(said, ReproFile)
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
@@ -226,6 +239,8 @@ def _checked(
         problems += [problem for problem in told if problem.severity == "error"]
         check = replace(check, warnings=tuple(problem for problem in told if problem.severity != "error"))
         findings += _of_space(model.space, world)
+        findings += _of_further(check)
+        findings += _of_robots(model.controller, world)
         findings += also(check)
     if model.controller.in_process:
         try:
@@ -277,13 +292,26 @@ def _of_space(space: Space, world: World) -> Iterator[Finding]:
     for i, name in enumerate(space.spare):
         if name not in known:
             yield Finding(("space", "spare", i), f"nothing is called {name!r}{instead(name, known)}", name)
-    for i, template in enumerate(space.further):
-        _, flaws = read_things([template] if not _has_lists(template) else [])
-        for flaw in flaws:
-            yield Finding(("space", "further", i, *flaw.path[1:]), flaw.message, flaw.value)
 
 
-def _has_lists(template: Mapping[str, Any]) -> bool:
-    return any(isinstance(value, list) for name, value in template.items() if name != "lane") or (
-        template.get("robot") == "*"
-    )
+def _of_further(check: Check) -> Iterator[Finding]:
+    """Yield what is wrong with a user's own things, each once, however many things a template stands for."""
+    for i, template in enumerate(check.file.space.further):
+        told: list[str] = []
+        for each in expanded(template, [*check.world.robots]):
+            things, flaws = read_things([each])
+            for flaw in [*flaws, *_unrunnable(check, things)]:
+                # The first parts of a path are where the thing stands in its own list.
+                path = flaw.path[2:] if flaw.path[:1] == ("schedule",) else flaw.path[1:]
+                if flaw.message not in told:
+                    told.append(flaw.message)
+                    yield Finding(("space", "further", i, *path), flaw.message, flaw.value)
+
+
+def _of_robots(controller: Treatment, world: World) -> Iterator[Finding]:
+    """Yield why a tree has no robots."""
+    for i, name in enumerate(controller.robots or ()):
+        if name not in world.robots:
+            yield Finding(("controller", "robots", i), f"no robot {name!r}{instead(name, [*world.robots])}", name)
+    if controller.tree is not None and not world.robots:
+        yield Finding(("controller",), "the world has no robot for a tree; add one, or check a function or a command")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import CheckError, HmrsimError, Problem
+from hmrsim.errors import HmrsimError
 from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY
 from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
@@ -166,9 +166,7 @@ class _Run:
                     host, Command(words, check.folder, variables), self._disturber, began + wall
                 )
             except OSError as error:
-                raise CheckError(
-                    [Problem(check.place, "controller.command", f"{words[0]}: {error.strerror or error}")]
-                ) from None
+                raise HmrsimError(f"{words[0]}: {error.strerror or error}") from None
             over, self._output = host.pacing.over, run.output
             host.stop()
             # Nothing runs any more: what the simulator knows can be read.

@@ -68,6 +68,25 @@ def test_kinds_and_names_that_there_are_not_are_told(tmp_path):
     ]
 
 
+def test_things_of_ones_own_are_looked_at_whatever_they_stand_for(tmp_path):
+    """Each mistake once, though a template stands for many things."""
+    slips = {"type": "slip", "robot": ["porter", "portr"], "factor": [0.1, 0.5], "duration": 20}
+    told = problems(written(tmp_path, space={"further": [slips, {"type": "slp", "robot": "*"}]}))
+
+    assert [line.partition(": ")[2] for line in told] == [
+        "space.further.0.robot: no robot 'portr'; did you mean 'porter'?",
+        "space.further.1.type: no fault type 'slp'; did you mean 'slip'?",
+    ]
+
+
+def test_a_tree_needs_a_robot(tmp_path):
+    """A world without any has nothing that it could drive."""
+    tree = {"tree": "bt_controller.examples.hospital:mission"}
+    (told,) = problems(written(tmp_path, world={"waypoints": {"home": [0, 0]}}, controller=tree))
+
+    assert told.endswith("controller: the world has no robot for a tree; add one, or check a function or a command")
+
+
 def test_a_controller_that_there_is_not_is_told(tmp_path):
     """Before anything is run."""
     (told,) = problems(written(tmp_path, controller={"python": "porters.py:carful"}))
