@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.cli.exits import WrongUse
 from hmrsim.cli.experiment_run import jobs
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
@@ -69,8 +70,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
 _SET: Final = "a change of the world, such as robots.*.base.speed=0.5; repeatable"
 
 
+CONTROLLERS: Final = ("tree", "python", "command")
+"""The options of which one says what is checked."""
+
+
 def _chosen(args: argparse.Namespace) -> int:
     """Do what is asked for; return the exit code."""
+    if args.repro is not None and args.trace is not None:
+        raise WrongUse("--repro and --trace: each is a command of its own; leave one out")
+    for option, value in (("--folder", args.folder), ("--record", args.record)):
+        if value is not None and args.repro is None:
+            raise WrongUse(f"{option} {value}: it is for --repro alone; name a failure with it, or leave it out")
+    option = "--repro" if args.repro is not None else "--trace" if args.trace is not None else ""
+    if option and args.world is not None:
+        raise WrongUse(f"{args.world}: a world is of no use with {option}, whose file has it; leave one out")
+    controllers = [f"--{name}" for name in CONTROLLERS if getattr(args, name) is not None]
+    if option and controllers:
+        raise WrongUse(f"{option}: its file says what was run; leave out {', '.join(controllers)}")
     if args.trace is not None:
         module, function = "check_trace", "check_trace"
     elif args.repro is not None:

@@ -7,9 +7,11 @@ import hashlib
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.run_recording import recorded
+from hmrsim.errors import CheckError, Problem
+from hmrsim.experiments.results.row import ERROR
 from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.story import events_of
 from hmrsim.fault_search.running.outcome import Failure
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 def repeat(args: argparse.Namespace) -> int:
     """Repeat a failure; return the exit code: 1 if it fails, in this or in another way."""
     check_outputs([("--record", args.record)], [args.repro])
+    if args.folder is not None and not args.folder.is_dir():
+        raise WrongUse(f"--folder {args.folder}: no such folder")
     repro = read_repro(args.repro, args.folder)
     collect_rarely()
     with ExitStack() as stack:
@@ -34,6 +38,8 @@ def repeat(args: argparse.Namespace) -> int:
             further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
             wanted = Wanted(trace=True, story=True, further=further)
         outcome = run_case(repro.check, repro.case, wanted)
+    if outcome.ending == ERROR:
+        raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
     if args.json:
         show_json(_said(repro, outcome))
     else:

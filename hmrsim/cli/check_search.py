@@ -8,17 +8,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import ValidationError
-
+from hmrsim.cli.check import CONTROLLERS
 from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.diagnostics import dotted
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.experiments.results.row import ERROR
 from hmrsim.experiments.running.executors import factory_of
-from hmrsim.fault_search.file.model import CheckFile
-from hmrsim.fault_search.file.reading import check_of, read_check, read_repro
+from hmrsim.fault_search.file.reading import check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
@@ -38,8 +35,6 @@ _LOOK: Final = 0.2
 _QUIET: Final = 30.0
 """Wall seconds between two lines where there is no terminal."""
 
-_CONTROLLERS: Final = ("tree", "python", "command")
-
 
 def search(args: argparse.Namespace) -> int:
     """Search for failures; return the exit code."""
@@ -49,9 +44,14 @@ def search(args: argparse.Namespace) -> int:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
     with Evaluator(check, make, workers or 1) as evaluator:
-        nominal = evaluator.outcomes([Case()])[0]
+        try:
+            nominal = evaluator.outcomes([Case()])[0]
+        except KeyboardInterrupt:
+            warn("interrupted before the run without faults was over: nothing was tried")
+            return ExitCode.INTERRUPTED
         if nominal.ending == ERROR:
             raise CheckError([Problem(check.place, "controller", nominal.cause)])
+        results.prepare()
         _warn_of(nominal)
         check = limited(check, nominal)
         evaluator.take(check)
@@ -88,12 +88,13 @@ def _conclude(args: argparse.Namespace, summary: Summary, results: ResultsFolder
 
 def _check(args: argparse.Namespace) -> Check:
     """Return the check of a file, or of the options."""
-    said = [name for name in _CONTROLLERS if getattr(args, name) is not None]
+    said = [name for name in CONTROLLERS if getattr(args, name) is not None]
     if args.world is None:
         raise WrongUse(
             "expected a world or the file of a check, --repro FILE or --trace TRACE; see hmrsim check --help"
         )
-    if not said and _is_check(args.world):
+    if _is_check(args.world):
+        _only_search(args)
         return _over(read_check(args.world), args)
     if len(said) != 1:
         raise WrongUse(f"{args.world}: expected one of --tree, --python and --command, or the file of a check")
@@ -106,7 +107,15 @@ def _check(args: argparse.Namespace) -> Check:
     values = {"world": args.world, "controller": controller, "overlay": overlay, **_options(args, {})}
     if args.properties:
         values["properties"] = args.properties
-    return check_of(_model(values))
+    return check_of(file_of(values))
+
+
+def _only_search(args: argparse.Namespace) -> None:
+    """Raise WrongUse for an option that says what the file of a check says itself."""
+    given = [f"--{name}" for name in (*CONTROLLERS, "robots", "properties") if getattr(args, name) is not None]
+    given += ["--set"] if args.changes else []
+    if given:
+        raise WrongUse(f"{args.world}: the file of a check says that itself; leave out {', '.join(given)}")
 
 
 def _is_check(source: str) -> bool:
@@ -123,7 +132,7 @@ def _over(check: Check, args: argparse.Namespace) -> Check:
     """Return the check of a file, with what the command line says over it."""
     values = check.file.model_dump(mode="json", by_alias=True, exclude_unset=True)
     options = _options(args, values)
-    return check.with_file(_model({**values, **options})) if options else check
+    return check.with_file(file_of({**values, **options})) if options else check
 
 
 def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]:
@@ -152,14 +161,6 @@ def _as_mapping(budget: Any) -> dict[str, Any]:
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
-
-
-def _model(values: dict[str, Any]) -> CheckFile:
-    try:
-        return CheckFile.model_validate(values)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise WrongUse(f"{dotted(tuple(first['loc']))}: {first['msg']}, got {first['input']!r}") from None
 
 
 def _earlier(results: ResultsFolder) -> list[Case]:

@@ -43,7 +43,7 @@ def summary_text(summary: Summary, folder: Path) -> Iterator[str]:
     singles = tried.singles - summary.unreached.singles
     yield f"tried: {singles:,} of {tried.singles:,} single things at their moments, and schedules of several"
     if summary.covered:
-        yield f"of the tree: {summary.covered}; `bt-controller coverage {folder / 'coverage.json'}` says which never"
+        yield f"of the tree: {summary.covered}; see `bt-controller coverage {folder / 'coverage.json'}`"
     if summary.unreached.kinds:
         yield f"never began: {', '.join(summary.unreached.kinds)}"
     if summary.unreached.properties:

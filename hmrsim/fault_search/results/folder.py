@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import OutputError, reason_of
@@ -29,11 +30,26 @@ class ResultsFolder:
     """A folder of results.
 
     Args:
-        folder: The folder; it is made when something is written.
+        folder: The folder; it is made by `prepare`, or when something is written.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+
+    def prepare(self) -> None:
+        """Make the folder, so that a search does not find out at its end that it can't be written.
+
+        Raises:
+            OutputError: It can't be made, or nothing can be written there.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=self.folder):
+                pass
+        except FileExistsError:
+            raise OutputError(f"{self.folder}: is a file; expected a folder") from None
+        except OSError as error:
+            raise OutputError(f"{self.folder}: can't be written: {reason_of(error)}") from None
 
     def earlier(self) -> list[Path]:
         """Return the files of failures that were found earlier, in order of their names."""

@@ -84,7 +84,25 @@ def test_the_file_of_a_check_has_it_all_and_options_come_before_it(folder, capsy
         ((), "expected a world or the file of a check, --repro FILE or --trace TRACE"),
         (("world.yaml",), "expected one of --tree, --python and --command, or the file of a check"),
         (("world.yaml", "--python", "porters.py:nothing"), "nothing"),
-        (("world.yaml", "--python", "porters.py:vain", "--budget", "soon"), "budget"),
+        (
+            ("world.yaml", "--python", "porters.py:vain", "--budget", "soon"),
+            "command line: budget.time: expected a time such as 90s, 10m or 1h, got 'soon'",
+        ),
+        (
+            ("world.yaml", "--tree", "bt_controller.examples.hospital:mission", "--robots", "portr"),
+            "controller.robots.0: no robot 'portr'; did you mean 'porter'?",
+        ),
+        (("world.yaml", "--python", "porters.py:vain", "-o", "world.yaml"), "world.yaml: is a file; expected a folder"),
+        (
+            ("world.yaml", "--python", "porters.py:vain", "--record", "a.mcap"),
+            "--record a.mcap: it is for --repro alone",
+        ),
+        (("--repro", "a.yaml", "--trace", "b.jsonl"), "--repro and --trace"),
+        (("world.yaml", "--trace", "b.jsonl"), "world.yaml: a world is of no use with --trace"),
+        (("--trace", "b.jsonl", "--tree", "a.xml"), "--trace: its file says what was run; leave out --tree"),
+        (("--repro", "world.yaml"), "world.yaml: is not the file of a failure"),
+        (("--repro", "world.yaml", "--folder", "nowhere"), "--folder nowhere: no such folder"),
+        (("world.yaml", "--command", "./nothing"), "command line: controller: ./nothing: No such file or directory"),
         (
             ("world.yaml", "--python", "porters.py:vain", "--only", "slp"),
             "nothing is called 'slp'; did you mean 'slip'?",
@@ -100,3 +118,35 @@ def test_wrong_use_is_told_on_a_line(folder, capsys, words, told):
     assert told in err
     assert "Traceback" not in err
     assert not (folder / "porters_check").exists()
+
+
+def test_the_file_of_a_check_has_its_controller(folder, capsys):
+    """Options that say the same are refused, not ignored."""
+    file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}}
+    (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
+
+    assert check("check.yaml", "--tree", "mission.xml", "--set", "seed=3", *SERIAL) == 2
+    assert "check.yaml: the file of a check says that itself; leave out --tree, --set" in capsys.readouterr().err
+
+
+def test_a_failure_that_can_not_be_repeated_has_not_passed(folder, capsys):
+    """The recording can't be written: that is an error, and says nothing about the controller."""
+    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    capsys.readouterr()
+
+    assert check("--repro", str(repro), "--record", "world.yaml/run.mcap") == 2
+    assert "can't be repeated: world.yaml/run.mcap: can't be written" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+def test_ctrl_c_before_the_first_run_is_told(capsys, monkeypatch):
+    """The exit code is 130."""
+
+    def interrupted(*_args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hmrsim.fault_search.running.evaluator.Evaluator.outcomes", interrupted)
+
+    assert check("world.yaml", "--python", "porters.py:vain", *SERIAL) == 130
+    assert "nothing was tried" in capsys.readouterr().err
