@@ -156,7 +156,8 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     where = folder or _folder(model, home)
     schedule, findings = read_things(model.schedule)
     said.raise_if([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
-    check = _checked(said, model, home, where, also=lambda check: _unrunnable(check, schedule))
+    hint = "" if folder else "; --folder DIR says where the controller's files are"
+    check = _checked(said, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
     return Repro(check, Case(schedule), model.failure, model.trace)
 
 
@@ -217,8 +218,18 @@ def _checked(
     folder: Path,
     *,
     also: Callable[[Check], Iterator[Finding]] = lambda _check: iter(()),
+    hint: str = "",
 ) -> Check:
-    """Return a check, after everything was looked at that can be looked at without running it."""
+    """Return a check, after everything was looked at that can be looked at without running it.
+
+    Args:
+        said: What was read.
+        model: The same as a model.
+        home: Where the files of the world and of the properties are looked for.
+        folder: Where those of the controller are.
+        also: Yields what else is wrong with the check.
+        hint: What would do if there is no such controller.
+    """
     findings: list[Finding] = []
     problems: list[Problem] = []
     properties = Properties()
@@ -246,7 +257,7 @@ def _checked(
         try:
             controller_of(model.controller, {}, folder)
         except (HmrsimError, ValueError) as error:
-            findings.append(Finding(("controller",), str(error)))
+            findings.append(Finding(("controller",), f"{error}{hint}"))
     errors = [each for each in findings if each.severity == "error"]
     if problems:
         raise CheckError([*problems, *said.problems(errors)])

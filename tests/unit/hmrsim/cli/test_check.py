@@ -150,3 +150,14 @@ def test_ctrl_c_before_the_first_run_is_told(capsys, monkeypatch):
 
     assert check("world.yaml", "--python", "porters.py:vain", *SERIAL) == 130
     assert "nothing was tried" in capsys.readouterr().err
+
+
+def test_a_failure_without_its_controller_says_where_it_could_be(folder, capsys):
+    """It was moved, and the controller's file is neither beside it nor in the current folder."""
+    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    repro.write_text(repro.read_text("utf-8").replace("porters.py:vain", "elsewhere.py:vain"), encoding="utf-8")
+    capsys.readouterr()
+
+    assert check("--repro", str(repro)) == 2
+    assert "; --folder DIR says where the controller's files are" in capsys.readouterr().err
