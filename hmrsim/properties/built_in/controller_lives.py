@@ -36,7 +36,7 @@ class ControllerLives(Watcher):
 
     def end(self, at: int, ended: Ended | None) -> None:
         """Tell if the controller has not lived to the end."""
-        self._known = ended is not None
+        self._known = ended is not None and ended.ending != "stopped"
         if ended is not None and ended.ending in _DEATHS:
             said = _DEATHS[ended.ending]
             text = f"{said}: {ended.cause}" if ended.cause else said

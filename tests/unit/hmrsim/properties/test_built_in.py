@@ -153,6 +153,13 @@ def test_the_reason_of_a_crash_is_the_error_and_its_place(ending, cause, reason)
     assert [(7.0, "controller_lives", "", reason)] == feed.violations
 
 
+def test_of_a_run_that_was_stopped_it_is_not_known_how_its_controller_ends():
+    """As of one that Ctrl-C has ended, or whose trace is cut off."""
+    feed = Feed(built_in={"controller_lives": True}).end(7, "stopped")
+
+    assert feed.verdict("controller_lives").state == "undecided"
+
+
 def test_a_controller_that_is_dropped_from_lockstep_does_not_live():
     """A participant that does not answer in time is a violation."""
     feed = Feed(built_in={"controller_lives": True}).event(3, "participant_dropped", participant="bt", why="too slow")
