@@ -62,6 +62,8 @@ def search(args: argparse.Namespace) -> int:
         campaign = Campaign(check, evaluator, nominal, options)
         summary = campaign.run()
         teller.end()
+    if summary.complete and not summary.tried.singles:
+        warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(teller.files)
     results.finish(check, summary)
     campaign.covered.write(results.folder)

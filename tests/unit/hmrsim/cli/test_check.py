@@ -161,3 +161,11 @@ def test_a_failure_without_its_controller_says_where_it_could_be(folder, capsys)
 
     assert check("--repro", str(repro)) == 2
     assert "; --folder DIR says where the controller's files are" in capsys.readouterr().err
+
+
+def test_a_search_with_nothing_to_try_says_so(folder, capsys):
+    """That nothing was found says nothing then."""
+    (folder / "idle.py").write_text("def idle(client):\n    return True\n", encoding="utf-8")
+
+    assert check("world.yaml", "--python", "idle.py:idle", "--runs", "5", *SERIAL) == 0
+    assert "warning: nothing was tried" in capsys.readouterr().err
