@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.experiments.results.row import ERROR
-from hmrsim.fault_search.file.model import CheckFile
-from hmrsim.fault_search.file.reading import check_of
+from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
 from hmrsim.fault_search.running.evaluator import Evaluator, Serial
@@ -18,6 +17,9 @@ from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.summary import Summary
+
+_PLACE: Final = "hmrsim.testing.check"
+"""What errors speak of."""
 
 Test = TypeVar("Test", bound=Callable[..., object])
 
@@ -70,7 +72,7 @@ def check(  # noqa: PLR0913 - what the command has as options
                 "space": dict(space or {}),
                 "seed": seed,
             }
-            summary = searched(check_of(CheckFile.model_validate(said)), output)
+            summary = searched(check_at(file_of(said, _PLACE), Path.cwd(), _PLACE), output)
             if _arguments(function):
                 function(summary)
             else:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 from hypothesis import strategies as st
 
-from hmrsim.fault_search.file.model import CheckFile
-from hmrsim.fault_search.file.reading import check_of
+from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.space.menu import Menu
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from hmrsim.fault_search.schedules.thing import Schedule, Thing
     from hmrsim.fault_search.space.menu import Entry
+
+_PLACE: Final = "hmrsim.testing.schedules"
+"""What errors speak of."""
 
 
 def schedules(
@@ -45,7 +46,8 @@ def schedules(
     """
     said = {"families": ("faults", "changes"), **(space or {})}
     source = dict(world) if isinstance(world, Mapping) else str(world)
-    check = check_of(CheckFile.model_validate({"world": source, "controller": {"tree": tree}, "space": said}))
+    file = file_of({"world": source, "controller": {"tree": tree}, "space": said}, _PLACE)
+    check = check_at(file, Path.cwd(), _PLACE)
     moments = run_case(check, Case()).moments
     menu = Menu(check.world, check.file.space, moments)
 

@@ -110,13 +110,13 @@ def read_check(path: str | Path) -> Check:
     return _checked(said, model, folder, folder)
 
 
-def file_of(values: dict[str, Any]) -> CheckFile:
-    """Return what a command line says as the file of a check.
+def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
+    """Return what a command line, or a test, says as the file of a check; *place* is for errors.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    return _model(_Read(COMMAND_LINE, values, lambda _path: None, ()), CheckFile)
+    return _model(_Read(place, values, lambda _path: None, ()), CheckFile)
 
 
 def check_of(file: CheckFile) -> Check:

@@ -1,0 +1,35 @@
+"""Fault search in tests: what is wrong with it is told as on the command line."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.errors import CheckError
+from hmrsim.testing import check, schedules
+from tests.porters import WORLD
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ({"budget": "soon", "tree": "a.xml"}, "budget.time: expected a time such as 90s, 10m or 1h, got 'soon'"),
+        ({"budget": "1s"}, "controller: expected one of tree, python and command"),
+        ({"budget": "1s", "tree": "nothing.xml"}, "controller: nothing.xml: no such file"),
+    ],
+)
+def test_a_check_that_is_wrong_is_told_on_a_line(said, told):
+    """With what was called, and the argument."""
+
+    @check(WORLD, **said)
+    def searching():
+        """Nothing is run."""
+
+    with pytest.raises(CheckError) as error:
+        searching()
+    assert str(error.value) == f"hmrsim.testing.check: {told}"
+
+
+def test_schedules_of_a_tree_that_there_is_not():
+    """They are an error at once."""
+    with pytest.raises(CheckError, match=r"^hmrsim\.testing\.schedules: controller: nothing\.xml: no such file$"):
+        schedules(WORLD, tree="nothing.xml")
