@@ -18,10 +18,10 @@ WARDS = {"wall_e": "ward_a", "eve": "ward_b"}
 def mission(robot: str, *, bug: bool = False) -> Behaviour:
     """Return the tree of one of two robots: it works in its ward, charges if it has to, and works again."""
     ward = WARDS[robot]
-    charge = [Dock("charger"), WaitUntilCharged(0.9)]
-    leave = [] if bug else [GoTo("home" if robot == "wall_e" else "yard")]  # the bug: it stays where it has charged
     low = Inverter("Enough", node(IsBatteryLow, min_battery=0.5))
-    steps = Sequence("Charge", memory=True, children=[*charge, *leave])
-    battery = Selector("Battery", memory=True, children=[low, steps])
+    charge = Sequence("Charge", memory=True, children=[Dock("charger"), WaitUntilCharged(0.9)])
+    battery = Selector("Battery", memory=True, children=[low, charge])
     parts = [patient(GoTo(ward)), patient(Wait(20)), patient(battery)]
+    if not bug:  # the bug: it stays where it has charged
+        parts.append(patient(GoTo("home" if robot == "wall_e" else "yard")))
     return Sequence("Mission", memory=True, children=parts)
