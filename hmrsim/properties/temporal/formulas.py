@@ -66,42 +66,31 @@ class Not(Formula):
 
 
 @dataclass(frozen=True)
-class And(Formula):
+class _Connective(Formula):
+    """A formula about two formulas at the same time."""
+
+    left: Formula
+    right: Formula
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        """Both."""
+        return (self.left, self.right)
+
+
+@dataclass(frozen=True)
+class And(_Connective):
     """Both of two formulas hold."""
 
-    left: Formula
-    right: Formula
-
-    @property
-    def parts(self) -> tuple[Formula, ...]:
-        """Both."""
-        return (self.left, self.right)
-
 
 @dataclass(frozen=True)
-class Or(Formula):
+class Or(_Connective):
     """At least one of two formulas holds."""
 
-    left: Formula
-    right: Formula
-
-    @property
-    def parts(self) -> tuple[Formula, ...]:
-        """Both."""
-        return (self.left, self.right)
-
 
 @dataclass(frozen=True)
-class Implies(Formula):
+class Implies(_Connective):
     """If a formula holds, another one does."""
-
-    left: Formula
-    right: Formula
-
-    @property
-    def parts(self) -> tuple[Formula, ...]:
-        """Both."""
-        return (self.left, self.right)
 
 
 @dataclass(frozen=True)
