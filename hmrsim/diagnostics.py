@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+
+from hmrsim.errors import Problem
 
 Path = tuple[str | int, ...]
 """Keys and indices that lead to a field, from the top of a world."""
@@ -42,6 +44,21 @@ class Finding:
     value: object = None
     severity: str = "error"
     line: int | None = None
+
+
+def problems_of(findings: Iterable[Finding], file: str, line_of: Callable[[Path], int | None]) -> list[Problem]:
+    """Return findings as problems of a file, in the order of its lines.
+
+    Args:
+        findings: What a reader or a check has found.
+        file: The file as the user named it.
+        line_of: Returns the line that a path leads to.
+    """
+    problems = [
+        Problem(file, dotted(each.path), each.message, each.line or line_of(each.path), each.value, each.severity)
+        for each in findings
+    ]
+    return sorted(problems, key=lambda problem: problem.line or 0)
 
 
 def warning(path: Path, message: str, value: object = None) -> Finding:

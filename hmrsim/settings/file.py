@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from hmrsim.diagnostics import MAX_FINDINGS, Finding, dotted, shown
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, problems_of, shown
 from hmrsim.errors import Problem, SettingsError, WorldError
 from hmrsim.settings.model import together
 from hmrsim.world.files import read_text
@@ -44,11 +45,7 @@ def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
     found, wrong = _validated(data, together(models))
     wrong = [*findings, *wrong]
     if wrong:
-        problems = [
-            Problem(file, dotted(each.path), each.message, each.line or line_of(lines, each.path), each.value)
-            for each in wrong
-        ]
-        problems.sort(key=lambda problem: problem.line or 0)
+        problems = problems_of(wrong, file, partial(line_of, lines))
         more = len(problems) - MAX_FINDINGS
         last = [Problem(file, "", f"and {more} more")] if more > 0 else []
         raise SettingsError([*problems[:MAX_FINDINGS], *last])

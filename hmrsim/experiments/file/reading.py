@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import Finding, dotted, instead, shown
+from hmrsim.diagnostics import Finding, instead, problems_of, shown
 from hmrsim.errors import ExperimentError, Problem, WorldError
 from hmrsim.experiments.file.designs import DesignFlaw, Levels, scenarios_of
 from hmrsim.experiments.file.model import (
@@ -83,7 +83,7 @@ def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
         model = ExperimentFile.model_validate(data)
     except ValidationError as error:
         findings += explain(error, data, parts=_PARTS)
-        raise ExperimentError(_problems(file, findings, line)) from None
+        raise ExperimentError(problems_of(findings, file, line)) from None
     folder = Path(path).absolute().parent
     tables = _tables(model, folder, findings)
     scenarios = _scenarios(model, folder, findings)
@@ -94,7 +94,7 @@ def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
         if name not in model.variants
     ]
     if findings:
-        raise ExperimentError(_problems(file, findings, line))
+        raise ExperimentError(problems_of(findings, file, line))
     overlays = [_overlay(file, data, ("overlay",), line)] if model.overlay else []
     overlays += [_overlay(file, data, ("variants", name), line) for name in variants]
     return Plan(Path(path).absolute(), model, scenarios, overlays, tables, _world(model.world, folder), tuple(variants))
@@ -155,10 +155,3 @@ def _names(model: ExperimentFile, tables: Mapping[str, Any]) -> Iterator[Finding
     if until is not None and until.measure not in model.measures:
         message = f"there is no measure {until.measure!r}{instead(until.measure, model.measures)}"
         yield Finding(("replications", "until", "measure"), message, until.measure)
-
-
-def _problems(file: str, findings: Sequence[Finding], line: Callable[..., int | None]) -> list[Problem]:
-    problems = [
-        Problem(file, dotted(each.path), each.message, each.line or line(each.path), each.value) for each in findings
-    ]
-    return sorted(problems, key=lambda problem: problem.line or 0)

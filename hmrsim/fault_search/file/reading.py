@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import Finding, dotted, instead, shown
+from hmrsim.diagnostics import Finding, instead, problems_of, shown
 from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.experiments.file.model import Treatment
@@ -84,18 +84,7 @@ class _Read:
 
     def problems(self, findings: Sequence[Finding]) -> list[Problem]:
         """Return findings with the file and their lines, in order."""
-        problems = [
-            Problem(
-                self.file,
-                dotted(each.path),
-                each.message,
-                each.line or self.line(each.path),
-                each.value,
-                each.severity,
-            )
-            for each in findings
-        ]
-        return sorted(problems, key=lambda problem: problem.line or 0)
+        return problems_of(findings, self.file, self.line)
 
 
 def read_check(path: str | Path) -> Check:

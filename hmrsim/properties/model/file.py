@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
-from hmrsim.diagnostics import Finding, Path, dotted, meant, shown
-from hmrsim.errors import Problem
+from hmrsim.diagnostics import Finding, Path, meant, problems_of, shown
 from hmrsim.properties.model import operators as by_operator
 from hmrsim.properties.model import patterns as by_pattern
 from hmrsim.properties.model.built_in import BuiltIn
 from hmrsim.properties.model.formulas import Formula
 from hmrsim.properties.model.part import Identifier, Part
+
+if TYPE_CHECKING:
+    from hmrsim.errors import Problem
 
 OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever", "formula")
 
@@ -129,15 +131,4 @@ class Properties(Part):
 
     def problems(self, findings: Iterable[Finding]) -> list[Problem]:
         """Return findings about these properties with their file and lines, in the order of the file."""
-        found = [
-            Problem(
-                self._file,
-                dotted(each.path),
-                each.message,
-                each.line or self._line(each.path),
-                each.value,
-                each.severity,
-            )
-            for each in findings
-        ]
-        return sorted(found, key=lambda problem: problem.line or 0)
+        return problems_of(findings, self._file, self._line)
