@@ -48,6 +48,32 @@ class Node:
         raise NotImplementedError
 
 
+class Windowed(Node):
+    """The base of nodes whose value at a time is that of a window ahead, up to its last change.
+
+    Windows begin before the first sample does: what they hold up to then makes the first value.
+    """
+
+    def __init__(self) -> None:
+        self._origin: Any = None
+        self._begun = False
+        self._value = math.nan
+
+    def _tell(self, time: Any, value: float, made: list[Change]) -> None:
+        """Add the change to a value from a time on to what was *made*, if it is one."""
+        if time > self._origin:
+            if not self._begun:
+                self._begin(made)
+            if value != self._value:
+                made.append((time, value))
+        self._value = value
+
+    def _begin(self, made: list[Change]) -> None:
+        """Add the first value."""
+        self._begun = True
+        made.append((self._origin, self._value))
+
+
 class Instant(Node):
     """A formula without windows: its value at a time depends on the signals at that time."""
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from hmrsim.properties.temporal.nodes import Change, Changes, Node
+from hmrsim.properties.temporal.nodes import Change, Changes, Node, Windowed
 
 _Span = tuple[float, float]
 """Here, through."""
@@ -30,7 +30,7 @@ _NOTHING: _Span = (-math.inf, math.inf)
 """The span that changes nothing."""
 
 
-class UntilNode(Node):
+class UntilNode(Windowed):
     """The right value is high at some time of the window from now to *end* ahead, and the left one up to then.
 
     Args:
@@ -38,6 +38,7 @@ class UntilNode(Node):
     """
 
     def __init__(self, left: Node, right: Node, end: Any) -> None:
+        super().__init__()
         self._left, self._right, self._end = left, right, end
         self._lefts: deque[Change] = deque()
         self._rights: deque[Change] = deque()
@@ -46,9 +47,6 @@ class UntilNode(Node):
         self._back: list[_Span] = []
         self._behind = _NOTHING
         self._ends: deque[Any] = deque()
-        self._origin: Any = None
-        self._begun = False
-        self._value = math.nan
 
     def step(self, at: Any, values: Sequence[float]) -> Changes:
         """Return the changes of all times whose windows are known."""
@@ -92,12 +90,12 @@ class UntilNode(Node):
         while self._ends and self._ends[0] <= now:
             left = self._drop()
             if left < now:
-                self._tell(left, made)
+                self._tell(left, self._whole(), made)
         through, right = self._values
         span = (min(through, right), through)
         self._back.append(span)
         self._behind = _then(self._behind, span)
-        self._tell(now, made)
+        self._tell(now, self._whole(), made)
 
     def _drop(self) -> Any:
         """Drop the first span of the window; return when it was left."""
@@ -121,20 +119,7 @@ class UntilNode(Node):
             self._value = self._whole()
             self._begin(made)
         while self._ends and self._ends[0] <= now:
-            self._tell(self._drop(), made)
+            self._tell(self._drop(), self._whole(), made)
 
     def _whole(self) -> float:
         return _then(self._front[-1], self._behind)[0] if self._front else self._behind[0]
-
-    def _tell(self, time: Any, made: list[Change]) -> None:
-        value = self._whole()
-        if time > self._origin:
-            if not self._begun:
-                self._begin(made)
-            if value != self._value:
-                made.append((time, value))
-        self._value = value
-
-    def _begin(self, made: list[Change]) -> None:
-        self._begun = True
-        made.append((self._origin, self._value))

@@ -7,10 +7,10 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from hmrsim.properties.temporal.nodes import Change, Changes, Node
+from hmrsim.properties.temporal.nodes import Change, Changes, Node, Windowed
 
 
-class Extremum(Node):
+class Extremum(Windowed):
     """The extremum of a value in the window from *start* to *end* ahead, both included.
 
     The queue has the spans of the value in the window, but for those that a later one outdoes: a span is entered when
@@ -22,14 +22,12 @@ class Extremum(Node):
     """
 
     def __init__(self, part: Node, start: Any, end: Any, *, greatest: bool) -> None:
+        super().__init__()
         self._part = part
         self._start, self._end = start, end
         self._sign = 1.0 if greatest else -1.0
         self._queue: deque[list[Any]] = deque()
         self._open: list[Any] = [math.inf, math.nan]
-        self._origin: Any = None
-        self._begun = False
-        self._value = math.nan
 
     def step(self, at: Any, values: Sequence[float]) -> Changes:
         """Return the changes of all times whose windows are known."""
@@ -64,12 +62,12 @@ class Extremum(Node):
         while queue and queue[0][0] <= now:
             left = queue.popleft()[0]
             if left < now:
-                self._tell(left, queue[0][1], made)
+                self._tell(left, self._sign * queue[0][1], made)
         while queue and queue[-1][1] <= value:
             queue.pop()
         self._open = [math.inf, value]
         queue.append(self._open)
-        self._tell(now, queue[0][1], made)
+        self._tell(now, self._sign * queue[0][1], made)
 
     def _leave(self, now: Any, made: list[Change]) -> None:
         queue = self._queue
@@ -81,17 +79,4 @@ class Extremum(Node):
         while queue and queue[0][0] <= now:
             left = queue.popleft()[0]
             if queue:
-                self._tell(left, queue[0][1], made)
-
-    def _tell(self, time: Any, value: float, made: list[Change]) -> None:
-        value *= self._sign
-        if time > self._origin:
-            if not self._begun:
-                self._begin(made)
-            if value != self._value:
-                made.append((time, value))
-        self._value = value
-
-    def _begin(self, made: list[Change]) -> None:
-        self._begun = True
-        made.append((self._origin, self._value))
+                self._tell(left, self._sign * queue[0][1], made)
