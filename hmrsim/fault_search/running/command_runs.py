@@ -21,12 +21,11 @@ from hmrsim.experiments.running.processes import (
 )
 from hmrsim.fault_search.disturbances import Disturber
 from hmrsim.fault_search.running.actors import TOKEN_GONE
-from hmrsim.fault_search.running.controller_runs import GONE
+from hmrsim.fault_search.running.cast import GONE, Cast
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.fault_search.disturbances import Disturbance
     from hmrsim_zenoh.hosting.host import Host
 
 _PATIENCE: Final = 20.0
@@ -78,26 +77,19 @@ def run_command_controller(
     Raises:
         OSError: It can't be started.
     """
-    return _Cast(host, command, disturber or Disturber(), until).run()
+    return _Commands(host, command, disturber or Disturber(), until).run()
 
 
-class _Cast:
-    """The processes of a run: the first one, again if it is killed, and further ones beside it.
-
-    Attributes:
-        first: The first one.
-    """
+class _Commands(Cast):
+    """The processes of a run."""
 
     def __init__(self, host: Host, command: Command, disturber: Disturber, until: float) -> None:
         self._host = host
         self._command = command
         self._until = until
-        self._killed = self._gone = False
-        self._restarts = threading.Event()
+        self._killed = False
         self._others: list[_Other] = []
-        if any(each.disturbance == "reply_lost" for each in disturber.disturbances):
-            host.losses.watch()
-        disturber.attach(self._act)
+        super().__init__(host, disturber)
         self._first = self._start()
 
     def run(self) -> CommandRun:
@@ -122,7 +114,7 @@ class _Cast:
                     self._restarts.clear()
                     with self._first:
                         self._first, self._killed = self._start(), False
-                elif self._gone and not (self._others or self._host.pacing.lockstep.expects):
+                elif self._gone and not (self._others or self._lockstep.expects):
                     return GONE
             elif code is not None:
                 return ending_of(code)
@@ -152,36 +144,20 @@ class _Cast:
 
     def _expect_no_more(self, names: Sequence[str]) -> None:
         for name in names:
-            self._host.pacing.lockstep.expect_no_more(name)
-
-    def _act(self, disturbance: Disturbance) -> None:
-        """Carry a disturbance out; in the simulation's thread, at the end of an instant."""
-        lockstep, losses, now = self._host.pacing.lockstep, self._host.losses, self._host.simulator.now
-        match disturbance.disturbance:
-            case "controller_killed":
-                self._kill(disturbance.restart_after)
-            case "controller_stalled":
-                for name in self._own_names:
-                    lockstep.stall(name, now + (disturbance.duration or 0.0))
-            case "second_controller":
-                self._add()
-            case "reply_lost":
-                losses.lose_answers(disturbance.count or 1)
-            case "request_repeated":
-                losses.repeat_requests(disturbance.count or 1)
+            self._lockstep.expect_no_more(name)
 
     @property
     def _own_names(self) -> list[str]:
         """The participants of the first process."""
         others = {name for each in self._others for name in each.names}
-        return [name for name in self._host.pacing.lockstep.participants if name not in others]
+        return [name for name in self._lockstep.participants if name not in others]
 
     def _kill(self, restart_after: float | None) -> None:
         if self._killed:
             return
         # Noted before the process has ended, as another thread looks at both.
         self._killed = True
-        names, lockstep = self._own_names, self._host.pacing.lockstep
+        names, lockstep = self._own_names, self._lockstep
         self._first.kill()
         for name in names:
             lockstep.drop(name, TOKEN_GONE)
@@ -192,11 +168,11 @@ class _Cast:
             self._gone = True
             return
         for name in names or [""]:
-            lockstep.expect(name, self._host.simulator.now + restart_after, self._restarts.set)
+            lockstep.expect(name, self._simulator.now + restart_after, self._restarts.set)
 
     def _add(self) -> None:
         """Start the command once more beside the first process, and have time wait for it to join."""
-        lockstep, suffix = self._host.pacing.lockstep, f"_{len(self._others) + 2}"
+        lockstep, suffix = self._lockstep, f"_{len(self._others) + 2}"
         own = self._own_names
         for name in own:
             # The run ends with the first process: until that is noticed, time stands.
@@ -215,7 +191,7 @@ class _Cast:
         self._submit(self._dismiss)
 
     def _dismiss(self) -> None:
-        lockstep = self._host.pacing.lockstep
+        lockstep = self._lockstep
         lockstep.expect_nobody()
         for name in lockstep.participants:
             lockstep.drop(name, TOKEN_GONE)

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.results.row import CRASHED, HUNG
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, WallLimit
 from hmrsim.fault_search.disturbances import Disturber
 from hmrsim.fault_search.running.actors import GRACE, Actor
+from hmrsim.fault_search.running.cast import GONE, Cast
 
 if TYPE_CHECKING:
     from hmrsim.experiments.running.controllers import Controller
-    from hmrsim.fault_search.disturbances import Disturbance
     from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
-
-KILLED: Final = "killed"
-"""The ending of a controller that was killed by a disturbance and stays away."""
-
-GONE: Final = (KILLED, "it was killed, and is not started again")
-"""That ending, and its cause."""
 
 _POLL: Final = 0.002
 """Wall seconds between two looks at controllers in other threads."""
@@ -47,11 +40,11 @@ def run_controller(
         name: The participant's name.
         on_end: Called with the ending while time stands, before the clients leave.
     """
-    return _Cast(host, controller, disturber or Disturber(), name).run(on_end)
+    return _Controllers(host, controller, disturber or Disturber(), name).run(on_end)
 
 
-class _Cast:
-    """The controllers of a run: the first one, again if it is killed, and further ones beside it."""
+class _Controllers(Cast):
+    """The controllers of a run."""
 
     def __init__(self, host: LoopbackHost, controller: Controller, disturber: Disturber, name: str) -> None:
         self._host = host
@@ -59,11 +52,7 @@ class _Cast:
         self._name = name
         self._first = Actor(host, controller, name)
         self._others: list[Actor] = []
-        self._restarts = threading.Event()
-        self._gone = False
-        if any(each.disturbance == "reply_lost" for each in disturber.disturbances):
-            host.losses.watch()
-        disturber.attach(self._act)
+        super().__init__(host, disturber)
 
     def run(self, on_end: Callable[[str], None]) -> tuple[str, str]:
         try:
@@ -80,36 +69,25 @@ class _Cast:
         self._first.close()
         return ending, cause
 
-    def _act(self, disturbance: Disturbance) -> None:
-        """Carry a disturbance out; within the simulation, at the end of an instant."""
-        lockstep, losses, now = self._host.pacing.lockstep, self._host.losses, self._host.simulator.now
-        match disturbance.disturbance:
-            case "controller_killed":
-                self._kill(disturbance.restart_after)
-            case "controller_stalled":
-                lockstep.stall(self._name, now + (disturbance.duration or 0.0))
-            case "second_controller":
-                self._add()
-            case "reply_lost":
-                losses.lose_answers(disturbance.count or 1)
-            case "request_repeated":
-                losses.repeat_requests(disturbance.count or 1)
+    @property
+    def _own_names(self) -> Sequence[str]:
+        return (self._name,)
 
     def _kill(self, restart_after: float | None) -> None:
         if self._first.killed:
             return
         self._first.kill()
-        lockstep = self._host.pacing.lockstep
+        lockstep = self._lockstep
         if restart_after is None:
             self._gone = True
             lockstep.expect("", math.inf)
         else:
-            lockstep.expect(self._name, self._host.simulator.now + restart_after, self._restarts.set)
+            lockstep.expect(self._name, self._simulator.now + restart_after, self._restarts.set)
 
     def _add(self) -> None:
         """Start one more controller beside the first; those before it come first in all that they say."""
         before = (self._name, *(each.name for each in self._others))
-        lockstep = self._host.pacing.lockstep
+        lockstep = self._lockstep
         # The run ends with the first one, which may have left lockstep by then.
         lockstep.keep(self._name)
         name = f"{self._name}_{len(before) + 1}"

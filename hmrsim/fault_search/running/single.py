@@ -19,8 +19,9 @@ from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.running.controlling import WallLimit, described
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
+from hmrsim.fault_search.running.cast import KILLED
 from hmrsim.fault_search.running.command_runs import Command, run_command_controller
-from hmrsim.fault_search.running.controller_runs import KILLED, run_controller
+from hmrsim.fault_search.running.controller_runs import run_controller
 from hmrsim.fault_search.running.covered import Novelty
 from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
