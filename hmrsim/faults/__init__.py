@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Se
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hmrsim.distributions import RandomSeconds, SomeRandomSeconds, latest
+from hmrsim.events.faults import FaultEvent
 from hmrsim.faults._anchor import Anchor, Seconds
 from hmrsim.plugins import discover
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 _MAX = 1e9
 
-SUBJECTS = ("robot", "door", "lane", "dock", "lift", "item")
+SUBJECTS = FaultEvent.presentation.subject
 """The fields that name the subject of a fault."""
 
 _IN_GENERAL = frozenset({"name", "at", "mean_time_between", "until", "duration", "mean_duration"})

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.traffic import MadeRoom, Rerouted
+from hmrsim.faults import SUBJECTS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.goal_record import count_waits
@@ -200,8 +201,11 @@ def _wait(wait: WaitRecord) -> model.Wait:
 def _fault(fault: FaultRecord) -> model.FaultSpan:
     said = fault.settings
     lane = said.get("lane")
-    subjects = [fault.robot, as_text(said.get("door")), " → ".join(map(str, lane)) if isinstance(lane, list) else ""]
-    known = {"robot", "door", "lane", "type", "at", "until"}
+    subjects = [
+        " → ".join(map(str, lane)) if name == "lane" and isinstance(lane, list) else as_text(said.get(name))
+        for name in SUBJECTS
+    ]
+    known = {*SUBJECTS, "type", "at", "until", "when"}
     detail = ", ".join(f"{key} {value}" for key, value in sorted(said.items()) if key not in known)
     return model.FaultSpan(
         name=fault.name,

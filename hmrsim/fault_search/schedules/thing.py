@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.fault_search.disturbances import Disturbance
-from hmrsim.faults import Anchor
+from hmrsim.faults import SUBJECTS, Anchor
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import read_fault
 
@@ -20,7 +20,6 @@ FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"
 """The key by which a thing is a fault, a change or a disturbance."""
 
 _KEYS: Final = (FAULT, CHANGE, DISTURBANCE)
-_SUBJECTS: Final = ("robot", "door", "lane", "dock", "item", "lift")
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class Thing:
     @property
     def subject(self) -> str:
         """What it happens to: a robot, a door, a dock, an item or a lane; empty for none."""
-        for name in _SUBJECTS:
+        for name in SUBJECTS:
             value = self.said.get(name)
             if value:
                 return "-".join(value) if isinstance(value, (list, tuple)) else str(value)
@@ -101,7 +100,7 @@ class Thing:
         return f", at {_plain(self.said['at'])} s" if self.said.get("at") else ""
 
 
-_TOLD: Final = (FAULT, DISTURBANCE, "when", "at", "duration", "name", *_SUBJECTS)
+_TOLD: Final = (FAULT, DISTURBANCE, "when", "at", "duration", "name", *SUBJECTS)
 
 
 def described(anchor: Anchor) -> str:

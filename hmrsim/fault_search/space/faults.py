@@ -9,6 +9,7 @@ from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.components.battery import BatterySettings
 from hmrsim.faults import Spell
+from hmrsim.faults import SUBJECTS
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import read_fault
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from hmrsim.faults import AnyFault
     from hmrsim.world.model import World
 
-_SUBJECTS: Final = ("robot", "door", "lane", "dock", "item", "lift")
 _SENSORS: Final = ("sensor_blind", "localisation_jump")
 """Kinds that only a controller notices that looks at sensors or poses; they are tried last."""
 
@@ -49,7 +49,7 @@ def faults_of(world: World, moments: Sequence[Moment], durations: Sequence[float
 
 def _subjects_of(kind: AnyFault, world: World, asked: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield what a kind of fault can happen to, as the field that names it."""
-    field = next((name for name in _SUBJECTS if name in kind.settings.model_fields), "")
+    field = next((name for name in SUBJECTS if name in kind.settings.model_fields), "")
     if field == "robot":
         for name in world.robots:
             carried = world.robot_type(world.robots[name]).components

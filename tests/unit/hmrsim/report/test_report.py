@@ -147,6 +147,15 @@ def test_a_robot_that_has_broken_down_is_stopped(report):
     assert [("flat_tyre", 2.0, None)] == [(f.name, f.began, f.ended) for f in found.faults]
 
 
+def test_a_fault_of_a_fixture_says_which(report):
+    """Whatever it is a fault of; the event that it waited for is no setting of its own."""
+    anchor = {"goal": "executing", "action": "wait"}
+    fault = {"type": "dock_out_of_order", "dock": "charger", "name": "no_power", "when": anchor}
+    (span,) = report(CHARGING | {"faults": [fault]}).faults
+
+    assert ("no_power", "charger", "", "") == (span.name, span.subject, span.robot, span.detail)
+
+
 def test_rejected_goals_are_errors_and_no_goals(report, send):
     """With the reason for programs as the error's name."""
     found = report(
