@@ -55,8 +55,9 @@ class ChannelInbox(QueryInbox):
         prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
         max_waiting: int = 10_000,
     ) -> None:
-        super().__init__(reader, prepare, wakeup_key=wakeup_key)
+        super().__init__(reader, prepare)
         self._session = session
+        self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
         self._asleep = False
         self._forwarder: threading.Thread | None = None

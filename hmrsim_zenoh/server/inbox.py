@@ -29,17 +29,15 @@ class QueryInbox(Inbox, ABC):
     Args:
         reader: The handlers of the first key expression's queries.
         prepare: Called before a query on any key expression is decoded, and with None when none waits.
-        wakeup_key: The key of queries that are no requests; empty for none.
 
     Attributes:
         losses: What of the queries, and of the answers to them, is lost.
         taken: The number of queries that `poll` has taken; that of the latest one.
     """
 
-    def __init__(self, reader: Reader, prepare: Callable[[zenoh.Query | None], None], *, wakeup_key: str = "") -> None:
+    def __init__(self, reader: Reader, prepare: Callable[[zenoh.Query | None], None]) -> None:
         super().__init__()
         self.losses = Losses()
-        self._wakeup_key = wakeup_key
         self._reader = reader
         self._prepare = prepare
         self._queries: deque[tuple[Reader, zenoh.Query]] = deque()
@@ -82,13 +80,9 @@ class QueryInbox(Inbox, ABC):
             reader, query = self._queries.popleft()
             self.taken += 1
             self._prepare(query)
-            for each in self._arrivals(query):
+            for each in self.losses.arrivals(query):
                 self._commands.extend(reader.decode(each))
         return super().poll()
-
-    def _arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
-        wakes_only = self._wakeup_key and str(query.key_expr) == self._wakeup_key
-        return (query,) if wakes_only else self.losses.arrivals(query)
 
     def leave(self) -> None:
         """Take back what is declared and end all threads; after `close`."""

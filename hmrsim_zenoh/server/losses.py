@@ -15,7 +15,8 @@ _FIELDS: Final = ("key_expr", "selector", "parameters", "payload", "encoding", "
 class Losses:
     """What of requests and answers is lost, or comes twice: nothing, unless that is asked for.
 
-    Readings are left alone, which are queries with an empty payload or none: they are repeated without a thought.
+    Readings and wakeups are left alone, which are queries with an empty payload or none: they are repeated without a
+    thought.
     """
 
     def __init__(self) -> None:
