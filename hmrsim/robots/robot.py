@@ -254,17 +254,15 @@ class Robot(MobileBase):
     def enter_dock(self, dock: DockBay) -> None:
         """Be docked, and charge if the dock is a charger."""
         self.dock = dock
-        if self.energy is not None:
-            self.energy.switch()
+        self.dock_changed()
 
     def leave_dock(self) -> None:
         """Be docked no longer."""
         self.dock = None
-        if self.energy is not None:
-            self.energy.switch()
+        self.dock_changed()
 
     def dock_changed(self) -> None:
-        """Take note that its dock charges, or does no longer."""
+        """Take note that it is charged now, or no longer."""
         if self.energy is not None:
             self.energy.switch()
 
