@@ -69,11 +69,11 @@ class EventPattern(BaseModel):
         return self
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """The kinds of event that can match."""
+    def kind(self) -> str:
+        """The kind of event that can match."""
         if self.goal is None:
-            return (self.event or "",)
-        return (REJECTED,) if self.goal == REJECTED else (STATUS,)
+            return self.event or ""
+        return REJECTED if self.goal == REJECTED else STATUS
 
     def matches(self, event: Event) -> bool:
         """Return whether an event is meant."""

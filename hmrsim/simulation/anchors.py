@@ -38,11 +38,10 @@ class Anchors:
 
     def add(self, name: str, anchor: Anchor, came: Callable[[], None]) -> None:
         """Call *came* once, in the middle of the instant, when the nth event from now on comes that is meant."""
-        for kind in anchor.kinds:
-            new = kind not in self._waiting
-            self._waiting.setdefault(kind, {})[name] = _Waiting(anchor, came, anchor.nth)
-            if new:
-                self._changed()
+        new = anchor.kind not in self._waiting
+        self._waiting.setdefault(anchor.kind, {})[name] = _Waiting(anchor, came, anchor.nth)
+        if new:
+            self._changed()
 
     def remove(self, name: str) -> None:
         """Let a fault wait no longer; one that does not is passed over."""

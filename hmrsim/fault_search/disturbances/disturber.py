@@ -48,7 +48,7 @@ class Disturber:
     def __init__(self, disturbances: Sequence[Disturbance] = ()) -> None:
         self.acted: list[Acted] = []
         self._waiting = [_Waiting(each) for each in disturbances]
-        self._kinds = frozenset(kind for each in disturbances for kind in each.when.kinds)
+        self._kinds = frozenset(each.when.kind for each in disturbances)
         self._wants_motion = any(kind in registry() and not registry()[kind].traced for kind in self._kinds)
         self._simulator: Simulator | None = None
         self._pacing: Pacing | None = None

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.components.battery import BatterySettings
-from hmrsim.faults import Spell
-from hmrsim.faults import SUBJECTS
+from hmrsim.faults import SUBJECTS, Spell
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import read_fault
 
