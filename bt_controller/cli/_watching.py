@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 
 from py_trees.common import Status
 
-from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.files import check_mergeable, merge_into
 from bt_controller.running.snapshot import nodes_of, reasons
 from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
@@ -25,6 +23,7 @@ from hmrsim.program.outputs import STDOUT, TextOutput, check_outputs, unwritable
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from bt_controller.coverage import TreeCoverage
     from bt_controller.loading.trees import Plan
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mission import Mission
@@ -103,6 +102,10 @@ def covering(args: argparse.Namespace) -> Iterator[TreeCoverage | None]:
     if args.coverage is None:
         yield None
         return
+    # They take 10 ms to load.
+    from bt_controller.coverage import TreeCoverage  # noqa: PLC0415
+    from bt_controller.coverage.files import check_mergeable, merge_into  # noqa: PLC0415
+
     check_mergeable("--coverage", args.coverage)
     coverage = TreeCoverage()
     try:

@@ -13,8 +13,8 @@ from rich.text import Text
 from bt_controller.cli._codes import DONE
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import check_format, read_coverage, write_coverage
-from bt_controller.coverage.outcomes import ABORTED, ENDINGS
-from bt_controller.coverage.summary import WORDS, goal_ends, never, share_of, summary
+from bt_controller.coverage.outcomes import ABORTED, ENDINGS, WORDS
+from bt_controller.coverage.summary import goal_ends, share_of, summary
 from hmrsim.errors import printable
 from hmrsim.program.outputs import check_outputs
 
@@ -52,7 +52,7 @@ def _show(merged: TreeCoverage, *, missing: bool) -> None:
             console.print()
         times = "1 run" if runs == 1 else f"{runs:,} runs"
         console.print(Text(f"{printable(name)}: {share_of(nodes)} in {times} of the tree", style="bold"))
-        console.print(_table(name, [node for node in nodes if not missing or never(node)]))
+        console.print(_table(name, [node for node in nodes if not missing or node.never]))
 
 
 def _table(tree: str, nodes: list[NodeCoverage]) -> Table:

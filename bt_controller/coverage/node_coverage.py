@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from bt_controller.coverage.outcomes import ENDINGS, FAILURE, RUNNING, SKIPPED, SUCCESS
+from bt_controller.coverage.outcomes import ENDINGS, FAILURE, RUNNING, SKIPPED, SUCCESS, TICKED, WORDS
 
 
 @dataclass
@@ -49,9 +49,19 @@ class NodeCoverage:
         return tuple(each for each in self.points if not self.counts[each])
 
     @property
+    def seen(self) -> dict[str, int]:
+        """How often each outcome was seen, in order; those that were not are left out."""
+        return {outcome: count for outcome, count in sorted(self.counts.items()) if count}
+
+    @property
     def ends(self) -> dict[str, int]:
-        """How often each outcome but RUNNING was seen; those that were not are left out."""
-        return {outcome: count for outcome, count in sorted(self.counts.items()) if count and outcome != RUNNING}
+        """`seen` without RUNNING."""
+        return {outcome: count for outcome, count in self.seen.items() if outcome != RUNNING}
+
+    @property
+    def never(self) -> list[str]:
+        """What it has never done, although it can: ``ticked``, or `WORDS`."""
+        return [*([] if self.ticks else [TICKED]), *(WORDS[outcome] for outcome in self.missing)]
 
     def merge(self, other: NodeCoverage) -> None:
         """Add what happened to the node elsewhere."""

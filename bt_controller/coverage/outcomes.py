@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import GoalRejected
@@ -32,6 +34,13 @@ ABORTED: Final = "ABORTED/"
 
 ENDINGS: Final = (SUCCESS, FAILURE, CANCELED, RECOVERED)
 """The outcomes that count for the share of a tree that is covered."""
+
+WORDS: Final[Mapping[str, str]] = MappingProxyType(
+    {SUCCESS: "succeeded", FAILURE: "failed", CANCELED: "canceled", RECOVERED: "recovered"}
+)
+"""What a node has done, by outcome."""
+
+TICKED: Final = "ticked"
 
 _PREEMPTED: Final = "preempted"
 _ENDED: Final = "ended"

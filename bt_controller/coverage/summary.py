@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from bt_controller.coverage.outcomes import CANCELED, ENDINGS, FAILURE, RECOVERED, RUNNING, SKIPPED, SUCCESS
+from bt_controller.coverage.outcomes import ENDINGS, RUNNING, SKIPPED
 
 if TYPE_CHECKING:
     from bt_controller.coverage.node_coverage import NodeCoverage
     from bt_controller.coverage.tree_coverage import TreeCoverage
-
-WORDS: Final[Mapping[str, str]] = MappingProxyType(
-    {SUCCESS: "succeeded", FAILURE: "failed", CANCELED: "canceled", RECOVERED: "recovered"}
-)
-"""What a node has done, by outcome."""
-
-TICKED: Final = "ticked"
 
 
 @dataclass(frozen=True)
@@ -50,15 +42,9 @@ def share_of(nodes: Sequence[NodeCoverage]) -> Share:
     return Share(possible - sum(len(node.missing) for node in nodes), possible)
 
 
-def never(node: NodeCoverage) -> list[str]:
-    """Return what a node has never done, although it can: ``ticked``, or `WORDS`."""
-    return [*([] if node.ticks else [TICKED]), *(WORDS[outcome] for outcome in node.missing)]
-
-
 def goal_ends(node: NodeCoverage) -> dict[str, int]:
     """Return how often a leaf's goals have ended otherwise than by success or a cancel, by outcome."""
-    ends = {name: count for name, count in node.counts.items() if name not in (*ENDINGS, RUNNING, SKIPPED) and count}
-    return dict(sorted(ends.items()))
+    return {outcome: count for outcome, count in node.seen.items() if outcome not in (*ENDINGS, RUNNING, SKIPPED)}
 
 
 def summary(coverage: TreeCoverage) -> dict[str, Any]:
@@ -77,6 +63,5 @@ def summary(coverage: TreeCoverage) -> dict[str, Any]:
 
 
 def _plain(node: NodeCoverage) -> dict[str, Any]:
-    counts = {outcome: count for outcome, count in sorted(node.counts.items()) if count}
-    told = {"path": node.path, "kind": node.kind, "ticks": node.ticks, "counts": counts, "never": never(node)}
+    told = {"path": node.path, "kind": node.kind, "ticks": node.ticks, "counts": node.seen, "never": node.never}
     return {**told, "origin": node.origin} if node.origin else told

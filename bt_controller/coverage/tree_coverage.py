@@ -173,8 +173,7 @@ def _plain(node: NodeCoverage) -> dict[str, Any]:
     told: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
     if node.origin:
         told["origin"] = node.origin
-    counts = {outcome: count for outcome, count in sorted(node.counts.items()) if count}
-    return {**told, "possible": sorted(node.possible), "counts": counts}
+    return {**told, "possible": sorted(node.possible), "counts": node.seen}
 
 
 def _reason(error: ValidationError) -> str:

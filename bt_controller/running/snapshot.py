@@ -14,7 +14,6 @@ from py_trees.decorators import Decorator
 from pydantic_core import PydanticSerializationError, to_jsonable_python
 
 from bt_controller.core.node import Node as XmlNode
-from bt_controller.coverage.summary import never
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -186,7 +185,7 @@ def tip(nodes: tuple[Node, ...]) -> Node:
 
 
 def _counts(covered: NodeCoverage) -> NodeCounts:
-    return NodeCounts(tuple(covered.ends.items()), tuple(never(covered)))
+    return NodeCounts(tuple(covered.ends.items()), tuple(covered.never))
 
 
 def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Behaviour], NodeCoverage] | None) -> None:

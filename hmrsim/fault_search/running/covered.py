@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import write_coverage
-from bt_controller.coverage.summary import never, share_of
+from bt_controller.coverage.summary import share_of
 from hmrsim.experiments.running.coverages import packed, unpacked
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Covered:
             f"{node.path}: never {' or '.join(words)}"
             for tree in self._all.trees
             for node in self._all.nodes(tree)
-            if (words := never(node))
+            if (words := node.never)
         )
 
     def write(self, folder: Path) -> None:
