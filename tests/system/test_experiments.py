@@ -127,9 +127,9 @@ def test_any_command_is_a_controller(experiment):
     treatments = {
         "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
         "same": {"python": "controllers.py:go"},
-        "stuck": {"command": "sleep 100"},
-        "killed": {"command": ["bash", "-c", "echo oh no; kill -9 $$$$"]},
-        "no": {"command": "false"},
+        "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(100)"]},
+        "killed": {"command": [sys.executable, "-c", "import os; print('oh no', flush=True); os.kill(os.getpid(), 9)"]},
+        "no": {"command": [sys.executable, "-c", "raise SystemExit(1)"]},
         "none": {"command": "no_such_program"},
     }
     found = experiment("commands", treatments=treatments, limits={"simulated": 600, "wall": 5})
