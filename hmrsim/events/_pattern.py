@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.events._registry import registry
+from hmrsim.events.goals import GoalStatusChanged, SendGoalRejected
 
 if TYPE_CHECKING:
     from hmrsim.events._event import Event
@@ -33,8 +34,8 @@ STATUSES: Final[Mapping[str, frozenset[int]]] = MappingProxyType(
 )
 """The numbers of action_msgs/msg/GoalStatus that a change of a goal stands for; a rejected goal has no status."""
 
-STATUS: Final = "status"
-REJECTED: Final = "rejected"
+_STATUS: Final = GoalStatusChanged.kind
+_REJECTED: Final = SendGoalRejected.kind
 
 
 class EventPattern(BaseModel):
@@ -73,16 +74,16 @@ class EventPattern(BaseModel):
         """The kind of event that can match."""
         if self.goal is None:
             return self.event or ""
-        return REJECTED if self.goal == REJECTED else STATUS
+        return _REJECTED if self.goal == _REJECTED else _STATUS
 
     def matches(self, event: Event) -> bool:
         """Return whether an event is meant."""
         kind = event.kind
         if self.goal is None:
             return kind == self.event and self._fits(event)
-        if kind == STATUS:
+        if kind == _STATUS:
             return self.matches_goal(event.robot, event.action, event.status)  # type: ignore[attr-defined]  # of its kind
-        return kind == self.goal == REJECTED and self._is_of(event.robot, event.action)  # type: ignore[attr-defined]
+        return kind == self.goal == _REJECTED and self._is_of(event.robot, event.action)  # type: ignore[attr-defined]
 
     def matches_goal(self, robot: str, action: str, status: int) -> bool:
         """Return whether a goal that now has a status is meant."""
