@@ -5,6 +5,7 @@ How the programs start is tested where they are started as users start them.
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import select
@@ -87,6 +88,8 @@ def _server() -> tuple[socket.socket, subprocess.Popen[bytes]]:
     words = [sys.executable, "-c", _SERVER, str(theirs.fileno())]
     server = subprocess.Popen(words, cwd=ROOT, pass_fds=[theirs.fileno()], stdout=subprocess.DEVNULL)
     theirs.close()
+    for end in (ours.close, server.wait, server.kill):  # the last one first
+        atexit.register(end)
     return ours, server
 
 
