@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import stamp
+from hmrsim.events.properties import PropertyViolated
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.protocol.commands import SendGoal
@@ -58,6 +59,9 @@ class MonitorSink:
         """Pass on what the monitor wants."""
         if isinstance(output, EventStamped):
             event = output.event
+            if isinstance(event, PropertyViolated):
+                # It is told in the middle of an instant, in which time must not go on.
+                return
             handlers = self._handlers.get(type(event))
             if handlers is None:
                 self._monitor.timeline.look(output.stamp)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.engine.sim_time import stamp
+from hmrsim.events import from_json
 from hmrsim.properties import Ended, Monitor, MonitorSink, properties_of
+from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.testing import simulation
 from hmrsim.world_checks.loading import world_of
-from tests.watching import OFF
+from tests.watching import OFF, ward
 
 WORLD = {
     "waypoints": {"home": [0, 0], "shelf": [5, 0]},
@@ -97,3 +100,29 @@ def test_a_reset_is_the_start_again_and_time_goes_on():
 
     once, again = (violation.at / 1e9 for violation in monitor.violations)
     assert (54.627, 54.627) == (round(once, 3), round(again - first, 3))
+
+
+def test_a_violation_that_is_published_does_not_let_time_go_on():
+    """A property that is violated leaves the next one to look at the same instant."""
+    said = {
+        "closed": {"never": {"door": "gate", "is": "open"}},
+        "opens": {"eventually": {"door": "gate", "is": "open"}, "within": 7},
+    }
+    world = ward()
+    monitor = Monitor(properties_of({"properties": said, "built_in": dict(OFF)}), world)
+
+    def publish(violation):
+        event = {"kind": "property_violated", **violation.as_dict()}
+        del event["fatal"]
+        emit(event)
+
+    def emit(event):
+        simulator.publisher.emit(EventStamped(stamp(simulator.now), from_json(event)))
+
+    simulator = Simulator(world, watchers=lambda each: [MonitorSink(each, monitor, publish)])
+    for at, kind in ((5.0, "door_opened"), (10.0, "door_closed")):
+        simulator.advance(at)
+        emit({"kind": kind, "door": "gate"})
+    monitor.end(stamp(20.0), Ended("succeeded"))
+
+    assert [("closed", 5.0)] == [(each.property, each.at / 1e9) for each in monitor.violations]
