@@ -12,7 +12,7 @@ from hmrsim.properties.model.checking import check_properties
 from hmrsim.properties.monitor import Monitor
 from hmrsim.properties.results import Ended
 from hmrsim.properties.sink import MonitorSink
-from hmrsim.report.occurrence import Malformed
+from hmrsim.report.occurrence import LATEST, Malformed
 from hmrsim.report.reading import sampled
 from hmrsim.report.written import header_of, occurrence_in
 from hmrsim.trace.replay import replay
@@ -135,6 +135,10 @@ def check_recording(recording: Recorded, properties: Properties) -> Checked:
         occurrence = sampled(key, payload)
         if occurrence is not None:
             misfits += not _fits(monitor, occurrence)
+    monitor.begin(0)
+    # Time continues after the last event, but a damaged file may have any end.
+    if monitor.timeline.now < recording.end <= LATEST:
+        monitor.timeline.advance(recording.end)
     truncated = recording.truncated
     monitor.end(None, _CUT_OFF if truncated else None)
     notes = ("The recording is truncated: later events are missing.",) if truncated else ()

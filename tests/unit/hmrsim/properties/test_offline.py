@@ -76,11 +76,29 @@ def test_a_recording_says_what_the_run_did():
     said = {"properties": {"stays": {"never": {"not": {"robot": next(iter(world.robots)), "is": "idle"}}}}}
     recording = SimpleNamespace(
         world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        end=samples[-1][0],
         truncated=False,
         samples=lambda: iter(samples),
     )
 
     assert [] == told(check_recording(recording, properties_of(said)).monitor)
+
+
+@pytest.mark.parametrize(
+    ("end", "found"), [(6_000_000_000, [(4.0, "x", "", "not within 4 s: picked")]), (2**63, []), (3_000_000_000, [])]
+)
+def test_time_goes_on_to_the_end_of_a_recording(end, found):
+    """What has not come by its time, after the last event, is missed; a damaged file may have any end."""
+    world = load_world("scenario1").world
+    recording = SimpleNamespace(
+        world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        end=end,
+        truncated=False,
+        samples=lambda: iter(()),
+    )
+    said = {"properties": {"x": {"eventually": {"event": "picked"}, "within": 4}}}
+
+    assert found == told(check_recording(recording, properties_of(said)).monitor)
 
 
 def test_what_can_not_be_read_of_a_recording_is_noted():
@@ -92,6 +110,7 @@ def test_what_can_not_be_read_of_a_recording_is_noted():
     robot, place = next(iter(world.robots)), next(iter(world.waypoints))
     recording = SimpleNamespace(
         world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        end=0,
         truncated=True,
         samples=lambda: iter(samples),
     )
