@@ -10,8 +10,8 @@ from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.tracing import errors_of, lines_of
-from hmrsim.cli.worlds import line_of
-from hmrsim.errors import PropertyError, printable
+from hmrsim.cli.worlds import show_findings
+from hmrsim.errors import printable
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.inputs import check_regular
@@ -23,7 +23,6 @@ from hmrsim_zenoh.recording import open_recording
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.diagnostics import Finding
     from hmrsim.properties import Checked, Verdict, Violation
 
 _MCAP: Final = b"\x89MCAP"
@@ -55,20 +54,6 @@ def check_trace(args: argparse.Namespace) -> int:
         show_verdicts(monitor.verdicts())
         show_violations(monitor.violations)
     return ExitCode.FAILED if monitor.violations else ExitCode.DONE
-
-
-def show_findings(properties: Properties, findings: Sequence[Finding]) -> None:
-    """Print what should be noted of properties in their world.
-
-    Raises:
-        PropertyError: They speak of what it lacks.
-    """
-    problems = properties.problems(findings)
-    errors = [problem for problem in problems if problem.severity == "error"]
-    if errors:
-        raise PropertyError(errors)
-    for problem in problems:
-        warn(line_of(problem))
 
 
 def _checked(path: Path, properties: Properties) -> Checked:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.check_trace import show_findings
+from hmrsim.cli.worlds import show_findings
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.properties import PropertyViolated
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -29,38 +28,33 @@ class RunMonitor:
     """Watches over the properties of a file, and publishes each violation as an event of the world.
 
     Args:
-        path: The file; None for no properties.
+        path: The file.
 
     Raises:
         PropertyError: It is not valid, or speaks of what the world lacks.
     """
 
-    def __init__(self, path: Path | None, world: World) -> None:
-        self._monitor: Monitor | None = None
+    def __init__(self, path: Path, world: World) -> None:
         self._simulator: Simulator | None = None
         self._running = True
-        if path is not None:
-            properties = read_properties(path)
-            show_findings(properties, check_properties(properties, world))
-            self._monitor = Monitor(properties, world)
+        properties = read_properties(path)
+        show_findings(properties, check_properties(properties, world))
+        self._monitor = Monitor(properties, world)
 
     @property
     def violated(self) -> bool:
         """Whether a property was violated."""
-        return self._monitor is not None and bool(self._monitor.violations)
+        return bool(self._monitor.violations)
 
-    def sinks(self, simulator: Simulator) -> Sequence[MonitorSink]:
+    def sink(self, simulator: Simulator) -> MonitorSink:
         """Return the sink that watches; it comes after all others, which have an event before its violations."""
-        if self._monitor is None:
-            return ()
         self._simulator = simulator
-        return (MonitorSink(simulator, self._monitor, self._tell),)
+        return MonitorSink(simulator, self._monitor, self._tell)
 
     def end(self, at: float) -> None:
         """Take the end of the run, which says nothing of what might still have come."""
         self._running = False
-        if self._monitor is not None:
-            self._monitor.end(stamp(at), _STOPPED)
+        self._monitor.end(stamp(at), _STOPPED)
 
     def _tell(self, violation: Violation) -> None:
         simulator = self._simulator

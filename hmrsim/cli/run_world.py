@@ -19,7 +19,6 @@ from hmrsim.cli.heap import Heap
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
-from hmrsim.cli.run_monitor import RunMonitor
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import read_world, show_warnings
@@ -42,8 +41,10 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.cli.run_monitor import RunMonitor
     from hmrsim.cli.run_recording import Watchers
     from hmrsim.cli.view_options import View
+    from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
 
 _LOOK: Final = 0.1
@@ -78,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         [*loaded.files, args.settings, asked.monitor, asked.session.zenoh_config],
     )
     show_warnings(loaded)
-    monitor = RunMonitor(asked.monitor, loaded.world)
+    monitor = _monitor(asked.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(asked.trace, loaded.world, run)
@@ -91,7 +92,10 @@ def run(args: argparse.Namespace) -> int:
             run,
             wires=wires,
             sinks=[*trace.sinks, *screen.sinks],
-            watchers=lambda simulator, pacing: [*recording(simulator, pacing), *monitor.sinks(simulator)],
+            watchers=lambda simulator, pacing: [
+                *recording(simulator, pacing),
+                *([monitor.sink(simulator)] if monitor is not None else []),
+            ],
             on_wait=[trace.flush, *screen.on_wait],
             preparations=screen.preparations,
         )
@@ -106,7 +110,8 @@ def run(args: argparse.Namespace) -> int:
                     [refresh, heap.give_back],
                     lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json),
                 )
-            monitor.end(host.simulator.now)
+            if monitor is not None:
+                monitor.end(host.simulator.now)
             if isinstance(host.error, HmrsimError) and not isinstance(host.error, ParticipantLost):
                 raise host.error
     if isinstance(host.error, HmrsimError):
@@ -115,7 +120,17 @@ def run(args: argparse.Namespace) -> int:
     if host.error is not None:
         traceback.print_exception(host.error)
         return ExitCode.FAILED
-    return ExitCode.FAILED if monitor.violated else ExitCode.DONE
+    return ExitCode.FAILED if monitor is not None and monitor.violated else ExitCode.DONE
+
+
+def _monitor(path: Path | None, world: World) -> RunMonitor | None:
+    """Return what watches over the properties of a file, if one is given."""
+    if path is None:
+        return None
+    # Loads all of the properties, which takes 100 ms and is needed for monitored runs only.
+    from hmrsim.cli.run_monitor import RunMonitor  # noqa: PLC0415
+
+    return RunMonitor(path, world)
 
 
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:

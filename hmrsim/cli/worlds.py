@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.output import warn
+from hmrsim.errors import PropertyError
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.world import WorldSettings
 from hmrsim.world import ReadOptions
@@ -18,6 +19,7 @@ from hmrsim.world_checks import load_world
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
     from hmrsim.errors import Problem
+    from hmrsim.properties import Properties
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
 
@@ -55,6 +57,20 @@ def read_world(
 def show_warnings(loaded: LoadedWorld) -> None:
     """Print the warnings of a world, one a line."""
     for problem in loaded.warnings:
+        warn(line_of(problem))
+
+
+def show_findings(properties: Properties, findings: Sequence[Finding]) -> None:
+    """Print what should be noted of properties in their world.
+
+    Raises:
+        PropertyError: They speak of what it lacks.
+    """
+    problems = properties.problems(findings)
+    errors = [problem for problem in problems if problem.severity == "error"]
+    if errors:
+        raise PropertyError(errors)
+    for problem in problems:
         warn(line_of(problem))
 
 
