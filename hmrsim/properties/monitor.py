@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import MotionBegan
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.built_in import GoalsEnd, NoVainGoals
 from hmrsim.properties.built_in import watchers_of as built_in
 from hmrsim.properties.compiling import watchers_of
@@ -46,8 +46,7 @@ class Monitor:
         self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self._wants_status = GoalStatusChanged in self.timeline.handlers
         self.timeline.on(GoalStatusChanged, self._status)
-        for kind in (SimulationReset, WorldLoaded):
-            self.timeline.on(kind, self._begin_anew)
+        self.timeline.on_reset(ResetSimulation.Request.SCOPE_ALL, self._begin_anew)
         self._anew = True
         self._begun = self._over = False
 
@@ -139,7 +138,7 @@ class Monitor:
         self.violations.append(violation)
         self._told(violation)
 
-    def _begin_anew(self, _at: int, _event: SimulationReset | WorldLoaded) -> None:
+    def _begin_anew(self, _at: int) -> None:
         self._anew = True
 
     def _status(self, at: int, event: GoalStatusChanged) -> None:

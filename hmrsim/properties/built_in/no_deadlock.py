@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events.entities import Deleted, Teleported
 from hmrsim.events.robots import Stopped
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, Waiting, WentOn
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import Phase
 from hmrsim.properties.watcher import Watcher
 
@@ -37,8 +37,8 @@ class NoDeadlock(Watcher):
             timeline.on(kind, self._go)
         for moved in (Deleted, Teleported):
             timeline.on(moved, self._move)
-        for anew in (SimulationReset, WorldLoaded):
-            timeline.on(anew, self._begin_anew)
+        # Either one halts all robots.
+        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME, self._begin_anew)
 
     def _begin(self, at: int, event: Deadlock) -> None:
         circle = tuple(sorted(event.robots))
@@ -77,7 +77,7 @@ class NoDeadlock(Watcher):
         alarm.cancel()
         self._longest = max(self._longest, at - since)
 
-    def _begin_anew(self, at: int, _event: SimulationReset | WorldLoaded) -> None:
+    def _begin_anew(self, at: int) -> None:
         for circle in [*self._circles]:
             self._dissolve(at, circle)
 

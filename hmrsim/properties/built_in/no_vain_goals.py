@@ -16,7 +16,7 @@ from pydantic import BaseModel
 from pydantic_core import to_json
 
 from hmrsim.events.goals import GoalAccepted, SendGoalRejected
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.properties.watcher import Watcher
 from hmrsim.protocol.goal import Cause, GoalStatus
@@ -63,8 +63,9 @@ class NoVainGoals(Watcher):
         timeline.on(GoalAccepted, lambda _at, event: self.ask(event.robot, event.action, event.goal))
         timeline.on(Commanded, lambda _at, command: self._command(command))
         timeline.on(SendGoalRejected, self._reject)
-        for kind in (SimulationReset, WorldLoaded):
-            timeline.on(kind, lambda _at, _event: self._rows.clear())
+        # Either one ends all goals.
+        ends = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME
+        timeline.on_reset(ends, lambda _at: self._rows.clear())
 
     def ask(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
         """Take note of what the next goal of a robot's action asks for."""

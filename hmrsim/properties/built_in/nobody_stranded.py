@@ -15,8 +15,8 @@ from hmrsim.events.batteries import (
     ChargingEnded,
 )
 from hmrsim.events.entities import Deleted
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import Phase
 from hmrsim.properties.watcher import Watcher
 
@@ -48,8 +48,8 @@ class NobodyStranded(Watcher):
         timeline.on(ChargingBegan, self._charge)
         timeline.on(ChargingEnded, self._stop_charging)
         timeline.on(Deleted, lambda at, event: self._forget(at, event.entity))
-        for anew in (SimulationReset, WorldLoaded):
-            timeline.on(anew, self._begin_anew)
+        # Nothing else fills batteries.
+        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
 
     def _look(self, _at: int, event: BatteryEvent) -> None:
         self._batteries = True
@@ -88,7 +88,7 @@ class NobodyStranded(Watcher):
         self._empty.pop(robot, None)
         self._save(at, robot)
 
-    def _begin_anew(self, at: int, _event: SimulationReset | WorldLoaded) -> None:
+    def _begin_anew(self, at: int) -> None:
         for robot in [*self._empty]:
             self._forget(at, robot)
 

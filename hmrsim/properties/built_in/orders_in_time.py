@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.events.orders import OrderDelivered, OrderLate, OrderLost, OrderPlaced
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -26,8 +26,9 @@ class OrdersInTime(Watcher):
         timeline.on(OrderDelivered, self._deliver)
         timeline.on(OrderLate, self._be_late)
         timeline.on(OrderLost, self._lose)
-        for kind in (SimulationReset, WorldLoaded):
-            timeline.on(kind, lambda _at, _event: self._open.clear())
+        # Either one ends all orders.
+        ends = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME
+        timeline.on_reset(ends, lambda _at: self._open.clear())
 
     def _place(self, at: int, event: OrderPlaced) -> None:
         self._placed += 1

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.batteries import Batteries
 from hmrsim.properties.observing.facilities import Doors, Lanes
 from hmrsim.properties.observing.faults import Faults
@@ -34,8 +34,7 @@ class Observations:
     def __init__(self, world: World, timeline: Timeline) -> None:
         self.world, self.timeline = world, timeline
         self._pulses: list[tuple[EventPattern, Signal]] = []
-        for kind in (SimulationReset, WorldLoaded):
-            timeline.on(kind, self._begin_anew)
+        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
 
     @cached_property
     def robots(self) -> Robots:
@@ -90,9 +89,7 @@ class Observations:
             self._pulses.append((pattern, known))
         return known
 
-    def _begin_anew(self, _at: int, event: SimulationReset | WorldLoaded) -> None:
-        if isinstance(event, SimulationReset) and not event.scope & _STATE and event.scope:
-            return
+    def _begin_anew(self, _at: int) -> None:
         for name in _PARTS:
             part = self.__dict__.get(name)
             if part is not None:
@@ -100,5 +97,3 @@ class Observations:
 
 
 _PARTS = ("robots", "positions", "items", "batteries", "doors", "lanes", "orders", "faults")
-_STATE = 2
-"""The scope of a reset that puts robots and items to their start."""

@@ -8,6 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.engine.sim_time import JITTER
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.report.occurrence import BatterySeen, SceneSeen
 
 if TYPE_CHECKING:
@@ -94,6 +95,16 @@ class Timeline:
     def on(self, kind: type, handler: Handler) -> None:
         """Call a handler with each occurrence of a kind from now on, after those that were there before."""
         self.handlers[kind] = (*self.handlers.get(kind, ()), handler)
+
+    def on_reset(self, scopes: int, call: Callable[[int], object]) -> None:
+        """Call a function with the time of each reset of any of some scopes of ResetSimulation, or of a new world."""
+
+        def reset(at: int, event: SimulationReset) -> None:
+            if not event.scope or event.scope & scopes:
+                call(at)
+
+        self.on(SimulationReset, reset)
+        self.on(WorldLoaded, lambda at, _event: call(at))
 
     def on_goals_of(self, robot: str, handler: Handler) -> None:
         """Call a handler with the changes of a robot's goals from now on."""

@@ -108,6 +108,25 @@ def test_a_robot_with_an_empty_battery_is_stranded_until_it_is_charged():
     ]
 
 
+@pytest.mark.parametrize(("scope", "found"), [(1, [11.0]), (4, [11.0]), (2, []), (255, [])])
+def test_a_reset_charges_batteries_only_if_it_is_one_of_the_state(scope, found):
+    """A reset of time, or of what was spawned, leaves a robot stranded."""
+    feed = Feed(built_in={"nobody_stranded": 10})
+    feed.event(1, "battery_empty", robot="eve", at=[0.0, 0.0], charge=0.0, percentage=0.0)
+    feed.event(2, "reset", scope=scope).end(30)
+
+    assert [at for at, *_ in feed.violations] == found
+
+
+@pytest.mark.parametrize(("scope", "found"), [(1, []), (2, []), (4, [11.0])])
+def test_a_reset_of_what_was_spawned_frees_no_robots(scope, found):
+    """Robots that wait for each other go on to do so, unless they are halted."""
+    feed = Feed(built_in={"no_deadlock": 10}).event(1, "deadlock", robots=["eve", "wall_e"], lanes=[])
+    feed.event(2, "reset", scope=scope).end(30)
+
+    assert [at for at, *_ in feed.violations] == found
+
+
 def test_nobody_is_stranded_where_no_robot_has_a_battery():
     """Without batteries the property is never exercised."""
     feed = Feed(built_in={"nobody_stranded": 100}, world=ward(robots={"cart": {"at": "lab"}})).end(300)
