@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.conditions.binding import bound_names, for_robot, speaks_of_each
+from hmrsim.properties.conditions.expressions import prepare
 from hmrsim.properties.conditions.wording import describe
 from hmrsim.properties.model import operators as said
 from hmrsim.properties.model import patterns as pattern
@@ -83,6 +84,8 @@ def _watcher(name: str, part: BaseModel, observations: Observations, tell: Tell)
     def make(robot: str) -> Watcher:
         return _made(_Making(name, for_robot(part, robot), part, robot, observations, tell))
 
+    # A robot may come to a world that has none yet.
+    prepare(part, observations)
     robots = robots_of(part, observations.world)
     return Each(name, robots, make, observations.timeline, tell, all_count=isinstance(part, said.Sometimes))
 

@@ -19,6 +19,7 @@ from hmrsim.properties.model.conditions import (
     RobotCondition,
 )
 from hmrsim.properties.model.part import walk
+from hmrsim.properties.model.patterns import PatrollingPattern, VisitPattern
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -111,9 +112,9 @@ class Expression:
         return lambda: signal.value
 
 
-def prepare(condition: BaseModel, observations: Observations) -> None:
-    """Begin to follow all that a condition speaks of, whose names are not known yet."""
-    for _, part in walk(condition):
+def prepare(whole: BaseModel, observations: Observations) -> None:
+    """Begin to follow all that a condition or a property speaks of, whose names are not known yet."""
+    for _, part in walk(whole):
         match part:
             case RobotCondition(at=at, is_=state):
                 _ = (at is None or observations.positions, state is None or observations.robots)
@@ -129,6 +130,8 @@ def prepare(condition: BaseModel, observations: Observations) -> None:
                 _ = observations.faults
             case LaneCondition():
                 _ = observations.lanes
+            case VisitPattern() | PatrollingPattern():
+                _ = observations.positions
 
 
 def _least(values: list[Value]) -> Value:

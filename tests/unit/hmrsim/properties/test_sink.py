@@ -126,3 +126,20 @@ def test_a_violation_that_is_published_does_not_let_time_go_on():
     monitor.end(stamp(20.0), Ended("succeeded"))
 
     assert [("closed", 5.0)] == [(each.property, each.at / 1e9) for each in monitor.violations]
+
+
+@pytest.mark.parametrize(
+    "said", [{"never": {"robot": "*", "at": "lab"}}, {"patrolling": ["hall"], "robot": "*", "every": 5}]
+)
+def test_a_property_about_each_robot_waits_for_the_first_one(said):
+    """Where robots are is wanted from the start, also in a world without any."""
+    world = ward(robots={}, demand=[])
+    monitor = Monitor(properties_of({"properties": {"x": said}, "built_in": dict(OFF)}), world)
+    sink = MonitorSink(Simulator(world), monitor)
+    wanted = sink.wants(Topic.MOTION)
+
+    spawned = {"kind": "spawned", "entity": "eve", "type": "nurse", "at": [0.0, 0.0]}
+    sink.emit(EventStamped(stamp(1.0), from_json(spawned)))
+    monitor.end(stamp(20.0), Ended("succeeded"))
+
+    assert (True, "eve") == (wanted, monitor.violations[0].subject)
