@@ -42,7 +42,8 @@ class Following(Settling):
         inner = formula.always if isinstance(formula, Throughout) and self._always else formula
         made = self._made(inner)
         self._monitor = temporal.OnlineMonitor(made, [str(i) for i in range(len(self._expressions))])
-        self._horizon = made.horizon
+        self._horizon = 0 if math.isinf(made.horizon) else int(made.horizon)
+        self._waits = False
         self._at = -1
         self._least = math.inf
         self._fails = False
@@ -58,13 +59,20 @@ class Following(Settling):
         self._at = at
         changes = self._monitor.update(at, [expression.value() for expression in self._expressions])
         self._take(at, changes)
-        if self._horizon and not math.isinf(self._horizon):
-            # What holds now decides until then, also where nothing changes any more.
-            self.timeline.alarm(at + int(self._horizon), Phase.CHANGE, self._look_again)
+        self._wait()
+
+    def _wait(self) -> None:
+        """Look again where what holds now has decided, also if nothing changes any more."""
+        if self._horizon and not self._waits:
+            self._waits = True
+            self.timeline.alarm(self._at + self._horizon, Phase.CHANGE, self._look_again)
 
     def _look_again(self, at: int) -> None:
+        self._waits = False
         if at - self._at >= self._horizon:
             self.mark()
+        else:
+            self._wait()
 
     def end(self, at: int, ended: Ended | None) -> None:
         """Judge what is certain now; what an end cuts off is not."""
