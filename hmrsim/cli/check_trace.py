@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.tracing import errors_of, lines_of
+from hmrsim.cli.tracing import errors_of, is_recording, lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import printable
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.garbage import collect_rarely
-from hmrsim.program.inputs import check_regular
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.properties import Properties, check_recording, read_properties
 from hmrsim.properties import check_trace as check_lines
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 
     from hmrsim.properties import Checked, Verdict, Violation
 
-_MCAP: Final = b"\x89MCAP"
 _MOST: Final = 50
 """Violations that are printed."""
 _WORDS: Final = {"never_exercised": "never exercised"}
@@ -58,10 +56,7 @@ def check_trace(args: argparse.Namespace) -> int:
 
 def _checked(path: Path, properties: Properties) -> Checked:
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
-        check_regular(path)
-        with path.open("rb") as file:
-            begins = file.read(len(_MCAP))
-        if begins == _MCAP:
+        if is_recording(path):
             return check_recording(open_recording(path), properties)
         return check_lines(lambda: lines_of(path), properties)
 

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, warn
-from hmrsim.cli.tracing import errors_of, lines_of
+from hmrsim.cli.tracing import errors_of, is_recording, lines_of
 from hmrsim.errors import TraceError, printable
 from hmrsim.program.garbage import collect_rarely
-from hmrsim.program.inputs import check_regular
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
 from hmrsim.report import Sections, of_recording, of_trace, section_of
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 
 _CONTROL: Final = re.compile("[\x7f-\x9f]")
 """Control characters that JSON allows in texts; a terminal acts on them."""
-
-_MCAP: Final = b"\x89MCAP"
 
 
 def report(args: argparse.Namespace) -> int:
@@ -110,10 +107,7 @@ def _read(path: Path, section: int | None) -> list[ReportInput]:
         TraceError: It can't be read, is neither a trace nor a recording, or has no such section.
     """
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
-        check_regular(path)
-        with path.open("rb") as file:
-            begins = file.read(len(_MCAP))
-        if begins == _MCAP:
+        if is_recording(path):
             if section is not None:
                 raise TraceError(f"no section {section}: a recording has none, as time continues in it after a reset")
             return [of_recording(open_recording(path))]

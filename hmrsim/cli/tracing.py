@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 _OPTION: Final = "--trace"
 
+_MCAP: Final = b"\x89MCAP"
+
 _MAX_CHARACTERS: Final = 64 * 1024 * 1024
 """Maximum length of a line; a world takes less, and all other lines much less."""
 
@@ -56,6 +58,17 @@ def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
         raise TraceError(f"{path}: {no_text}") from None
     except TraceError as error:
         raise TraceError(f"{path}: {error}") from None
+
+
+def is_recording(path: Path) -> bool:
+    """Return whether a file is a recording (MCAP), and so no trace.
+
+    Raises:
+        OSError: It can't be read.
+    """
+    check_regular(path)
+    with path.open("rb") as file:
+        return file.read(len(_MCAP)) == _MCAP
 
 
 def lines_of(path: Path) -> Iterator[str]:
