@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.columns import columns
@@ -42,7 +43,6 @@ def check_trace(args: argparse.Namespace) -> int:
     collect_rarely()
     with logging_to_stderr(args):
         checked = _checked(args.trace, properties)
-    show_findings(properties, checked.findings)
     for note in checked.notes:
         warn(f"{args.trace}: {printable(note)}")
     monitor = checked.monitor
@@ -55,10 +55,12 @@ def check_trace(args: argparse.Namespace) -> int:
 
 
 def _checked(path: Path, properties: Properties) -> Checked:
+    # What is misspelt is told before a long run is replayed.
+    found = partial(show_findings, properties)
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
-            return check_recording(open_recording(path), properties)
-        return check_lines(lambda: lines_of(path), properties)
+            return check_recording(open_recording(path), properties, found)
+        return check_lines(lambda: lines_of(path), properties, found)
 
 
 def as_json(checked: Checked) -> dict[str, Any]:

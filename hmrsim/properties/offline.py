@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from hmrsim.trace.replay import Outcome
     from hmrsim.world.model import World
 
+_Watched = tuple[Monitor, tuple[str, ...]]
+
 _CUT_OFF = Ended("stopped")
 """How a run has ended whose end is not in its file."""
 
@@ -47,7 +49,11 @@ class Checked:
     notes: tuple[str, ...] = ()
 
 
-def check_trace(lines: Callable[[], Iterable[str]], properties: Properties) -> Checked:
+def check_trace(
+    lines: Callable[[], Iterable[str]],
+    properties: Properties,
+    found: Callable[[list[Finding]], object] = lambda _findings: None,
+) -> Checked:
     """Watch over the run of a trace, all its sections one after the other, by replaying it.
 
     If it can't be replayed exactly, only what it says itself is known.
@@ -55,11 +61,20 @@ def check_trace(lines: Callable[[], Iterable[str]], properties: Properties) -> C
     Args:
         lines: Returns its lines with their ends, from the first one; called up to three times.
         properties: What has to hold.
+        found: Called with the findings before the run is read, which may take long.
 
     Raises:
         TraceError: It is not a trace.
     """
     world = _world(header_of(next(iter(lines()), ""))["world"]["definition"])
+    findings = check_properties(properties, world)
+    found(findings)
+    monitor, notes = _watched(lines, properties, world)
+    return Checked(monitor, findings, notes)
+
+
+def _watched(lines: Callable[[], Iterable[str]], properties: Properties, world: World) -> _Watched:
+    """Return the monitor of a trace, and what should be noted of how it was read."""
     replayed = _Replayed(properties, world)
     try:
         outcome = replay(lines(), replayed.watch)
@@ -76,7 +91,6 @@ class _Replayed:
 
     def __init__(self, properties: Properties, world: World) -> None:
         self._monitor = Monitor(properties, world)
-        self._findings = check_properties(properties, world)
         self._sinks: list[MonitorSink] = []
 
     def watch(self, simulator: Simulator) -> list[MonitorSink]:
@@ -84,16 +98,16 @@ class _Replayed:
         self._sinks.append(MonitorSink(simulator, self._monitor))
         return self._sinks
 
-    def checked(self, outcome: Outcome) -> Checked:
+    def checked(self, outcome: Outcome) -> _Watched:
         """Return what has come of it."""
         for sink in self._sinks:
             sink.weigh()
         self._monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
         notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
-        return Checked(self._monitor, self._findings, notes)
+        return self._monitor, notes
 
 
-def _as_written(lines: Iterable[str], properties: Properties, world: World, why: str) -> Checked:
+def _as_written(lines: Iterable[str], properties: Properties, world: World, why: str) -> _Watched:
     monitor, last, misfits = Monitor(properties, world), "", 0
     monitor.begin(0)
     for number, line in enumerate(lines, 1):
@@ -106,7 +120,7 @@ def _as_written(lines: Iterable[str], properties: Properties, world: World, why:
     notes = [f"The trace could not be replayed exactly ({why}): where robots drive and how batteries empty is missing."]
     if not complete:
         notes.append("The trace is truncated: later events are missing.")
-    return Checked(monitor, check_properties(properties, world), (*notes, *_note(misfits)))
+    return monitor, (*notes, *_note(misfits))
 
 
 def _fits(monitor: Monitor, occurrence: Occurrence) -> bool:
@@ -123,13 +137,19 @@ def _note(misfits: int) -> Iterator[str]:
         yield f"{misfits} events are ignored, as this version can't read them."
 
 
-def check_recording(recording: Recorded, properties: Properties) -> Checked:
-    """Watch over the run of a recording.
+def check_recording(
+    recording: Recorded,
+    properties: Properties,
+    found: Callable[[list[Finding]], object] = lambda _findings: None,
+) -> Checked:
+    """Watch over the run of a recording; *found* is as that of `check_trace`.
 
     Raises:
         TraceError: Its world can't be read.
     """
     world = _world(recording.world)
+    findings = check_properties(properties, world)
+    found(findings)
     monitor, misfits = Monitor(properties, world), 0
     for _, key, payload in recording.samples():
         occurrence = sampled(key, payload)
@@ -142,7 +162,7 @@ def check_recording(recording: Recorded, properties: Properties) -> Checked:
     truncated = recording.truncated
     monitor.end(None, _CUT_OFF if truncated else None)
     notes = ("The recording is truncated: later events are missing.",) if truncated else ()
-    return Checked(monitor, check_properties(properties, world), (*notes, *_note(misfits)))
+    return Checked(monitor, findings, (*notes, *_note(misfits)))
 
 
 def _world(definition: Any) -> World:

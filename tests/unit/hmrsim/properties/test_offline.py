@@ -164,3 +164,21 @@ def test_a_recorder_that_was_not_there_is_no_error():
     Trace(header, text.append).flush()
 
     assert [] == check_trace(lines("".join(text)), properties_of({})).monitor.violations
+
+
+def test_what_the_world_lacks_is_told_before_the_run_is_read():
+    """Reading ends with the error of who takes the findings, at the first line of a trace."""
+    read = []
+
+    def counted():
+        for line in traced().splitlines(keepends=True):
+            read.append(line)
+            yield line
+
+    def refuse(findings):
+        raise LookupError(findings[0].message)
+
+    with pytest.raises(LookupError, match="nowhere"):
+        check_trace(counted, properties_of({"properties": {"x": {"never": {"robot": "eve", "at": "nowhere"}}}}), refuse)
+
+    assert 1 == len(read)
