@@ -102,9 +102,7 @@ def _subject(part: BaseModel) -> str:
 
 
 def _made(making: _Making) -> Watcher:
-    part = making.part
-    make = next(make for kind, make in _KINDS.items() if isinstance(part, kind))
-    return make(making)
+    return _KINDS[type(making.part)](making)
 
 
 def _always(making: _Making) -> Watcher:

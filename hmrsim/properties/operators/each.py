@@ -68,7 +68,3 @@ class Each(Watcher):
         more = f" (and {same - 1} more robots)" if same > 1 else ""
         robustness = min(verdict.robustness for _, verdict in verdicts)
         return Verdict(self.name, worst.state, robustness, f"{robot}: {worst.text}{more}")
-
-    def unless_violated(self) -> Verdict:
-        """Return the worst verdict of all robots."""
-        return self.verdict()
