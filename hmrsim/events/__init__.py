@@ -8,10 +8,11 @@ entry points of the group ``hmrsim.events``, each of which names a module with a
 from hmrsim.events._event import Event, EventGroup, Severity, model_of
 from hmrsim.events._flaws import flaws
 from hmrsim.events._parts import Part
-from hmrsim.events._pattern import EventPattern
+from hmrsim.events._pattern import STATUSES, EventPattern
 from hmrsim.events._registry import UnknownEvent, from_json, groups, registry, texts
 
 __all__ = [
+    "STATUSES",
     "Event",
     "EventGroup",
     "EventPattern",

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.events import registry
-from hmrsim.events._pattern import STATUSES
+from hmrsim.events import STATUSES, registry
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.properties.observing.signal import Signal
 from hmrsim.properties.observing.timeline import GoalSeen, Phase
