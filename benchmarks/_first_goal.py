@@ -25,7 +25,7 @@ def by_client(endpoint: str) -> None:
 
 
 def by_bare_keys(endpoint: str) -> None:
-    """Send the goal with a Zenoh client that retries fast, as docs/keys.md describes the keys."""
+    """Send the goal with a Zenoh client that retries fast, as docs/reference/keys.md describes the keys."""
     import zenoh  # noqa: PLC0415
 
     config = zenoh.Config()

@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.event_tables", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a table is out of date")
     check, stale, shown = parser.parse_args(argv).check, 0, set[str]()
-    for path in sorted(_DOCS.glob("*.md")):
+    for path in sorted(_DOCS.rglob("*.md")):
         text = path.read_text(encoding="utf-8")
         shown |= {name for _, names, _ in _TABLE.findall(text) for name in names.split()}
         made = _TABLE.sub(lambda found: f"{found[1]}{table_of(found[2])}{found[3]}", text)

@@ -51,7 +51,7 @@ class Happening:
 
     Attributes:
         at: When, in simulated seconds.
-        kind: Its kind, such as ``door_opened`` or ``deadlock``; docs/report.md and `_world/events` have all.
+        kind: Its kind, such as ``door_opened`` or ``deadlock``; docs/reference/report.md and `_world/events` have all.
         fields: The rest of it, as in JSON.
         text: The same in words.
     """

@@ -117,7 +117,7 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
         yield Problem(
             "no_planner",
             f"{some(waiting)} {'needs' if len(waiting) == 1 else 'need'} an external planner, but there is none",
-            "start one; see `An external planner` in docs/keys.md",
+            "start one; see `An external planner` in docs/reference/keys.md",
         )
 
 

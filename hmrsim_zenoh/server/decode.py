@@ -146,7 +146,7 @@ class Requests:
             case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):
                 return [self._read_topic(query, key, robot, topic)]
             case None if self._keys.owner(key) in self._serves:
-                raise UnreadableError(f"{self._keys.owner(key)} has no key {key!r}; see docs/keys.md")
+                raise UnreadableError(f"{self._keys.owner(key)} has no key {key!r}; see docs/reference/keys.md")
         # Other programs, such as a planner, may serve keys below the prefix; they answer these queries.
         query.drop()
         return []

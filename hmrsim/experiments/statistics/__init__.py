@@ -1,8 +1,8 @@
 """What an experiment allows one to claim: means, intervals, effects, comparisons.
 
-Pure functions over plain numbers. Each formula has its source in its docstring; docs/statistics.md says when which one
-is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when first
-used.
+Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md says when
+which one is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when
+first used.
 """
 
 from __future__ import annotations

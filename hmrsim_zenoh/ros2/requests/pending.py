@@ -85,5 +85,7 @@ def attached_to(query: zenoh.Query) -> Attachment:
     """
     attached = query.attachment
     if attached is None:
-        raise ValueError("the request has no attachment, by which rmw_zenoh identifies the client; see docs/ros2.md")
+        raise ValueError(
+            "the request has no attachment, by which rmw_zenoh identifies the client; see docs/reference/ros2.md"
+        )
     return read_attachment(attached.to_bytes())

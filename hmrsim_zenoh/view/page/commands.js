@@ -1,4 +1,4 @@
-// What the page asks of the simulator: the same keys and messages as any other client's (docs/keys.md).
+// What the page asks of the simulator: the same keys and messages as any other client's (docs/reference/keys.md).
 
 /** A request that was understood and not granted. */
 class Refused extends Error {

@@ -94,7 +94,7 @@ def test_a_benchmark_gives_rows(name, monkeypatch):
 def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
     """What `--quick` passes is taken by the benchmark, and `--write` finds where its table goes."""
     module = importlib.import_module(f"benchmarks.{name}")
-    document = (ROOT / "docs" / "benchmarks.md").read_text()
+    document = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text()
 
     assert module.QUICK.keys() <= TINY[name].keys()
     assert f"<!-- begin {name} -->" in document

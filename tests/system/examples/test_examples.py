@@ -118,7 +118,7 @@ def test_the_code_in_the_readme_runs(block, endpoint):
 
 def test_the_code_in_the_docs_of_the_graph_runs():
     """As it stands there; it needs no simulator."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "graph.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "reference" / "graph.md").read_text(), re.DOTALL)
     for block in blocks:
         done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, timeout=100, check=False)
 
@@ -134,7 +134,7 @@ def test_there_are_examples_and_blocks():
 
 def test_the_tree_in_the_docs_runs(endpoint, tmp_path):
     """As it stands there: checked, then run to success."""
-    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "trees.md").read_text(), re.DOTALL)
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "reference" / "trees.md").read_text(), re.DOTALL)
     (tmp_path / "fetch.py").write_text(block)
     for order in (["check", "fetch:fetch"], ["run", "fetch:fetch", "--robot", "wall_e", "--connect", endpoint]):
         done = subprocess.run(
@@ -146,7 +146,7 @@ def test_the_tree_in_the_docs_runs(endpoint, tmp_path):
 
 def test_the_trees_and_nodes_in_the_docs_are_right(tmp_path):
     """The tree in XML, and the node of one's own, as they stand there."""
-    text = (ROOT / "docs" / "xml_trees.md").read_text()
+    text = (ROOT / "docs" / "reference" / "xml_trees.md").read_text()
     (tree,) = re.findall(r"```xml\n(.*?)```", text, re.DOTALL)
     (node,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "visit.xml").write_text(tree.replace("<FollowPath ", '<Say text="off we go"/><FollowPath '))

@@ -1,4 +1,4 @@
-"""What docs/security.md says is done: all its commands, from nothing, with the exit codes that it promises."""
+"""What docs/reference/security.md says is done: all commands, from nothing, with the exit codes that it promises."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 from tests import processes
 from tests.paths import ROOT
 
-PAGE = (ROOT / "docs" / "security.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "security.md").read_text(encoding="utf-8")
 LINES = [line for block in re.findall(r"```sh\n(.*?)```", PAGE, re.DOTALL) for line in block.splitlines()]
 PATIENCE = 60.0
 

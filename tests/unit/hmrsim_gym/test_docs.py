@@ -1,4 +1,4 @@
-"""The examples in docs/gym.md run as they stand there, in a shorter horizon."""
+"""The examples in docs/reference/gym.md run as they stand there, in a shorter horizon."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.paths import ROOT
 
 pytest.importorskip("pettingzoo", reason="environments need the extra gym")
 
-TEXT = (ROOT / "docs" / "gym.md").read_text()
+TEXT = (ROOT / "docs" / "reference" / "gym.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 
 

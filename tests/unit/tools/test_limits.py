@@ -12,7 +12,9 @@ from tests.paths import ROOT
 _ROW = re.compile(r"^\| (?P<what>.+?) \| (?P<limit>.+?) \| (?P<where>.*`.+?) \|$", re.MULTILINE)
 _NUMBER = re.compile(r"(\d[\d,]*(?:e\d+)?)( MiB)?")
 _NAME = re.compile(r"`([\w./]+)`")
-_ROWS = {row["what"]: row for row in _ROW.finditer((ROOT / "docs" / "limits.md").read_text(encoding="utf-8"))}
+_ROWS = {
+    row["what"]: row for row in _ROW.finditer((ROOT / "docs" / "reference" / "limits.md").read_text(encoding="utf-8"))
+}
 
 
 def constants(where):

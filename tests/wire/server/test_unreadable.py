@@ -199,7 +199,7 @@ def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
     (reply,) = shared.ask("wall_e/wait/_action/fly", {"goal": {}})
 
     assert not reply.ok
-    assert "wall_e has no key 'hmrsim/wall_e/wait/_action/fly'; see docs/keys.md" == reply.body["error"]
+    assert "wall_e has no key 'hmrsim/wall_e/wait/_action/fly'; see docs/reference/keys.md" == reply.body["error"]
 
 
 @pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "_planner/compute_path_to_pose", "_participant/me"])

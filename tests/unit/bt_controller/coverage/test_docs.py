@@ -1,4 +1,4 @@
-"""The programs in docs/coverage.md do what they say."""
+"""The programs in docs/reference/coverage.md do what they say."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ pytest_plugins = ["pytester"]
 
 def test_they_pass(pytester):
     """In a process of their own, as a user's."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "coverage.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "reference" / "coverage.md").read_text(), re.DOTALL)
     pytester.makepyfile("\n".join(blocks))
 
     pytester.runpytest_subprocess("-p", "no:randomly").assert_outcomes(passed=1)

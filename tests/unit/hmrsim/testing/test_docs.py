@@ -1,4 +1,4 @@
-"""The tests in docs/testing.md pass as they stand there."""
+"""The tests in docs/reference/testing.md pass as they stand there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ pytest_plugins = ["pytester"]
 
 def test_they_pass(pytester):
     """In a process of their own, as a user's."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "testing.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "reference" / "testing.md").read_text(), re.DOTALL)
     pytester.makepyfile("\n".join(blocks))
 
     pytester.runpytest_subprocess("-p", "no:randomly").assert_outcomes(passed=len(blocks))

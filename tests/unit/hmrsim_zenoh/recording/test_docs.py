@@ -1,4 +1,4 @@
-"""What docs/recording.md shows in Python does what it says."""
+"""What docs/reference/recording.md shows in Python does what it says."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
 from tests.paths import ROOT
 
-_EXAMPLES = re.findall(r"```python\n(.*?)```", ROOT.joinpath("docs", "recording.md").read_text(), re.DOTALL)
+_EXAMPLES = re.findall(
+    r"```python\n(.*?)```", ROOT.joinpath("docs", "reference", "recording.md").read_text(), re.DOTALL
+)
 
 
 @pytest.mark.parametrize(
@@ -22,6 +24,6 @@ def test_an_example_runs(example, said, record, tmp_path, monkeypatch, capsys):
     record((0.0, SendGoal("wall_e", "wait", Wait.Goal(), "1" * 32)), path=tmp_path / "run.mcap")
     monkeypatch.chdir(tmp_path)
 
-    exec(compile(example, "docs/recording.md", "exec"), {})
+    exec(compile(example, "docs/reference/recording.md", "exec"), {})
 
     assert said in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""The example in docs/statistics.md holds as it stands there."""
+"""The example in docs/reference/statistics.md holds as it stands there."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from tests.paths import ROOT
 
 def test_the_example_of_the_docs():
     """Each line is run, with its assertions."""
-    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "statistics.md").read_text(), re.DOTALL)
+    (block,) = re.findall(
+        r"```python\n(.*?)```", (ROOT / "docs" / "reference" / "statistics.md").read_text(), re.DOTALL
+    )
 
     exec(block, {})

@@ -1,6 +1,6 @@
 """Makes the pictures of the documentation: real screens, photographed while something runs.
 
-``python -m docs.pictures`` makes them all, ``python -m docs.pictures page_dark map`` some. Needs tmux for ``demo``,
+``python -m tools.pictures`` makes them all, ``python -m tools.pictures page_dark map`` some. Needs tmux for ``demo``,
 Chromium for pages, and pngquant.
 """
 
@@ -30,20 +30,20 @@ from hmrsim.settings.run import RunSettings
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page, ViewportSize
 
 WIDTH, HEIGHT = 84, 30
-DOCS = Path(__file__).parent
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
 _MISSION: Final = (sys.executable, "-m", "bt_controller", "run")
-_LARGE: Final = {"width": 1440, "height": 900}
-_PHONE: Final = {"width": 390, "height": 844}
+_LARGE: Final[ViewportSize] = {"width": 1440, "height": 900}
+_PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
 
 
 # --- a terminal --------------------------------------------------------------------------------------------------
 
 
 def demo() -> None:
-    """Run the demo in a terminal, and write docs/demo.svg when a robot has delivered something."""
+    """Run the demo in a terminal, and write docs/images/demo.svg when a robot has delivered something."""
     program = Path(sys.executable).with_name("hmrsim")
     tmux = ["tmux", "-L", "hmrsim-pictures"]
     subprocess.run(
@@ -65,7 +65,7 @@ def demo() -> None:
     picture = console.export_svg(title="hmrsim demo", unique_id="demo")
     # The fonts that rich names are on another host; each viewer has its own.
     picture = re.sub(r"@font-face \{.*?\}\s*", "", picture, flags=re.DOTALL)
-    (DOCS / "demo.svg").write_text(picture, encoding="utf-8")
+    (IMAGES / "demo.svg").write_text(picture, encoding="utf-8")
 
 
 # --- worlds and reports ------------------------------------------------------------------------------------------
@@ -73,9 +73,9 @@ def demo() -> None:
 
 def world() -> None:
     """Draw the hospital, and its bottlenecks."""
-    subprocess.run([*HMRSIM, "map", "render", "hospital", "-o", str(DOCS / "map.svg")], check=True)
+    subprocess.run([*HMRSIM, "map", "render", "hospital", "-o", str(IMAGES / "map.svg")], check=True)
     subprocess.run(
-        [*HMRSIM, "map", "render", "hospital", "--bottlenecks", "-o", str(DOCS / "bottlenecks.svg")], check=True
+        [*HMRSIM, "map", "render", "hospital", "--bottlenecks", "-o", str(IMAGES / "bottlenecks.svg")], check=True
     )
 
 
@@ -87,7 +87,7 @@ def report() -> None:
         # It ends with 1, as it is not done by then.
         subprocess.run([*HMRSIM, *run], check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         subprocess.run([*HMRSIM, "report", str(trace), "-o", str(page)], check=True)
-        tab = chromium.new_page(viewport=_LARGE)
+        tab = _large(chromium)
         tab.goto(page.as_uri())
         _photograph(tab, "report")
 
@@ -96,9 +96,9 @@ def report() -> None:
 
 
 def _photograph(page: Page, name: str) -> None:
-    """Write docs/NAME.png, with a palette of its own, which makes it a third: flat pictures have few colours."""
+    """Write docs/images/NAME.png, with a palette of its own, which makes it a third: flat pictures have few colours."""
     page.evaluate("() => new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)))")
-    path = DOCS / f"{name}.png"
+    path = IMAGES / f"{name}.png"
     page.screenshot(path=path)
     subprocess.run(["pngquant", "--force", "--ext", ".png", "--nofs", str(path)], check=True)
 
@@ -120,10 +120,18 @@ def _hospital(factor: float = 4.0) -> Iterator[str]:
         yield url
 
 
-def _page(name: str, at: float, viewport: Mapping[str, int], query: str, **options: object) -> None:
+def _large(chromium: Browser) -> Page:
+    return chromium.new_page(viewport=_LARGE)
+
+
+def _phone(chromium: Browser) -> Page:
+    return chromium.new_page(viewport=_PHONE, device_scale_factor=2, is_mobile=True, has_touch=True)
+
+
+def _page(name: str, at: float, tab: Callable[[Browser], Page], query: str) -> None:
     """Photograph the hospital at a simulated time, standing still."""
     with _hospital() as url, browser() as chromium:
-        page = shown(chromium.new_page(viewport=viewport, **options), f"{url}?{query}")
+        page = shown(tab(chromium), f"{url}?{query}")
         until(page, "(at) => hmrsim.clock.now() >= at", at)
         page.get_by_role("button", name="Got it").click()
         page.evaluate("hmrsim.commands.pause()")
@@ -140,7 +148,7 @@ def thousand() -> None:
         browser() as chromium,
     ):
         url = json.loads(line_of(view))["url"]
-        page = shown(chromium.new_page(viewport=_LARGE), f"{url}?theme=dark&panel=none")
+        page = shown(_large(chromium), f"{url}?theme=dark&panel=none")
         until(page, "hmrsim.map.stats.frames > 60")
         page.get_by_role("button", name="Got it").click()
         _photograph(page, "thousand")
@@ -149,11 +157,9 @@ def thousand() -> None:
 PICTURES: Final[Mapping[str, Callable[[], None]]] = {
     "demo": demo,
     "map": world,
-    "page_light": partial(_page, "page_light", 60.0, _LARGE, "theme=light&panel=goals"),
-    "page_dark": partial(_page, "page_dark", 60.0, _LARGE, "theme=dark&panel=trees&follow=wall_e"),
-    "page_phone": partial(
-        _page, "page_phone", 60.0, _PHONE, "theme=dark", device_scale_factor=2, is_mobile=True, has_touch=True
-    ),
+    "page_light": partial(_page, "page_light", 60.0, _large, "theme=light&panel=goals"),
+    "page_dark": partial(_page, "page_dark", 60.0, _large, "theme=dark&panel=trees&follow=wall_e"),
+    "page_phone": partial(_page, "page_phone", 60.0, _phone, "theme=dark"),
     "thousand": thousand,
     "report": report,
 }
