@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.results.row import DIED, HUNG, Row
+from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import Coverages
+from hmrsim.experiments.running.executors import stop
+from hmrsim.experiments.running.guards import ending_of_lost
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 from hmrsim.experiments.statistics.libraries import distributions
@@ -108,7 +110,7 @@ class Campaign:
                 try:
                     self._run_on(executor)
                 except BaseException:
-                    _stop(executor)
+                    stop(executor)
                     raise
                 executor.shutdown(wait=True, cancel_futures=True)
         return self.progress
@@ -119,6 +121,7 @@ class Campaign:
         while True:
             # Runs of which one may have broken the executor are made alone.
             most = 1 if self._suspects else self._workers * _AHEAD
+            begun = time.monotonic()
             while len(waiting) < most and (runs := self._next()):
                 try:
                     waiting[executor.submit(execute, self._task(runs))] = runs
@@ -129,7 +132,6 @@ class Campaign:
                     return
             if not waiting:
                 return
-            begun = time.monotonic()
             ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
             rows: list[Row] = []
             lost: list[list[Run]] = []
@@ -165,12 +167,8 @@ class Campaign:
             seconds: How long it was under way.
         """
         runs = [run for each in lost for run in each]
-        limit = self._plan.file.limits.wall
-        if alone and len(runs) == 1 and seconds > limit:
-            return [Row(runs[0], HUNG, f"it takes longer than {limit:g} wall seconds, and does not end", wall=seconds)]
         if alone and len(runs) == 1:
-            why = "its worker has died, as of a segmentation fault or of too little memory"
-            return [Row(runs[0], DIED, why, wall=seconds)]
+            return [Row(runs[0], *ending_of_lost(self._plan.file.limits.wall, seconds), wall=seconds)]
         self._suspects += sorted(runs, key=lambda run: -run.number)
         return []
 
@@ -190,10 +188,3 @@ class Campaign:
         left = (progress.expected - progress.done) // (self._workers * _AHEAD)
         self._chunk = max(1, min(self._chunk, left))
         self._tell(progress)
-
-
-def _stop(executor: Executor) -> None:
-    """End an executor with what it does."""
-    for process in [*(getattr(executor, "_processes", None) or {}).values()]:
-        process.terminate()
-    executor.shutdown(wait=True, cancel_futures=True)

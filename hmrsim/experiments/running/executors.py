@@ -48,6 +48,13 @@ def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int
     raise _error(text, "expected pool, pool:N, dask, dask://HOST:PORT or MODULE:FACTORY")
 
 
+def stop(executor: Executor) -> None:
+    """End an executor with what it does."""
+    for process in [*(getattr(executor, "_processes", None) or {}).values()]:
+        process.terminate()
+    executor.shutdown(wait=True, cancel_futures=True)
+
+
 def _pool(workers: int) -> Executor:
     return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_worker)
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from typing import Any, Final, Protocol
 
+from hmrsim.experiments.results.row import DIED, HUNG
 from hmrsim.experiments.running.controlling import WallLimit
 
 _PATIENCE: Final = 1.5
@@ -64,6 +65,23 @@ class Tail(io.TextIOBase):
         return "".join(self._pieces)[-_TAIL:].strip()
 
 
+def ending_of_lost(wall: float, seconds: float) -> tuple[str, str]:
+    """Return how a run has ended whose process is gone, and the cause.
+
+    Args:
+        wall: The limit of the run, in wall seconds.
+        seconds: How long it was under way: a process that does not mind the limit is ended some time after it.
+    """
+    if seconds >= _longest(wall):
+        return HUNG, f"it takes longer than {wall:g} wall seconds, and does not end"
+    return DIED, "its worker has died, as of a segmentation fault or of too little memory"
+
+
+def _longest(wall: float) -> float:
+    """Return the wall seconds after which the process of a run is ended."""
+    return wall * _PATIENCE + _GRACE
+
+
 @contextmanager
 def guarded(limits: Limits) -> Iterator[Tail]:
     """Keep a run within its limits; yield what gets all that it prints.
@@ -85,7 +103,7 @@ def _in_time(seconds: float) -> Iterator[None]:
     why = f"it takes longer than {seconds:g} wall seconds"
     on_main = threading.current_thread() is threading.main_thread()
     if _ends_process():
-        faulthandler.dump_traceback_later(seconds * _PATIENCE + _GRACE, exit=True, file=2)
+        faulthandler.dump_traceback_later(_longest(seconds), exit=True, file=2)
     if on_main:
 
         def ring(_number: int, _frame: Any) -> None:

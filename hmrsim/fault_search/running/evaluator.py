@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import TYPE_CHECKING, Final, Self
 
-from hmrsim.experiments.results.row import DIED
+from hmrsim.experiments.running.executors import stop
+from hmrsim.experiments.running.guards import ending_of_lost
 from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 
@@ -71,9 +73,7 @@ class Evaluator:
         """End the executor; the next cases have a new one."""
         executor, self._executor = self._executor, None
         if executor is not None:
-            for process in [*(getattr(executor, "_processes", None) or {}).values()]:
-                process.terminate()
-            executor.shutdown(wait=True, cancel_futures=True)
+            stop(executor)
 
     def outcomes(self, cases: Sequence[Case]) -> list[Outcome]:
         """Return what comes of some cases, in order; those that were run before are not run again."""
@@ -108,9 +108,10 @@ class Evaluator:
 
     def _alone(self, case: Case, *, story: bool) -> Outcome:
         """Return what comes of a case that may have broken an executor."""
+        begun = time.monotonic()
         try:
             return self._together([[case]], story=story)[0][0]
         except BrokenExecutor:
             self.stop()
-            why = "its worker has died, as of a segmentation fault or of too little memory"
-            return without_run(self._check, case, DIED, why)
+            seconds = time.monotonic() - begun
+            return without_run(self._check, case, *ending_of_lost(self._check.file.limits.wall, seconds))

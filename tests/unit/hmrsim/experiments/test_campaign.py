@@ -18,7 +18,6 @@ from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.row import DIED, Row
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.results.table import write_table
-from hmrsim.experiments.running import campaign as module
 from hmrsim.experiments.running.campaign import Campaign
 from hmrsim.experiments.running.executors import factory_of
 from hmrsim.experiments.running.schedule import Schedule
@@ -256,4 +255,3 @@ def test_a_factory_of_the_users_own_makes_executors() -> None:
     make, workers = factory_of("concurrent.futures:ThreadPoolExecutor", 3)
     assert workers == 3
     make().shutdown()
-    assert module.DIED == DIED
