@@ -59,14 +59,13 @@ def search(args: argparse.Namespace) -> int:
         options = Options(
             first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
         )
-        campaign = Campaign(check, evaluator, nominal, options)
-        summary = campaign.run()
+        summary = Campaign(check, evaluator, nominal, options).run()
         teller.end()
     if summary.complete and not summary.tried.singles:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(teller.files)
     results.finish(check, summary)
-    campaign.covered.write(results.folder)
+    evaluator.covered.write(results.folder)
     return _conclude(args, summary, results)
 
 

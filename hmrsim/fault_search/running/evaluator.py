@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.experiments.running.executors import stop
 from hmrsim.experiments.running.guards import ending_of_lost
+from hmrsim.fault_search.running.covered import Covered
 from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 
@@ -47,10 +48,12 @@ class Evaluator:
 
     Attributes:
         runs: How many runs were made.
+        covered: What all of them have ticked of a tree: a worker sends what it has not sent before, and only once.
     """
 
     def __init__(self, check: Check, make: Callable[[], Executor], workers: int) -> None:
         self.runs = 0
+        self.covered = Covered()
         self.workers = max(1, workers)
         self._check, self._make = check, make
         self._executor: Executor | None = None
@@ -96,10 +99,12 @@ class Evaluator:
         pieces = [cases[i : i + size] for i in range(0, len(cases), size)]
         self.runs += len(cases)
         try:
-            return [outcome for piece in self._together(pieces, story=story) for outcome in piece]
+            outcomes = [outcome for piece in self._together(pieces, story=story) for outcome in piece]
         except BrokenExecutor:
             self.stop()
-        return [self._alone(case, story=story) for case in cases]
+            outcomes = [self._alone(case, story=story) for case in cases]
+        self.covered.take(outcome.coverage for outcome in outcomes)
+        return outcomes
 
     def _together(self, pieces: Sequence[Sequence[Case]], *, story: bool) -> list[list[Outcome]]:
         executor = self._executor = self._executor or self._make()

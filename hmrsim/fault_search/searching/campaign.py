@@ -16,7 +16,6 @@ from hmrsim.fault_search.space.menu import Menu
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.running.covered import Covered
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.outcome import Outcome
 
@@ -92,11 +91,6 @@ class Campaign:
         self._findings: list[Finding] = []
         self._interrupted = False
 
-    @property
-    def covered(self) -> Covered:
-        """What of the tree was ticked."""
-        return self._search.covered
-
     def run(self) -> Summary:
         """Search until the budget is used up, nothing is left to try, or it is interrupted by Ctrl-C."""
         try:
@@ -170,7 +164,7 @@ class Campaign:
             search.tried.singles_left,
             tuple(kind for kind in kinds if not search.tried.begun[kind]),
             tuple(name for name, count in properties.items() if not count),
-            search.covered.never(),
+            self._evaluator.covered.never(),
         )
         seen = search.seen_failures
         return Summary(
@@ -185,5 +179,5 @@ class Campaign:
             not self._interrupted,
             len(search.guide.kept),
             len(search.guide.features),
-            search.covered.share,
+            self._evaluator.covered.share,
         )

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.fault_search.results.tried import Tried
-from hmrsim.fault_search.running.covered import Covered
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.guide import Guide, Kept
 from hmrsim.fault_search.searching.mutation import Mutator, without_twins
@@ -71,7 +70,6 @@ class Search:
         tried: What was tried.
         guide: What runs have exercised.
         found: The first case of each failure.
-        covered: What of the tree was ticked.
         seen_failures: How many runs have had each failure first.
     """
 
@@ -82,7 +80,6 @@ class Search:
         self.tried = Tried()
         self.guide = Guide(nominal.moments)
         self.found: dict[Failure, Found] = {}
-        self.covered = Covered()
         self.seen_failures: Counter[Failure] = Counter()
         self._evaluator, self._menu, self._nominal, self._strategy = evaluator, menu, nominal, strategy
         self._at_most = space.at_most
@@ -117,7 +114,6 @@ class Search:
     def _run(self, cases: Sequence[Case]) -> list[Found]:
         new = []
         outcomes = self._evaluator.outcomes(cases)
-        self.covered.take(outcome.coverage for outcome in outcomes)
         for case, outcome in zip(cases, outcomes, strict=True):
             self._count(case, outcome)
             self._note(case.schedule, outcome)

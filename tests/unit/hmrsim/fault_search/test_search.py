@@ -212,3 +212,11 @@ def test_a_worker_that_dies_is_a_failure_of_the_controller():
 
     assert (fine.ending, fine.failure) == ("succeeded", None)
     assert (died.ending, died.failure.property) == ("died", "controller_lives")
+
+
+def test_all_runs_cover_a_tree_whoever_asks_for_them():
+    """A worker sends what it has ticked once; that the run was not one of the search does not lose it."""
+    with Evaluator(planted(catalogue()["wrong_sign"], "twin"), Serial, 1) as evaluator:
+        evaluator.told(Case())
+
+        assert evaluator.covered.share
