@@ -59,6 +59,11 @@ class Disturber:
         """All disturbances, in order."""
         return [each.disturbance for each in self._waiting]
 
+    @property
+    def missed(self) -> list[bool]:
+        """Of each disturbance in order, whether it has not happened."""
+        return [not each.happened for each in self._waiting]
+
     def watch(self, simulator: Simulator, pacing: Pacing) -> Disturber:
         """Begin to wait for events; return this sink, to be one of the simulator's."""
         self._simulator, self._pacing = simulator, pacing
@@ -113,11 +118,12 @@ class Disturber:
             waiting.due = None
             # After the end of the run nothing can be disturbed.
             with suppress(SimulationStopped):
-                self._pacing.intervene(partial(self._carry_out, waiting.disturbance))
+                self._pacing.intervene(partial(self._carry_out, waiting))
 
-    def _carry_out(self, disturbance: Disturbance) -> None:
+    def _carry_out(self, waiting: _Waiting) -> None:
         if self._simulator is None or self._pacing is None:
             raise AssertionError
+        disturbance, waiting.happened = waiting.disturbance, True
         self.acted.append(Acted(stamp(self._simulator.now), disturbance))
         if disturbance.disturbance == "simulation_reset":
             self._pacing.submit(CallService("reset_simulation", ResetSimulation.Request()))
@@ -136,11 +142,13 @@ class _Waiting:
 
     Attributes:
         due: When it is due, in simulated seconds, once its event has come and until then.
+        happened: Whether it has happened.
     """
 
     def __init__(self, disturbance: Disturbance) -> None:
         self.disturbance = disturbance
         self.due: float | None = None
+        self.happened = False
         self._left = disturbance.when.nth
 
     def comes_with(self, event: Event) -> bool:

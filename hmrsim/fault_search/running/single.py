@@ -199,8 +199,9 @@ class _Run:
             self._end(f"{violation.property}: {violation.text}")
 
     def _missed(self) -> tuple[int, ...]:
-        """Return the numbers of the faults of the schedule that never began."""
+        """Return the numbers of the faults and disturbances of the schedule that never began."""
         begun = self._observer.begun.copy()
+        disturbances = iter(self._disturber.missed)
         missed = []
         for number, thing in enumerate(self._case.schedule):
             if thing.family == FAULT:
@@ -208,6 +209,8 @@ class _Run:
                 begun[key] -= 1
                 if begun[key] < 0:
                     missed.append(number)
+            elif thing.family == DISTURBANCE and next(disturbances):
+                missed.append(number)
         return tuple(missed)
 
 

@@ -113,6 +113,14 @@ def test_a_fault_that_never_began_is_noted():
     assert outcome.missed == (0,)
 
 
+def test_a_disturbance_that_never_began_is_noted():
+    """The second goal's end kills the controller; there is no twentieth."""
+    check = check_of("careful")
+    killed = [Thing({"disturbance": "controller_killed", "when": {"goal": "ended", "nth": nth}}) for nth in (20, 2)]
+
+    assert run_case(check, Case(tuple(killed))).missed == (0,)
+
+
 def test_what_a_killed_controller_has_left_is_not_its_successor_s():
     """The robot is still under way for the first one when the second one gives up."""
     driving = {"goal": "executing", "robot": "other", "action": "navigate_to_pose"}
