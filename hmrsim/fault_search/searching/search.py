@@ -103,7 +103,7 @@ class Search:
         Args:
             most: At most so many runs.
         """
-        cases = [Case(schedule) for schedule in self._batch()][:most]
+        cases = [Case(schedule) for schedule in self._batch(min(BATCH, most))]
         return self._run(cases) if cases else None
 
     def pass_over(self, schedule: Schedule) -> None:
@@ -140,11 +140,12 @@ class Search:
             tried.begun[thing.kind] += number not in outcome.missed
         tried.exercised.update(each.property for each in outcome.verdicts if each.state != "never_exercised")
 
-    def _batch(self) -> list[Schedule]:
+    def _batch(self, size: int) -> list[Schedule]:
         if self._strategy == "random":
-            return [*self._fresh(self._random, BATCH)]
-        found = [*self._next_probes(_PROBES), *self._next_singles(_SINGLES)]
-        return [*found, *self._fresh(self._guided, BATCH - len(found))]
+            return [*self._fresh(self._random, size)]
+        found = [*self._next_probes(min(_PROBES, size))]
+        found += self._next_singles(min(_SINGLES, size - len(found)))
+        return [*found, *self._fresh(self._guided, size - len(found))]
 
     def _next_probes(self, count: int) -> Iterator[Schedule]:
         while count and (schedule := self._probes.next()) is not None:
@@ -153,13 +154,11 @@ class Search:
                 count -= 1
 
     def _next_singles(self, count: int) -> Iterator[Schedule]:
-        for thing in self._singles:
+        while count and (thing := next(self._singles, None)) is not None:
             self.tried.singles_left -= 1
             if self._is_new((thing,)):
                 yield (thing,)
                 count -= 1
-                if count == 0:
-                    return
 
     def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
         """Yield so many schedules that were not tried; fewer if none is found."""

@@ -60,6 +60,14 @@ def test_a_search_ends_when_nothing_is_left_to_try():
     assert summary.unreached.singles == 0
 
 
+def test_what_a_last_batch_has_no_room_for_was_not_tried():
+    """Two runs are the one without faults and one of the two speeds."""
+    space = {"only": ["speed"], "at_most": 1}
+    summary = searched(check_of("careful", space=space, budget={"runs": 2}))
+
+    assert (summary.tried.runs, summary.unreached.singles) == (2, 1)
+
+
 def test_a_failure_without_faults_is_found_at_once():
     """It needs no schedule."""
     summary = searched(check_of("broken", budget={"runs": 32}), first_only=True)
