@@ -109,7 +109,7 @@ class Campaign:
             self._tell()
 
     def _ended(self) -> bool:
-        done = bool(self._findings) and self._options.first_only
+        done = self._interrupted or (self._options.first_only and bool(self._findings))
         return done or self._left() <= 0 or self._runs_left() <= 0
 
     def _left(self) -> float:
@@ -125,7 +125,7 @@ class Campaign:
 
     def _take(self, found: Sequence[Found]) -> None:
         for each in found:
-            if self._findings and self._options.first_only:
+            if self._interrupted or (self._options.first_only and self._findings):
                 return
             self._tell(f"reducing {each.failure.property}")
             finding = self._reduced(each)
@@ -137,10 +137,18 @@ class Campaign:
         """Return a failure as its user gets it: reduced, with its trace and its events."""
         began = time.monotonic()
         until = began + max(_LEAST, _REDUCING * self._check.file.budget.time)
-        over = (lambda: time.monotonic() > until) if self._options.reduce else (lambda: True)
-        reduced = Reducer(self._evaluator, self._check.definition, self._nominal, over).reduce(
-            found.case, found.failure
-        )
+
+        def over() -> bool:
+            return self._interrupted or not self._options.reduce or time.monotonic() > until
+
+        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over)
+        try:
+            reduced = reducer.reduce(found.case, found.failure)
+        except KeyboardInterrupt:
+            # The failure is kept: with no more time only the few runs are made that every failure needs.
+            self._interrupted = True
+            self._evaluator.stop()
+            reduced = reducer.reduce(found.case, found.failure)
         told = self._evaluator.told(reduced.case)
         known = any(case.key == found.case.key for case in self._options.earlier)
         seconds = began - self._began

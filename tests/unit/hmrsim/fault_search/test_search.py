@@ -11,6 +11,7 @@ from hmrsim.fault_search.running.evaluator import Evaluator, Serial
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.searching.campaign import Campaign, Options
 from hmrsim.fault_search.searching.search import BATCH, Search
 from hmrsim.fault_search.space.menu import Menu
 from tests.porters import check_of, searched
@@ -236,3 +237,23 @@ def test_all_runs_cover_a_tree_whoever_asks_for_them():
         evaluator.told(Case())
 
         assert evaluator.covered.share
+
+
+def test_a_failure_whose_reduction_is_interrupted_is_kept():
+    """Ctrl-C ends the search; what was found is told, with the smallest schedule for which there is time."""
+
+    class Interrupted(Evaluator):
+        interrupted = False
+
+        def outcomes(self, cases):
+            if not self.interrupted and any(case.definition is not None for case in cases):
+                self.interrupted = True
+                raise KeyboardInterrupt
+            return super().outcomes(cases)
+
+    check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]})
+    with Interrupted(check, Serial, 1) as evaluator:
+        summary = Campaign(check, evaluator, evaluator.outcomes([Case()])[0], Options()).run()
+
+    assert not summary.complete
+    assert {"no_vain_goals": 1} == {each.failure.property: len(each.schedule) for each in summary.findings}
