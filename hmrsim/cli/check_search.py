@@ -64,8 +64,7 @@ def search(args: argparse.Namespace) -> int:
     if summary.complete and not summary.tried.singles:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(teller.files)
-    results.finish(check, summary)
-    evaluator.covered.write(results.folder)
+    results.finish(check, summary, evaluator.covered)
     return _conclude(args, summary, results)
 
 

@@ -109,7 +109,7 @@ def searched(check: Check, output: str | Path | None = None) -> Summary:
         summary = Campaign(check, evaluator, nominal, options).run()
     summary.files.update(files)
     if results is not None:
-        results.finish(check, summary)
+        results.finish(check, summary, evaluator.covered)
     return summary
 
 

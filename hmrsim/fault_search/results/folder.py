@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.running.covered import Covered
 
 FAILURES: Final = "failures"
 """The folder of the failures in that of the results; a later search begins with them."""
@@ -68,8 +69,8 @@ class ResultsFolder:
             self._write(path.with_suffix(".jsonl"), finding.told.trace)
         return path
 
-    def finish(self, check: Check, summary: Summary) -> None:
-        """Write what is about the whole search: summary, page, JUnit XML.
+    def finish(self, check: Check, summary: Summary, covered: Covered) -> None:
+        """Write what is about the whole search: summary, page, JUnit XML, and what of a tree was ticked.
 
         Raises:
             OutputError: They can't be written.
@@ -79,6 +80,7 @@ class ResultsFolder:
             self.folder / "junit.xml", junit_text(summary.name, summary.exercised, summary.findings, summary.seconds)
         )
         self._write(self.folder / "report.html", page_of(check, summary, self.folder))
+        covered.write(self.folder)
 
     def _write(self, path: Path, text: str) -> None:
         try:

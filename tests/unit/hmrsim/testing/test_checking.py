@@ -33,3 +33,17 @@ def test_schedules_of_a_tree_that_there_is_not():
     """They are an error at once."""
     with pytest.raises(CheckError, match=r"^hmrsim\.testing\.schedules: controller: nothing\.xml: no such file$"):
         schedules(WORLD, tree="nothing.xml")
+
+
+def test_the_results_are_those_that_the_command_writes(tmp_path):
+    """With what was ticked of the tree."""
+
+    @check("zoo/crossing", tree="bt_controller.examples:go_to_pose", runs=1, output=tmp_path)
+    def searching():
+        """It is given no summary."""
+
+    searching()
+
+    assert ["coverage.json", "junit.xml", "report.html", "summary.json"] == sorted(
+        each.name for each in tmp_path.iterdir()
+    )
