@@ -15,7 +15,7 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.experiments.results.row import ERROR
 from hmrsim.experiments.running.executors import factory_of
-from hmrsim.fault_search.file.reading import check_of, file_of, read_check, read_repro
+from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
@@ -132,7 +132,7 @@ def _over(check: Check, args: argparse.Namespace) -> Check:
     """Return the check of a file, with what the command line says over it."""
     values = check.file.model_dump(mode="json", by_alias=True, exclude_unset=True)
     options = _options(args, values)
-    return check.with_file(file_of({**values, **options})) if options else check
+    return check_at(file_of({**values, **options}), check.folder) if options else check
 
 
 def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]:

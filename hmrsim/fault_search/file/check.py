@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
@@ -130,10 +130,6 @@ class Check:
     @cached_property
     def _base(self) -> BaseWorld:
         return BaseWorld(self.source or "")
-
-    def with_file(self, file: CheckFile) -> Check:
-        """Return the same with another budget, seed or space."""
-        return replace(self, file=file, _worlds={})
 
     def runnable(self, case: Case) -> str:
         """Return why a case can't be run; empty if it can."""

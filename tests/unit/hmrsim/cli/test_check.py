@@ -129,6 +129,15 @@ def test_the_file_of_a_check_has_its_controller(folder, capsys):
     assert "check.yaml: the file of a check says that itself; leave out --tree, --set" in capsys.readouterr().err
 
 
+def test_options_over_the_file_of_a_check_are_looked_at(folder, capsys):
+    """A kind that there is not is told as it is without a file; the search would have had nothing to try."""
+    file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}}
+    (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
+
+    assert check("check.yaml", "--only", "slp", *SERIAL) == 2
+    assert "command line: space.only.0: nothing is called 'slp'; did you mean 'slip'?" in capsys.readouterr().err
+
+
 def test_a_failure_that_can_not_be_repeated_has_not_passed(folder, capsys):
     """The recording can't be written: that is an error, and says nothing about the controller."""
     check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
