@@ -257,3 +257,15 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
 
     assert not summary.complete
     assert {"no_vain_goals": 1} == {each.failure.property: len(each.schedule) for each in summary.findings}
+
+
+def test_what_a_run_has_exercised_is_told_once_but_of_the_run_without_faults():
+    """A search of hours keeps its outcomes, and those of tens of thousands of runs have to fit into memory."""
+    check = check_of("careful")
+    slip = Case((Thing({"type": "slip", "robot": "porter", "factor": 0.5}),))
+    with Evaluator(check, Serial, 1) as evaluator:
+        first, again = (evaluator.outcomes([Case(), slip]) for _ in range(2))
+
+    assert [True, True] == [bool(outcome.features) for outcome in first]
+    assert [True, False] == [bool(outcome.features) for outcome in again]
+    assert first[1].verdicts == again[1].verdicts
