@@ -63,12 +63,14 @@ class Guide:
         self.kept: list[Kept] = []
         self.features: Counter[str] = Counter()
         self._least: dict[str, float] = {}
+        self._energies: list[float] = []
         self._nominal = dict.fromkeys(moment[1:6] for moment in nominal)
 
     def note(self, schedule: Schedule, outcome: Outcome) -> bool:
         """Note what a run has exercised; return whether that was new."""
         new = tuple(feature for feature in outcome.features if feature not in self.features)
         self.features.update(outcome.features)
+        self._energies.clear()
         nearer = self._nearer(outcome)
         if (new or nearer) and not outcome.failure and len(self.kept) < _MAX_KEPT:
             self.kept.append(Kept(schedule, outcome.moments, self.fresh(outcome), new))
@@ -95,8 +97,12 @@ class Guide:
         """Return a schedule to go on from; None if there is none."""
         if not self.kept:
             return None
-        kept = rng.choices(self.kept, [self._energy(each) for each in self.kept])[0]
+        # Between two runs they change for what is chosen alone.
+        self._energies = self._energies or [self._energy(each) for each in self.kept]
+        number = rng.choices(range(len(self.kept)), self._energies)[0]
+        kept = self.kept[number]
         kept.chosen += 1
+        self._energies[number] = self._energy(kept)
         return kept
 
     def _energy(self, kept: Kept) -> float:
