@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +61,7 @@ def _check(said: dict[str, Any]) -> Check:
 
 
 def _rate(check: Check, evaluator: Evaluator, schedules: int, seed: int) -> float:
-    check = check.with_file(check.file.model_copy(update={"seed": seed, "budget": _budget(schedules)}))
+    check = _with(check, seed=seed, budget=_budget(schedules))
     _searched(check, evaluator, "guided", runs=32)
     began = time.monotonic()
     summary = _searched(check, evaluator, "guided", runs=schedules)
@@ -77,12 +78,16 @@ def _runs(evaluator: Evaluator, first: str, second: str, seed: int, strategy: St
 
 
 def _searched(check: Check, evaluator: Evaluator, strategy: Strategy, *, runs: int) -> Summary:
-    check = check.with_file(check.file.model_copy(update={"budget": _budget(runs)}))
+    check = _with(check, budget=_budget(runs))
     evaluator.take(check)
     nominal = evaluator.outcomes([Case()])[0]
     check = limited(check, nominal)
     evaluator.take(check)
     return Campaign(check, evaluator, nominal, Options(strategy=strategy, first_only=True, reduce=False)).run()
+
+
+def _with(check: Check, **said: Any) -> Check:
+    return replace(check, file=check.file.model_copy(update=said))
 
 
 def _budget(runs: int) -> Any:
