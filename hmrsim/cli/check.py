@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import WrongUse
 from hmrsim.cli.experiment_run import jobs
+from hmrsim.cli.numbers import count
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 
@@ -46,9 +47,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--set", dest="changes", metavar="PATH=VALUE", action="append", default=[], help=_SET)
     search = parser.add_argument_group("how it is searched")
     search.add_argument("--budget", metavar="TIME", help="how long: 90s, 10m, 1h (10m)")
-    search.add_argument("--runs", metavar="N", type=_count, help="at most so many runs")
+    search.add_argument("--runs", metavar="N", type=count, help="at most so many runs")
     search.add_argument("--seed", metavar="N", type=int, help="the seed of the search (0)")
-    search.add_argument("--at-most", metavar="N", type=_count, help="things in one schedule (3)")
+    search.add_argument("--at-most", metavar="N", type=count, help="things in one schedule (3)")
     search.add_argument("--only", metavar="KIND", nargs="+", help="the kinds of things that happen (all)")
     search.add_argument("--without", metavar="KIND", nargs="+", help="kinds that do not happen")
     search.add_argument("--also", metavar="KIND", nargs="+", help="item_lost, second_controller, simulation_reset")
@@ -95,9 +96,3 @@ def _chosen(args: argparse.Namespace) -> int:
         module, function = "check_search", "search"
     later: Callable[[argparse.Namespace], int] = Later(f"hmrsim.cli.{module}", function)
     return later(args)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or not 0 < int(text) <= 10_000_000:  # noqa: PLR2004
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)

@@ -22,9 +22,9 @@ from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT, Schedule, read_things
 from hmrsim.fault_search.space.changes import KINDS as CHANGES
 from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
-from hmrsim.fault_search.space.faults import fault_kinds
 from hmrsim.fault_search.space.menu import expanded
 from hmrsim.fault_search.space.model import Space
+from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
@@ -280,7 +280,7 @@ def _world(source: str, home: Path) -> str:
 
 
 def _of_space(space: Space, world: World) -> Iterator[Finding]:
-    kinds = [*fault_kinds(), *CHANGES, *DISTURBANCES]
+    kinds = [*faults(), *CHANGES, *DISTURBANCES]
     for key, names in (("only", space.only or ()), ("without", space.without), ("also", space.also)):
         for i, name in enumerate(names):
             if name not in kinds:

@@ -19,19 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reduced:
-    """A case that was reduced.
+    """A case that was reduced; its schedule is 1-minimal, also where there was no time for all of it.
 
     Attributes:
         case: The case, with its world.
         without: For each thing of its schedule, what comes of the case without it.
         runs: How many runs that took.
-        complete: Whether there was time for all of it; the schedule is 1-minimal in any case.
     """
 
     case: Case
     without: tuple[Outcome, ...]
     runs: int
-    complete: bool
 
 
 class Reducer:
@@ -66,7 +64,7 @@ class Reducer:
             if case.key == before.key:
                 break
         without = tuple(self._evaluator.outcomes(_each_left_out(case)))
-        return Reduced(case, without, self._evaluator.runs - begun, not self._over())
+        return Reduced(case, without, self._evaluator.runs - begun)
 
     def _fail(self, cases: Sequence[Case], failure: Failure) -> list[bool]:
         return [failure in outcome.failures for outcome in self._evaluator.outcomes(cases)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
@@ -16,14 +16,6 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.moment import Moment
     from hmrsim.faults import AnyFault
     from hmrsim.world.model import World
-
-_SENSORS: Final = ("sensor_blind", "localisation_jump")
-"""Kinds that only a controller notices that looks at sensors or poses; they are tried last."""
-
-
-def fault_kinds() -> Mapping[str, AnyFault]:
-    """Return the kinds of faults that the search knows: all that are installed."""
-    return faults()
 
 
 def faults_of(world: World, moments: Sequence[Moment], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
