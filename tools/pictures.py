@@ -1,7 +1,7 @@
 """Makes the pictures of the documentation: real screens, photographed while something runs.
 
 ``python -m tools.pictures`` makes them all, ``python -m tools.pictures page_dark map`` some. Needs tmux for ``demo``,
-Chromium for pages, and pngquant.
+Chromium for pages, pngquant, and for ``film`` ImageMagick and gifsicle.
 """
 
 from __future__ import annotations
@@ -36,7 +36,12 @@ WIDTH, HEIGHT = 84, 30
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 _MISSION: Final = (sys.executable, "-m", "bt_controller", "run")
 _LARGE: Final[ViewportSize] = {"width": 1440, "height": 900}
+_SMALL: Final[ViewportSize] = {"width": 1120, "height": 640}
 _PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
+_DRAWN: Final = "() => new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)))"
+"""A promise that is kept when the page has drawn what it knows."""
+_FILMED: Final = (30, 150)
+"""The frames of the film, half a simulated second each."""
 
 
 # --- a terminal --------------------------------------------------------------------------------------------------
@@ -97,7 +102,7 @@ def report() -> None:
 
 def _photograph(page: Page, name: str) -> None:
     """Write docs/images/NAME.png, with a palette of its own, which makes it a third: flat pictures have few colours."""
-    page.evaluate("() => new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)))")
+    page.evaluate(_DRAWN)
     path = IMAGES / f"{name}.png"
     page.screenshot(path=path)
     subprocess.run(["pngquant", "--force", "--ext", ".png", "--nofs", str(path)], check=True)
@@ -124,6 +129,10 @@ def _large(chromium: Browser) -> Page:
     return chromium.new_page(viewport=_LARGE)
 
 
+def _small(chromium: Browser) -> Page:
+    return chromium.new_page(viewport=_SMALL)
+
+
 def _phone(chromium: Browser) -> Page:
     return chromium.new_page(viewport=_PHONE, device_scale_factor=2, is_mobile=True, has_touch=True)
 
@@ -137,6 +146,36 @@ def _page(name: str, at: float, tab: Callable[[Browser], Page], query: str) -> N
         page.evaluate("hmrsim.commands.pause()")
         until(page, "hmrsim.clock.paused")
         _photograph(page, name)
+
+
+def film() -> None:
+    """Film the hospital as docs/images/page.gif, frame by frame from a recording, five times as fast as it is."""
+    robots = ("wall_e", "eve", "burn_e", "m_o", "nan_e", "d_fib", "auto", "vaq_m")
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with tempfile.TemporaryDirectory() as folder, browser() as chromium:
+        recording = Path(folder, "run.mcap")
+        run = ("run", "hospital", "--listen", endpoint, "--clock", "lockstep", "--json")
+        mission = ("bt_controller.examples.hospital:mission", "--robot", *robots, "--connect", endpoint, "--quiet")
+        with command(*HMRSIM, *run, "--duration", str(_FILMED[1]), "--record", str(recording)) as simulator:
+            line_of(simulator)
+            with command(*_MISSION, *mission):
+                simulator.wait(timeout=60)
+        with command(*HMRSIM, "view", str(recording), "--port", "0", "--json") as view:
+            page = shown(_small(chromium), f"{json.loads(line_of(view))['url']}?theme=light&panel=goals")
+            page.evaluate("hmrsim.playback.pause()")
+            for number, at in enumerate(range(*_FILMED)):
+                page.evaluate("(at) => hmrsim.playback.seek(hmrsim.playback.begin + at)", at / 2)
+                page.evaluate(_DRAWN)
+                page.screenshot(path=Path(folder, f"{number:03d}.png"))
+        frames = [str(path) for path in sorted(Path(folder).glob("*.png"))]
+        palette, whole = str(Path(folder, "palette.gif")), str(Path(folder, "whole.gif"))
+        subprocess.run(
+            ["convert", *frames[::20], "-append", "+dither", "-colors", "128", "-unique-colors", palette], check=True
+        )
+        subprocess.run(
+            ["convert", "-delay", "10", "-loop", "0", *frames, "+dither", "-remap", palette, whole], check=True
+        )
+        subprocess.run(["gifsicle", "-O3", "--lossy=8", whole, "-o", str(IMAGES / "page.gif")], check=True)
 
 
 def thousand() -> None:
@@ -160,6 +199,7 @@ PICTURES: Final[Mapping[str, Callable[[], None]]] = {
     "page_light": partial(_page, "page_light", 60.0, _large, "theme=light&panel=goals"),
     "page_dark": partial(_page, "page_dark", 60.0, _large, "theme=dark&panel=trees&follow=wall_e"),
     "page_phone": partial(_page, "page_phone", 60.0, _phone, "theme=dark"),
+    "film": film,
     "thousand": thousand,
     "report": report,
 }
