@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.testing.checking import check
     from hmrsim.testing.record import Goal, Happening
     from hmrsim.testing.run import Run, simulation
-    from hmrsim.testing.schedules import schedules
+    from hmrsim.testing.strategies import schedules
 
 __all__ = ["Goal", "Happening", "Run", "check", "schedules", "simulation"]
 
@@ -36,7 +36,7 @@ _HOMES = MappingProxyType(
         "Happening": "record",
         "Run": "run",
         "check": "checking",
-        "schedules": "schedules",
+        "schedules": "strategies",
         "simulation": "run",
     }
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.experiments.report.model import Column, Ending, Estimate, Histogram, Treatment
 from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
 from hmrsim.experiments.statistics.libraries import arrays
-from hmrsim.experiments.statistics.summary import summary
+from hmrsim.experiments.statistics.summaries import summary
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.columns import Columns, Numbers

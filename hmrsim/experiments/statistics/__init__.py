@@ -1,4 +1,4 @@
-"""What an experiment allows one to claim: means, intervals, effects, comparisons.
+"""What can be claimed of an experiment: means, intervals, effects, comparisons.
 
 Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md says when
 which one is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when
@@ -26,7 +26,7 @@ from hmrsim.experiments.statistics.intervals import (
 )
 from hmrsim.experiments.statistics.sequences import confidence_sequence
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough, replications_needed
-from hmrsim.experiments.statistics.summary import Summary, quantile, summary
+from hmrsim.experiments.statistics.summaries import Summary, quantile, summary
 from hmrsim.experiments.statistics.verdicts import (
     BETTER,
     EQUIVALENT,

@@ -10,7 +10,7 @@ from typing import Final
 
 from hmrsim.experiments.statistics.libraries import distributions
 from hmrsim.experiments.statistics.moments import finite, moments
-from hmrsim.experiments.statistics.summary import quantile
+from hmrsim.experiments.statistics.summaries import quantile
 
 CONFIDENCE: Final = 0.95
 """What is usual."""

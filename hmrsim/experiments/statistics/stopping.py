@@ -12,7 +12,9 @@ from hmrsim.experiments.statistics.libraries import distributions
 from hmrsim.experiments.statistics.moments import prefixes
 
 MEAN: Final = "mean"
+"""A rule of a mean: its interval has to be narrow enough."""
 PROPORTION: Final = "proportion"
+"""A rule of a share of runs, such as of those that succeed."""
 
 _SHORT: Final = 100
 """Replications up to which the look-ahead is *look_ahead*; from there on it grows with their number."""

@@ -12,11 +12,16 @@ from hmrsim.experiments.statistics.moments import pairs
 from hmrsim.experiments.statistics.sequences import confidence_sequence, first_above
 
 Verdict = Literal["better", "worse", "equivalent", "undecided"]
+"""What a comparison says of one treatment beside another."""
 
 BETTER: Final = "better"
+"""Better by more than the margin."""
 WORSE: Final = "worse"
+"""Worse by more than the margin."""
 EQUIVALENT: Final = "equivalent"
+"""The difference is within the margin."""
 UNDECIDED: Final = "undecided"
+"""There are too few runs to say."""
 
 _MOST_DIFFERING: Final = 0.05
 """The share of seeds under which equal runs of real numbers may differ nevertheless."""
