@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := .make/ready
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: help dev demo test golden lint format schemas bench package clean test-unit test-nightly torture soak coverage audit lock
+.PHONY: help dev demo test golden lint format schemas bench docs docs-serve package clean test-unit test-nightly torture soak coverage audit lock
 
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -57,6 +57,8 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/python -m tools.event_tables --check
 	$(BIN)/python -m tools.settings --check
 	$(BIN)/python -m tools.late_attributes
+	$(BIN)/codespell
+	$(BIN)/python -m tools.prose
 
 format: $(READY)  ## Format the code, and mend what can be mended
 	$(BIN)/ruff check --fix-only --quiet .
@@ -66,6 +68,12 @@ schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m hmrsim_zenoh.schemas
 	$(BIN)/python -m tools.event_tables
 	$(BIN)/python -m tools.settings
+
+docs: $(READY)  ## Build the site of the documentation into .make/site, and fail at a dead link
+	$(BIN)/python -m tools.site
+
+docs-serve: $(READY)  ## Show the site at localhost:8000, anew at each change
+	$(BIN)/zensical serve $(ARGS)
 
 bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --quick"
 	$(BIN)/python -m benchmarks $(ARGS)
