@@ -49,10 +49,10 @@ class LogDisplay:
     def __init__(self, world: str, level: int) -> None:
         self._world = printable(world)
         self._level = level
-        self._goals = Later(EventLog())
         told = level <= logging.INFO
-        self.sinks: Sequence[Sink] = (self._goals,) if told else ()
-        self.on_wait: Sequence[Callable[[], None]] = (self._goals.hand_on,) if told else ()
+        self._events = Later(EventLog(goals=told))
+        self.sinks: Sequence[Sink] = (self._events,)
+        self.on_wait: Sequence[Callable[[], None]] = (self._events.hand_on,)
         self.preparations: Iterable[object] = (summary(action.goal()) for action in actions().values()) if told else ()
 
     @contextmanager
@@ -63,7 +63,7 @@ class LogDisplay:
             if awaited := host.pacing.state.waiting_for:
                 _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
             yield lambda: None
-            self._goals.hand_on()
+            self._events.hand_on()
             _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
 
 

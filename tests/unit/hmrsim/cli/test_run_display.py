@@ -1,0 +1,24 @@
+"""The log of a served world."""
+
+from __future__ import annotations
+
+import logging
+
+from hmrsim.cli.run_display import LogDisplay
+from hmrsim.events.batteries import BatteryEmpty
+from hmrsim.events.doors import DoorOpening
+from hmrsim.protocol.outputs import EventStamped
+
+
+def test_events_are_logged_at_levels_without_goals(caplog):
+    """An error is told at ``--log-level error``, where what is less is not."""
+    display = LogDisplay("ward", logging.ERROR)
+
+    with caplog.at_level(logging.ERROR):
+        for event in (DoorOpening("gate"), BatteryEmpty("eve", 0.0, 0.0, (1.0, 2.0))):
+            for sink in display.sinks:
+                sink.emit(EventStamped(0, event))
+        for tell in display.on_wait:
+            tell()
+
+    assert ["sim 0.000 | eve has an empty battery"] == caplog.messages
