@@ -91,8 +91,7 @@ class CommandParser(argparse.ArgumentParser):
     def _value(self, action: argparse.Action, text: str) -> Any:
         """Return the value that *text* stands for; several, with commas between, for what can be repeated."""
         if isinstance(action, argparse._AppendAction) or action.nargs in ("*", "+"):  # noqa: SLF001
-            parts = [part.strip() for part in text.split(",") if part.strip()]
-            return [self._one_value(action, part) for part in parts]
+            return [self._one_value(action, part) for part in words_of(text)]
         return self._one_value(action, text)
 
     def _one_value(self, action: argparse.Action, text: str) -> Any:
@@ -123,6 +122,11 @@ class CommandParser(argparse.ArgumentParser):
         wanted = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
         alike = _meant(wanted, (name for action in self._actions for name in action.option_strings))
         return f"; did you mean {alike}?" if wanted and alike else ""
+
+
+def words_of(text: str) -> list[str]:
+    """Return the values of a variable, which has commas between them."""
+    return [part.strip() for part in text.split(",") if part.strip()]
 
 
 def _meant(wanted: str, known: Iterable[str]) -> str | None:

@@ -41,12 +41,12 @@ from hmrsim_zenoh.errors import (
 from hmrsim_zenoh.wire.descriptions import WorldInfo, described
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
-from hmrsim_zenoh.wire.session import DEFAULT_OPTIONS, enclave_of, open_client
+from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.session import enclave_of, open_client
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim_zenoh.client.subscription import Subscription
-    from hmrsim_zenoh.wire.options import SessionOptions
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
 
@@ -72,7 +72,7 @@ class Client:
 
     def __init__(
         self,
-        options: SessionOptions = DEFAULT_OPTIONS,
+        options: SessionOptions | None = None,
         *,
         clock: ClockChoice = "auto",
         name: str = "client",
@@ -83,7 +83,8 @@ class Client:
         """Open a session, or borrow one that stays open when the client is closed.
 
         Args:
-            options: Where to connect, and the prefix of all keys.
+            options: Where to connect, and the prefix of all keys; None for what the environment says, or for the
+                defaults with a *session*; see `SessionOptions.from_environment`.
             clock: Whether to take part in lockstep, where time waits for the client; ``auto`` follows the simulator.
             name: The participant's name, unique within a simulator. What the variable ``HMRSIM_NAME_SUFFIX`` says is
                 added to it, by which the same program can be run twice.
@@ -97,6 +98,8 @@ class Client:
             BadOptions: An endpoint, the prefix, the configuration or the enclave is invalid.
             ValueError: *name* is not a valid name.
         """
+        if options is None:
+            options = SessionOptions() if session else SessionOptions.from_environment()
         name += os.environ.get(_SUFFIX, "")
         check_name(name)
         try:

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path  # noqa: TC003 - settings are read at run time
-from typing import Annotated, Literal
+from typing import Annotated, Any, Final, Literal
 
-from hmrsim.program.command_line import ENVIRONMENT
-from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.option import MAX_SECONDS, Option, shortened
+from hmrsim.program.command_line import ENVIRONMENT, words_of
+from hmrsim.settings.arguments import add_settings, read_settings, reader_of
+from hmrsim.settings.option import MAX_SECONDS, Option, settings_of, shortened
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
@@ -57,6 +58,10 @@ def seconds(text: str, *, what: str = "time") -> float:
         return _seconds(text, what)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+_OF_ONE_SESSION: Final = frozenset({"role"})
+"""What no variable says: one that was left set would be a surprise."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,30 @@ class SessionOptions:
     ] = None
     default_role: str = "operator"
     default: str = DEFAULT_ENDPOINT
+
+    @classmethod
+    def from_environment(cls) -> SessionOptions:
+        """Return the options that ``HMRSIM_CONNECT``, ``HMRSIM_PREFIX``, ``HMRSIM_SECURE`` and others say.
+
+        They are those of the command line, with commas between several values; an empty variable is none.
+
+        Raises:
+            BadOptions: A value is not valid.
+        """
+        given: dict[str, Any] = {}
+        for name, setting in settings_of(SessionOptions).items():
+            variable = f"HMRSIM_{name.upper()}"
+            text = "" if name in _OF_ONE_SESSION else os.environ.get(variable, "")
+            if not text:
+                continue
+            read = reader_of(SessionOptions, name)
+            try:
+                given[name] = tuple(map(read, words_of(text))) if setting.kind.repeatable else read(text)
+            except argparse.ArgumentTypeError as error:
+                raise BadOptions(f"{variable}: {error}") from None
+            if setting.kind.choices and given[name] not in setting.kind.choices:
+                raise BadOptions(f"{variable}: no {name} {text!r}; there are {', '.join(setting.kind.choices)}")
+        return cls(**given)
 
 
 def add_session_options(parser: argparse.ArgumentParser) -> None:
