@@ -20,6 +20,7 @@ NAVIGATE = registry()["navigate_to_pose"]
 
 @pytest.fixture(
     params=[
+        "cafe",
         "hospital",
         "hospital_fleet",
         "hospital_logistics",
@@ -57,6 +58,7 @@ def test_what_is_shipped():
     zoo = ["charger_queue", "corridor_swap", "crossing", "dead_end", "door", "lift", "token_swap"]
 
     assert [
+        "cafe",
         "hospital",
         "hospital_fleet",
         "hospital_logistics",

@@ -242,14 +242,14 @@ class TestAvailable:
         worlds = run.ask("get_available_worlds").worlds
 
         names = [world.world_resource.uri for world in worlds]
-        assert ["hospital", "hospital_fleet", "hospital_logistics", "scenario1", "scenario2"] == names[:5]
+        assert ["cafe", "hospital", "hospital_fleet", "hospital_logistics", "scenario1", "scenario2"] == names[:6]
         assert "zoo/lift" in names[5:]
 
     @pytest.mark.parametrize(
         ("request_", "code", "number"),
         [
             ({"additional_sources": ["https://example.org"]}, 2, 0),
-            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 14),
+            ({"additional_sources": ["https://example.org"], "continue_on_error": True}, 1, 15),
             ({"filter": {"tags": ["indoor"]}}, 0, 0),
         ],
     )
