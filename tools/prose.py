@@ -27,7 +27,7 @@ _BANNED: Final[Mapping[str, str]] = {
     r"somebody|someone|nobody|whoever|anyone": "name who: the client, a subscriber, a robot",
     r"click here|this page explains": "let the link say where it leads",
     r"whitelist|blacklist|sanity check": "allowed, denied; check",
-    r"cancell(ed|ing)": "canceled, canceling, as action_msgs has it",
+    r"cancel{2}(ed|ing)": "canceled, canceling, as action_msgs has it",
     r"currently|at the moment of writing": "say since which version, or leave it out",
 }
 """Patterns, and what would do instead."""
