@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := .make/ready
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: help dev demo test golden lint format schemas bench docs docs-serve package clean test-unit test-nightly torture soak coverage audit lock
+.PHONY: help dev demo test golden lint format schemas bench docs docs-serve package clean test-unit test-docs test-nightly torture soak coverage audit lock
 
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -29,6 +29,9 @@ test: $(READY)  ## Run every test; some of them by ARGS="-k cancel"
 
 test-unit: $(READY)  ## Run the tests that need nothing but their own process, in about a minute
 	$(PYTEST) tests/unit $(ARGS)
+
+test-docs: $(READY)  ## Run each code block of the documentation, and compare what it prints
+	$(BIN)/python -m pytest -n auto --dist load tests/docs $(ARGS)
 
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)

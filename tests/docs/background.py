@@ -1,0 +1,54 @@
+"""A command in another terminal."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import threading
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PATIENCE: Final = 60.0
+"""Wall seconds that a command of a page may take."""
+_PATIENCE_AT_THE_END: Final = 10.0
+
+
+class Background:
+    """A command that goes on while others run; *program* says which one replaces it."""
+
+    def __init__(self, process: subprocess.Popen[str], program: str) -> None:
+        self.text = ""
+        self.program = program
+        self._process = process
+        self._changed = threading.Condition()
+        self._over = False
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def has_printed(self, enough: Callable[[str], bool]) -> bool:
+        """Wait until what it has printed is enough; return whether that came."""
+        with self._changed:
+            self._changed.wait_for(lambda: enough(self.text) or self._over, PATIENCE)
+            return bool(enough(self.text))
+
+    def stop(self) -> None:
+        """End it as Ctrl-C does."""
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(_PATIENCE_AT_THE_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait(_PATIENCE_AT_THE_END)
+        self._reader.join(_PATIENCE_AT_THE_END)
+        self._process.stdout.close()
+
+    def _read(self) -> None:
+        for line in self._process.stdout:
+            with self._changed:
+                self.text += line
+                self._changed.notify()
+        with self._changed:
+            self._over = True
+            self._changed.notify()

@@ -1,0 +1,26 @@
+"""Missions that readers of the page have."""
+
+from py_trees.composites import Sequence
+from py_trees.decorators import Retry
+
+from bt_controller.behaviours.items import Pickup, Place
+from bt_controller.behaviours.nav_to_pose import GoTo
+
+
+def deliver(robots, code=0):
+    """Bring the medicine to a ward."""
+    robot = robots[0]
+    steps = [
+        GoTo("pharmacy", robot=robot),
+        Pickup("medicine", robot=robot),
+        GoTo("ward_a", robot=robot),
+        Place("medicine", robot=robot),
+    ]
+    return Sequence(f"Deliver by {code}", memory=True, children=steps)
+
+
+def rounds(robots):
+    """Go there and back, and try again at once when that fails."""
+    robot = robots[0]
+    children = [GoTo("pharmacy", robot=robot), GoTo("ward_a", robot=robot)]
+    return Retry("Try again", Sequence("Rounds", memory=True, children=children), 6)

@@ -1,0 +1,28 @@
+"""What the documentation shows is what happens: each page is done, block by block."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.docs.page import blocks_of
+from tests.docs.session import Session
+from tests.paths import ROOT
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+FILES = ROOT / "tests" / "docs" / "files"
+"""What readers of a page have already, in a folder called as the page."""
+
+
+@pytest.mark.timeout(240)
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT).with_suffix("")) for page in PAGES])
+def test_a_page_does_what_it_shows(page, tmp_path):
+    """Block by block, in one folder, as a reader would."""
+    blocks = blocks_of(page)
+    with Session(tmp_path, FILES / page.stem) as session:
+        for block in blocks:
+            try:
+                session.do(block)
+            except Exception as error:
+                raise AssertionError(f"{page.relative_to(ROOT)}:{block.line}: {error}") from error
+        session.end()
