@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.action_client import ActionClient
+    from hmrsim_zenoh.client.aio import AsyncClient, AsyncRobot
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.commander import Commander
     from hmrsim_zenoh.client.condition import Condition
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ActionClient",
+    "AsyncClient",
+    "AsyncRobot",
     "BadOptions",
     "Client",
     "ClientClosed",
@@ -68,6 +71,8 @@ __all__ = [
 _HOMES = MappingProxyType(
     {
         "ActionClient": "client.action_client",
+        "AsyncClient": "client.aio",
+        "AsyncRobot": "client.aio",
         "Client": "client.client",
         "Commander": "client.commander",
         "Condition": "client.condition",

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.ports import pose_stamped
 from bt_controller.world.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim_zenoh.client.errands import pose_at
 
 if TYPE_CHECKING:
     from bt_controller.core.action_leaf import GoalSource
@@ -52,7 +52,7 @@ class GoTo(NavToPoseActionClient):
     ) -> None:
         self._place = target if isinstance(target, str) else None
         shown = target if isinstance(target, str) else "({})".format(", ".join(f"{part:g}" for part in target))
-        goal = None if isinstance(target, str) else NavigateToPose.Goal(pose=pose_stamped(*target))
+        goal = None if isinstance(target, str) else NavigateToPose.Goal(pose=pose_at(*target))
         super().__init__(name or f"Go to {shown}", lambda: goal, robot=robot)
 
     def setup(self, **kwargs: Any) -> None:
@@ -72,7 +72,7 @@ class GoTo(NavToPoseActionClient):
 
 def pose_goal(x: float, y: float) -> NavigateToPose.Goal:
     """Return the goal of a drive to a point, in the world's unit of length."""
-    return NavigateToPose.Goal(pose=pose_stamped(x, y))
+    return NavigateToPose.Goal(pose=pose_at(x, y))
 
 
 def _remaining(feedback: NavigateToPose.Feedback) -> str:

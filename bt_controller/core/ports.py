@@ -20,6 +20,7 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.nav2_msgs import Route, TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim_zenoh.client.errands import pose_at
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -203,9 +204,9 @@ def _pose(text: str, places: Places | None) -> PoseStamped:
     try:
         match parts:
             case [x, y]:
-                return pose_stamped(_finite(x), _finite(y))
+                return pose_at(_finite(x), _finite(y))
             case [x, y, yaw]:
-                return pose_stamped(_finite(x), _finite(y), _finite(yaw))
+                return pose_at(_finite(x), _finite(y), _finite(yaw))
             case [_, frame, x, y, z, *turned] if len(turned) == _QUATERNION:
                 at = Point(x=_finite(x), y=_finite(y), z=_finite(z))
                 qx, qy, qz, qw = map(_finite, turned)
@@ -240,12 +241,6 @@ def message_kind(message: type[Message]) -> Kind[Any]:
 
 def _path(text: str, places: Places | None) -> Path:
     return Path(poses=_poses(text, places))
-
-
-def pose_stamped(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
-    """Return a pose of the map; in the world's unit of length, and radians."""
-    turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
-    return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=turned))
 
 
 _QUATERNION: Final = 4

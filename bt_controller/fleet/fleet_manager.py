@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from bt_controller.fleet.task_queue import Given
     from bt_controller.fleet.tasks import Arrival, Task
     from bt_controller.world.directory import Directory
-    from bt_controller.world.places import NamedPlaces
     from hmrsim.interfaces.nav_msgs import Odometry
+    from hmrsim_zenoh.client.places import NamedPlaces
 
 _SEED = "seed"
 """The key of the blackboard that has the seed of the tasks."""

@@ -25,7 +25,6 @@ from bt_controller.running.mailbox import RESET, STOP
 from bt_controller.running.tick_schedule import Due, next_period
 from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
-from bt_controller.world.places import NamedPlaces
 from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ class Runner:
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without this client.
         """
-        places = NamedPlaces(self._client)
+        places = self._client.places
         try:
             known = {"directory": Directory.from_info(self._client.info()), "topics": self._topics, "places": places}
             for mission in self._missions:

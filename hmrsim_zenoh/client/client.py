@@ -27,6 +27,7 @@ from hmrsim_zenoh.client.action_client import ActionClient
 from hmrsim_zenoh.client.link import Answer, Link, Port
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
+from hmrsim_zenoh.client.places import NamedPlaces
 from hmrsim_zenoh.client.sim_clock import SimClock, read_clock
 from hmrsim_zenoh.errors import (
     BadOptions,
@@ -183,6 +184,11 @@ class Client:
         if why := answer.get("result", {}).get("error_message"):
             raise RequestError(f"{key}: {why}")
 
+    @property
+    def places(self) -> NamedPlaces:
+        """The waypoints, places and docks of its world by name, as they are when they are first looked up."""
+        return NamedPlaces(lambda: self.get(self.keys.world("get_named_poses"), payload=b"{}"))
+
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.
 
@@ -268,6 +274,16 @@ class Client:
                     raise absence
         finally:
             clock.close()
+
+    def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
+        """Call a function, in Zenoh's thread, once so many simulated seconds have passed; close the clock after that.
+
+        In lockstep time does not pass by itself; use `sleep` there.
+
+        Raises:
+            ClientClosed: The client was closed.
+        """
+        return self._link.alarm(seconds, ring)
 
     def get(self, key: str, timeout: float = 5.0, *, payload: bytes | None = None) -> bytes:
         """Return the latest value of a key, or a service's response to *payload*.

@@ -3,28 +3,43 @@
 ::
 
     with Client() as client:
-        wall_e = Commander(client, "wall_e")
-        wall_e.go_to_pose(512, 215)
-        wall_e.pickup("medicine")
+        mocha = Commander(client, "mocha")
+        mocha.navigate_to("counter")
+        mocha.pickup("coffee")
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.actions import error_of, registry
+from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.message import Message
-from hmrsim.interfaces.moveit_msgs import Pickup, Place
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.errors import GoalFailed
+from hmrsim_zenoh.client.ended_goals import checked
+from hmrsim_zenoh.client.errands import Errand, Errands, Target
 
 if TYPE_CHECKING:
+    from hmrsim.interfaces.moveit_msgs import Pickup, Place
+    from hmrsim.interfaces.nav2_msgs import (
+        BackUp,
+        ComputeAndTrackRoute,
+        ComputePathThroughPoses,
+        ComputePathToPose,
+        ComputeRoute,
+        DockRobot,
+        DriveOnHeading,
+        FollowPath,
+        FollowWaypoints,
+        NavigateThroughPoses,
+        NavigateToPose,
+        SmoothPath,
+        Spin,
+        UndockRobot,
+        Wait,
+    )
+    from hmrsim.interfaces.nav_msgs import Path
     from hmrsim_zenoh.client.action_client import ActionClient
     from hmrsim_zenoh.client.client import Client
 
@@ -36,11 +51,13 @@ _CANCEL_PATIENCE = 2.0
 class Commander:
     """Sends goals to one robot and waits for each result. Ctrl-C cancels the active goal.
 
-    Every method returns the action's result, or raises
+    A target is the name of a waypoint, place or dock, ``(x, y)`` or ``(x, y, yaw)`` in the world's unit of length and
+    radians, or a `PoseStamped`. Every method returns the action's result, or raises
 
     - `GoalFailed` when the goal was aborted or canceled,
     - `GoalRejectedError` when the robot rejected it,
-    - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer.
+    - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer,
+    - `ValueError` when there is no place of that name.
     """
 
     def __init__(
@@ -58,50 +75,94 @@ class Commander:
         self._client = client
         self._timeout = timeout
         self._sim_timeout = sim_timeout
+        self._errands = Errands(client.places)
         self._actions: dict[str, ActionClient[Any, Any, Any]] = {}
 
     def go_to_pose(self, x: float, y: float, yaw: float = 0.0) -> NavigateToPose.Result:
-        """Drive to a place of the map; *yaw* in radians."""
-        turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
-        pose = Pose(position=Point(x=float(x), y=float(y)), orientation=turned)
-        goal = NavigateToPose.Goal(pose=PoseStamped(pose=pose))
-        return self._do("navigate_to_pose", goal, NavigateToPose.Result)
+        """Drive to a point of the map; *yaw* in radians."""
+        return self._do(self._errands.navigate_to((x, y, yaw)))
+
+    def navigate_to(self, target: Target) -> NavigateToPose.Result:
+        """Drive to a place."""
+        return self._do(self._errands.navigate_to(target))
+
+    def navigate_through(self, targets: Sequence[Target]) -> NavigateThroughPoses.Result:
+        """Drive to the last of some places by way of the others."""
+        return self._do(self._errands.navigate_through(targets))
+
+    def follow_waypoints(self, targets: Sequence[Target], *, loops: int = 0) -> FollowWaypoints.Result:
+        """Visit places one after the other, and again so many times; the result names those that were missed."""
+        return self._do(self._errands.follow_waypoints(targets, loops=loops))
+
+    def compute_path_to(self, target: Target, start: Target | None = None) -> ComputePathToPose.Result:
+        """Plan a path to a place, from the robot or from *start*."""
+        return self._do(self._errands.compute_path_to(target, start))
+
+    def compute_path_through(
+        self, targets: Sequence[Target], start: Target | None = None
+    ) -> ComputePathThroughPoses.Result:
+        """Plan a path through places, from the robot or from *start*."""
+        return self._do(self._errands.compute_path_through(targets, start))
+
+    def compute_route(self, target: Target, start: Target | None = None) -> ComputeRoute.Result:
+        """Plan a route along lanes, from the robot or from *start*."""
+        return self._do(self._errands.compute_route(target, start))
+
+    def track_route(self, target: Target) -> ComputeAndTrackRoute.Result:
+        """Plan a route along lanes, and wait until the robot has come to its end, whatever else drives it."""
+        return self._do(self._errands.track_route(target))
+
+    def follow_path(self, path: Path) -> FollowPath.Result:
+        """Drive along a path, such as ``compute_path_to(…).path``."""
+        return self._do(self._errands.follow_path(path))
+
+    def smooth_path(self, path: Path) -> SmoothPath.Result:
+        """Smooth a path."""
+        return self._do(self._errands.smooth_path(path))
+
+    def spin(self, yaw: float) -> Spin.Result:
+        """Turn on the spot by *yaw* radians, to the left if it is greater than 0."""
+        return self._do(self._errands.spin(yaw))
+
+    def back_up(self, distance: float, speed: float) -> BackUp.Result:
+        """Drive straight back."""
+        return self._do(self._errands.back_up(distance, speed))
+
+    def drive_on_heading(self, distance: float, speed: float) -> DriveOnHeading.Result:
+        """Drive straight on."""
+        return self._do(self._errands.drive_on_heading(distance, speed))
+
+    def dock(self, dock: str, *, navigate: bool = True) -> DockRobot.Result:
+        """Dock at a dock, after a drive to its staging pose if *navigate*."""
+        return self._do(self._errands.dock(dock, navigate=navigate))
+
+    def undock(self) -> UndockRobot.Result:
+        """Leave the dock."""
+        return self._do(self._errands.undock())
 
     def pickup(self, name: str) -> Pickup.Result:
         """Pick up an item that is in reach."""
-        return self._do("pickup", Pickup.Goal(target_name=name), Pickup.Result)
+        return self._do(self._errands.pickup(name))
 
     def place(self, name: str) -> Place.Result:
         """Put down a held item."""
-        return self._do("place", Place.Goal(attached_object_name=name), Place.Result)
+        return self._do(self._errands.place(name))
 
     def wait(self, seconds: float) -> Wait.Result:
         """Stand still for *seconds* of simulated time."""
-        return self._do("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result)
+        return self._do(self._errands.wait(seconds))
 
-    def _do(self, name: str, goal: Message, result_type: type[R]) -> R:
+    def _do(self, errand: Errand[R]) -> R:
+        name = errand.action
         if name not in self._actions:
             self._actions[name] = self._client.action_client(self.robot, registry()[name])
-        handle = self._actions[name].execute(goal)
+        handle = self._actions[name].execute(errand.goal)
         try:
-            result = handle.result(self._timeout, sim_timeout=self._sim_timeout)
+            handle.result(self._timeout, sim_timeout=self._sim_timeout)
         except BaseException:
             handle.cancel()
             # No robot keeps driving after the script ends.
             with suppress(HmrsimError):
                 handle.result(_CANCEL_PATIENCE)
             raise
-        if not isinstance(result, result_type):
-            raise TypeError(f"{name} gave {result!r}")
-        if handle.status is not GoalStatus.SUCCEEDED:
-            why = _why(result)
-            text = f"{self.robot}: {name} ended {handle.status.name}: {why}"
-            raise GoalFailed(text, handle.status, result, handle.cause)
-        return result
-
-
-def _why(result: Message) -> str:
-    """Return a result's error message: Nav2's and MoveIt's results have it in different fields."""
-    code, text = getattr(result, "error_code", None), error_of(result)
-    number = getattr(code, "val", code)
-    return f"{text} ({number})" if text else f"error code {number}"
+        return checked(self.robot, errand, handle)

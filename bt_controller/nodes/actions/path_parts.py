@@ -8,12 +8,13 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import DOUBLE, FINITE, INT, PATH, POSE, input_port, output_port, pose_stamped
+from bt_controller.core.ports import DOUBLE, FINITE, INT, PATH, POSE, input_port, output_port
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
 from hmrsim.geometry import SAME_PLACE, heading
 from hmrsim.interfaces.nav_msgs import Path
+from hmrsim_zenoh.client.errands import pose_at
 
 _NONE = Path()
 
@@ -35,7 +36,7 @@ class TruncatePath(Leaf):
             path = part_of(path, 0.0, max(0.0, length_of(path) - self.read("distance")))
             x, y = point_of(path.poses[-1])
             if math.dist((x, y), point_of(end)) > SAME_PLACE:
-                faced = pose_stamped(x, y, heading((x, y), point_of(end)))
+                faced = pose_at(x, y, heading((x, y), point_of(end)))
                 last = faced.model_copy(update={"header": end.header})
                 path = Path(header=path.header, poses=[*path.poses[:-1], last])
         self.write("output_path", path)

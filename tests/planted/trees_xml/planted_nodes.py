@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
-from bt_controller.core.ports import POSE, STRING, Kind, input_port, output_port, pose_stamped
+from bt_controller.core.ports import POSE, STRING, Kind, input_port, output_port
+from hmrsim_zenoh.client.errands import pose_at
 
 _ITEM = input_port(STRING, "The item")
 _PARTS: Kind[Any] = Kind("any", object, lambda text, _places: text.split(";"))
@@ -59,7 +60,7 @@ class FindItem(_Look):
 
     def update(self) -> Status:
         """Look."""
-        self.write("pose", pose_stamped(*self.item()["at"]))
+        self.write("pose", pose_at(*self.item()["at"]))
         return Status.SUCCESS
 
 

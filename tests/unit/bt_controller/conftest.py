@@ -12,6 +12,7 @@ from pydantic_core import to_json
 
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
+from hmrsim_zenoh.client.places import NamedPlaces
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
 from hmrsim_zenoh.wire.keys import Keys
 
@@ -163,6 +164,11 @@ class FakeClient:
         self.began: float | None = 0.0
         self.refuses: Exception | None = None
         self._listeners: dict[str, Callable[[str, bytes], None]] = {}
+
+    @property
+    def places(self) -> NamedPlaces:
+        """No place is known."""
+        return NamedPlaces(lambda: b'{"poses": []}')
 
     def info(self) -> dict[str, Any]:
         """Return two robots."""

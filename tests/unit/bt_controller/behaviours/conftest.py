@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_controller.core.ports import pose_stamped
 from bt_controller.world.directory import Directory
+from hmrsim_zenoh.client.errands import pose_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,7 +52,7 @@ class FakePlaces:
         """Return where the kitchen is."""
         if name != "kitchen":
             raise ValueError(f"no place {name!r}; there are kitchen")
-        return pose_stamped(3.0, 4.0)
+        return pose_at(3.0, 4.0)
 
 
 @pytest.fixture

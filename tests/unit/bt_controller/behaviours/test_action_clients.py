@@ -11,10 +11,10 @@ from bt_controller.behaviours.docks import Dock, Undock
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
-from bt_controller.core.ports import pose_stamped
 from bt_controller.world.directory import NotServed
 from hmrsim.interfaces import moveit_msgs, nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim_zenoh.client.errands import pose_at
 
 GOAL = nav2_msgs.Wait.Goal(time=Duration(sec=3))
 
@@ -71,11 +71,11 @@ class TestFromBlackboard:
         (lambda: Wait(2.5), "Wait 2.5 s", nav2_msgs.Wait.Goal(time=Duration.from_seconds(2.5))),
         (lambda: Dock("left"), "Dock at left", nav2_msgs.DockRobot.Goal(dock_id="left", max_staging_time=0.0)),
         (Undock, "Undock", nav2_msgs.UndockRobot.Goal()),
-        (lambda: GoTo("kitchen"), "Go to kitchen", nav2_msgs.NavigateToPose.Goal(pose=pose_stamped(3.0, 4.0))),
+        (lambda: GoTo("kitchen"), "Go to kitchen", nav2_msgs.NavigateToPose.Goal(pose=pose_at(3.0, 4.0))),
         (
             lambda: GoTo((1.0, 2.0, 0.5)),
             "Go to (1, 2, 0.5)",
-            nav2_msgs.NavigateToPose.Goal(pose=pose_stamped(1.0, 2.0, 0.5)),
+            nav2_msgs.NavigateToPose.Goal(pose=pose_at(1.0, 2.0, 0.5)),
         ),
     ],
 )

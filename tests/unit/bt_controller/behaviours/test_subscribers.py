@@ -9,7 +9,6 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import ClearingPolicy, Status
 
 from bt_controller.behaviours import battery, detections, places, subscribers
-from bt_controller.core.ports import pose_stamped
 from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseWithCovariance
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -21,6 +20,7 @@ from hmrsim.interfaces.vision_msgs import (
     ObjectHypothesisWithPose,
 )
 from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.errands import pose_at
 
 
 def at(x):
@@ -227,7 +227,7 @@ def test_places_go_to_the_blackboard(equip):
     """As poses, for goals that are made of them."""
     equip(places.ToBlackboard("Places", {"target": "kitchen"})).tick_once()
 
-    assert pose_stamped(3.0, 4.0) == Blackboard.get("target")
+    assert pose_at(3.0, 4.0) == Blackboard.get("target")
 
 
 def test_a_place_that_is_not_there_is_an_error_before_the_first_tick(equip):

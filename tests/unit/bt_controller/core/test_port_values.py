@@ -11,9 +11,10 @@ from py_trees.common import Status
 
 from bt_controller.core.node import Control, Decoration, Leaf, PortError
 from bt_controller.core.port_values import node
-from bt_controller.core.ports import DOUBLE, INT, POSE, input_port, output_port, pose_stamped
+from bt_controller.core.ports import DOUBLE, INT, POSE, input_port, output_port
 from bt_controller.nodes import registry
 from bt_controller.nodes.controls.recovery_node import RecoveryNode
+from hmrsim_zenoh.client.errands import pose_at
 
 
 class Add(Leaf):
@@ -67,9 +68,9 @@ def test_two_nodes_of_one_name_do_not_share_their_values():
 
 def test_a_value_may_be_a_message():
     """It need not be written as text."""
-    made = node(Pose, pose=pose_stamped(1.0, 2.0))
+    made = node(Pose, pose=pose_at(1.0, 2.0))
 
-    assert pose_stamped(1.0, 2.0) == made.read("pose")
+    assert pose_at(1.0, 2.0) == made.read("pose")
 
 
 def test_children_come_first():

@@ -10,13 +10,13 @@ from py_trees.common import Status
 
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Decoration, Leaf
-from bt_controller.core.ports import pose_stamped
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.running.tick_schedule import due
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry, Path
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim_zenoh.client.errands import pose_at
 
 STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "-": Status.INVALID}
 LETTERS = {status: letter for letter, status in STATUSES.items()}
@@ -75,7 +75,7 @@ class Topics:
         """Let the robot be somewhere."""
         self.messages["odom"] = Odometry(
             header=Header(frame_id="map", stamp=Time.from_nanoseconds(round(seconds * 1e9))),
-            pose=PoseWithCovariance(pose=pose_stamped(x, y, yaw).pose),
+            pose=PoseWithCovariance(pose=pose_at(x, y, yaw).pose),
             twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed))),
         )
 
@@ -191,7 +191,7 @@ def path():
     def make(*points):
         ends = [*points[1:], points[-1]]
         yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(points, ends, strict=True)]
-        return Path(poses=[pose_stamped(float(x), float(y), yaw) for (x, y), yaw in zip(points, yaws, strict=True)])
+        return Path(poses=[pose_at(float(x), float(y), yaw) for (x, y), yaw in zip(points, yaws, strict=True)])
 
     return make
 

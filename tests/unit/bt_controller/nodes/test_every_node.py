@@ -13,7 +13,6 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from bt_controller.core.blackboards import Board
-from bt_controller.core.ports import pose_stamped
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.core.topics import TOPICS, Topics
 from bt_controller.nodes import UNSUPPORTED, Family, actions, conditions, controls, decorators, registry
@@ -21,6 +20,7 @@ from bt_controller.running.tick_schedule import due
 from bt_controller.scripting.parser import parse
 from bt_controller.world.directory import Directory
 from hmrsim.plugins import discover
+from hmrsim_zenoh.client.errands import pose_at
 from tests.cases import case
 from tests.unit.bt_controller.conftest import FakeClient
 
@@ -66,7 +66,7 @@ class Places:
 
     def pose(self, _name):
         """Return where it is."""
-        return pose_stamped(1.0, 2.0)
+        return pose_at(1.0, 2.0)
 
 
 class Same(Behaviour):

@@ -8,7 +8,6 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.core.node import PortError
-from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
 from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
 from bt_controller.nodes.actions.manipulation import Pickup, Place
@@ -24,6 +23,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.errands import pose_at
 from hmrsim_zenoh.errors import SimulatorNotFound
 
 
@@ -173,7 +173,7 @@ class TestGoals:
     def test_what_ports_lead_to_is_read_when_the_goal_is_sent(self, node, tree, known, client, board):
         """Not before."""
         ticked = tree(node(NavigateToPose, goal="{goal}"), **known)
-        board["/goal"] = pose_stamped(7.0, 8.0)
+        board["/goal"] = pose_at(7.0, 8.0)
         ticked.tick()
 
         assert 7.0 == client.goals[0].goal.pose.pose.position.x

@@ -8,7 +8,6 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.core.node import PortError
-from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
 from bt_controller.nodes.conditions.error_codes import (
@@ -31,6 +30,7 @@ from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
 from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim_zenoh.client.errands import pose_at
 
 
 class TestGoalReached:
@@ -68,7 +68,7 @@ class TestGoalUpdated:
 
     def test_it_fails_when_it_was_idle(self, node, tree, board):
         """Whatever the goal is; that one counts from then on."""
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(GoalUpdated))
 
         assert "FF" == ticked.ticks(0, 1)
@@ -77,9 +77,9 @@ class TestGoalUpdated:
         """Of the goal or the goals."""
         ticked = tree(node(GoalUpdated))
         ticked.tick()
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
         assert "SF" == ticked.ticks(1, 2)
-        board["/goals"] = [pose_stamped(1.0, 1.0)]
+        board["/goals"] = [pose_at(1.0, 1.0)]
         assert "SF" == ticked.ticks(3, 4)
 
     def test_a_change_while_it_is_idle_is_none(self, node, tree, board):
@@ -87,7 +87,7 @@ class TestGoalUpdated:
         ticked = tree(node(GoalUpdated))
         ticked.tick()
         ticked.halt()
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
 
         assert "F" == ticked.tick(1)
 
@@ -96,7 +96,7 @@ class TestGoalUpdated:
         board["/goal"] = "1;1"
         ticked = tree(node(GoalUpdated))
         ticked.tick()
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
 
         assert "F" == ticked.tick(1)
 
@@ -113,7 +113,7 @@ class TestGlobalUpdatedGoal:
         ticked = tree(node(GlobalUpdatedGoal))
         ticked.tick()
         ticked.halt()
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
 
         assert "SF" == ticked.ticks(1, 2)
 
@@ -121,9 +121,9 @@ class TestGlobalUpdatedGoal:
         """Instead of to the key goal."""
         ticked = tree(node(GlobalUpdatedGoal, goal="{mine}"))
         ticked.tick()
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
         assert "F" == ticked.tick(1)
-        board["/mine"] = pose_stamped(1.0, 1.0)
+        board["/mine"] = pose_at(1.0, 1.0)
         assert "S" == ticked.tick(2)
 
 

@@ -7,7 +7,6 @@ import math
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.controls.fallback import ReactiveFallback
 from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
 from bt_controller.nodes.controls.parallel import Parallel
@@ -20,6 +19,7 @@ from bt_controller.nodes.decorators.controllers import (
 from bt_controller.nodes.decorators.goal_updater import GoalUpdater
 from bt_controller.nodes.decorators.once import SingleTrigger
 from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
+from hmrsim_zenoh.client.errands import pose_at
 
 
 class TestRateController:
@@ -138,10 +138,10 @@ class TestSpeedController:
 
     def test_another_goal_has_the_child_ticked_at_once(self, node, told, tree, topics, board):
         """Also in the middle of a period."""
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(SpeedController, told("S")), **topics.known)
         ticked.ticks(0, 0.1)
-        board["/goal"] = pose_stamped(2.0, 1.0)
+        board["/goal"] = pose_at(2.0, 1.0)
 
         assert "S" == ticked.tick(0.2)
 
@@ -156,11 +156,11 @@ class TestGoalUpdatedController:
     def test_the_child_is_ticked_at_once_and_when_the_goal_changes(self, node, told, tree, board):
         """RUNNING between that."""
         child = told("S")
-        board["/goal"] = pose_stamped(1.0, 1.0)
+        board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(GoalUpdatedController, child))
 
         assert "SR" == ticked.ticks(0, 1)
-        board["/goal"] = pose_stamped(2.0, 1.0)
+        board["/goal"] = pose_at(2.0, 1.0)
         assert "SR" == ticked.ticks(2, 3)
         assert 2 == child.ticks
 
@@ -168,7 +168,7 @@ class TestGoalUpdatedController:
         """Those of NavigateThroughPoses."""
         ticked = tree(node(GoalUpdatedController, told("S")))
         ticked.ticks(0, 1)
-        board["/goals"] = [pose_stamped(1.0, 1.0)]
+        board["/goals"] = [pose_at(1.0, 1.0)]
 
         assert "S" == ticked.tick(2)
 
@@ -185,10 +185,10 @@ class TestGoalUpdater:
         updater = node(
             GoalUpdater, told("R"), input_goal="{a}", output_goal="{b}", input_goals="{c}", output_goals="{d}"
         )
-        board["/a"], board["/c"] = pose_stamped(1.0, 2.0), [pose_stamped(3.0, 4.0)]
+        board["/a"], board["/c"] = pose_at(1.0, 2.0), [pose_at(3.0, 4.0)]
         tree(updater).tick()
 
-        assert (pose_stamped(1.0, 2.0), [pose_stamped(3.0, 4.0)]) == (board["/b"], board["/d"])
+        assert (pose_at(1.0, 2.0), [pose_at(3.0, 4.0)]) == (board["/b"], board["/d"])
 
     def test_it_is_what_its_child_is(self, node, told, tree):
         """Without a goal, too."""

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes import registry
 from bt_controller.nodes.actions.cancels import CancelControl
 from bt_controller.nodes.actions.path_parts import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
@@ -26,6 +25,7 @@ from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim_zenoh.client.errands import pose_at
 from hmrsim_zenoh.errors import RequestTimeout
 
 
@@ -190,7 +190,7 @@ def test_the_current_pose_is_the_odometrys(node, tree, topics, board):
     topics.at(3.0, 4.0, 1.0)
     tree(node(GetCurrentPose, current_pose="{pose}"), **topics.known).tick()
 
-    assert pose_stamped(3.0, 4.0, 1.0).pose == board["/pose"].pose
+    assert pose_at(3.0, 4.0, 1.0).pose == board["/pose"].pose
     assert "map" == board["/pose"].header.frame_id
 
 
@@ -216,11 +216,11 @@ class TestRemovePassedGoals:
     def test_its_waypoint_is_completed(self, node, tree, topics, board):
         """The first of that pose that is pending."""
         topics.at(1.0, 0.0)
-        pose = pose_stamped(1.0, 0.0)
+        pose = pose_at(1.0, 0.0)
         statuses = [
             WaypointStatus(waypoint_pose=pose, waypoint_status=WaypointStatus.SKIPPED),
             WaypointStatus(waypoint_pose=pose),
-            WaypointStatus(waypoint_pose=pose_stamped(2.0, 0.0)),
+            WaypointStatus(waypoint_pose=pose_at(2.0, 0.0)),
         ]
         board["/before"] = statuses
         names = {"input_waypoint_statuses": "{before}", "output_waypoint_statuses": "{after}"}

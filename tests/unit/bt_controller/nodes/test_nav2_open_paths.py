@@ -6,10 +6,10 @@ import json
 
 import pytest
 
-from bt_controller.core.ports import pose_stamped
 from bt_controller.nodes.conditions.path_validity import IsPathValid, ValidatePath
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
+from hmrsim_zenoh.client.errands import pose_at
 from hmrsim_zenoh.errors import RequestTimeout
 from hmrsim_zenoh.wire.keys import Keys
 
@@ -152,7 +152,7 @@ def test_no_path_is_not_valid(node, tree, world, path):
 
 def test_a_path_of_one_pose_is_valid(node, tree, world):
     """It is not a valid path."""
-    assert "S" == tree(node(ValidatePath, path=Path(poses=[pose_stamped(0.0, 0.0)])), client=world).tick()
+    assert "S" == tree(node(ValidatePath, path=Path(poses=[pose_at(0.0, 0.0)])), client=world).tick()
 
 
 def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import instead, shown
@@ -13,14 +12,17 @@ from hmrsim_zenoh.wire.envelopes import plain, read_often
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import Pose
-    from hmrsim_zenoh.client.client import Client
 
 
 class NamedPlaces:
-    """Named poses: waypoints, places, docks."""
+    """Named poses: waypoints, places, docks.
 
-    def __init__(self, client: Client) -> None:
-        self._client = client
+    Args:
+        ask: Asks ``get_named_poses`` for all, and returns the answer.
+    """
+
+    def __init__(self, ask: Callable[[], bytes]) -> None:
+        self._ask = ask
         self._known: Mapping[str, Pose] | None = None
 
     def pose(self, name: str) -> PoseStamped:
@@ -30,15 +32,18 @@ class NamedPlaces:
             ValueError: There is no such place.
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
-        known = self._places()
+        known = self.load()
         if name not in known:
             raise ValueError(f"no place {shown(name)}{instead(name, sorted(known))}")
         return PoseStamped(pose=known[name])
 
-    def _places(self) -> Mapping[str, Pose]:
+    def load(self) -> Mapping[str, Pose]:
+        """Return the poses by name; the first time they are asked for.
+
+        Raises:
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
+        """
         if self._known is None:
-            key = self._client.keys.world("get_named_poses")
-            answer = self._client.get(key, payload=json.dumps({}).encode())
-            response: GetNamedPoses.Response = read_often(plain(GetNamedPoses.Response), answer)
+            response: GetNamedPoses.Response = read_often(plain(GetNamedPoses.Response), self._ask())
             self._known = {named.name: named.pose for named in response.poses}
         return self._known

@@ -1,0 +1,160 @@
+"""Simulated time for the tasks of an event loop.
+
+Where time moves by itself, waits end by callbacks of the client. In lockstep a thread advances time, but only while
+every task of the loop waits: so what tasks do at an instant is done before time goes on, and a run is the same each
+time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.lockstep import Lockstep
+
+_PASSES: Final = 100
+"""How often an event loop that does not tell what is ready is left to its tasks before time goes on."""
+
+
+class Waiting:
+    """Something that a task awaits, and that any thread may say has happened."""
+
+    def __init__(self, time: AsyncTime, until: float = math.inf) -> None:
+        self.until = until
+        self._time = time
+        self._loop = asyncio.get_running_loop()
+        self._future: asyncio.Future[None] = self._loop.create_future()
+
+    def __await__(self) -> Generator[Any, None, None]:
+        """Wait until it has happened."""
+        self._time.add(self)
+        try:
+            yield from self._future
+        finally:
+            self._time.remove(self)
+
+    def happen(self) -> None:
+        """Say that it has happened."""
+        self._time.woken = True
+        self._loop.call_soon_threadsafe(self.finish)
+
+    def finish(self, error: Exception | None = None) -> None:
+        """End the wait, in the loop's thread."""
+        if self._future.done():
+            return
+        if error is None:
+            self._future.set_result(None)
+        else:
+            self._future.set_exception(error)
+
+
+class AsyncTime:
+    """The time of a client's tasks.
+
+    Attributes:
+        woken: Whether something has happened that a task waits for, so that time stands.
+    """
+
+    def __init__(self, client: Client, lockstep: Lockstep | None) -> None:
+        self.woken = False
+        self._client = client
+        self._lockstep = lockstep
+        self._loop = asyncio.get_running_loop()
+        self._thread = ThreadPoolExecutor(1, "hmrsim-time")
+        self._waits: list[Waiting] = []
+        self._passes = 0
+        self._looking = False
+        self._driving = False
+
+    def wait(self) -> Waiting:
+        """Return something to await, which happens when somebody says so."""
+        return Waiting(self)
+
+    async def now(self) -> float:
+        """Return simulated seconds; in lockstep at once, so that no time passes."""
+        if self._lockstep is not None and not self._lockstep.over:
+            return self._lockstep.now
+        return await asyncio.to_thread(lambda: self._client.now)
+
+    async def sleep(self, seconds: float) -> None:
+        """Sleep for simulated seconds.
+
+        Raises:
+            ValueError: They are less than 0, or no number.
+            SimulationEnded, SimulatorGone, Dropped: Time does not go on.
+        """
+        if not 0 <= seconds < math.inf:
+            raise ValueError(f"{seconds} s is no time to sleep for; expected a number of seconds of at least 0")
+        if self._lockstep is not None and not self._lockstep.over:
+            await Waiting(self, self._lockstep.now + seconds)
+            return
+        wait = self.wait()
+        alarm = self._client.alarm(seconds, wait.happen)
+        try:
+            await wait
+        finally:
+            alarm.close()
+
+    def add(self, wait: Waiting) -> None:
+        """Note that a task waits."""
+        self._waits.append(wait)
+        self._look_later()
+
+    def remove(self, wait: Waiting) -> None:
+        """Note that it does no longer."""
+        self._waits.remove(wait)
+
+    def close(self) -> None:
+        """End the thread, once it has come back."""
+        self.woken = True
+        self._thread.shutdown(wait=False)
+
+    def _look_later(self) -> None:
+        if self._lockstep is not None and not (self._looking or self._driving):
+            self._looking, self._passes = True, 0
+            self._loop.call_soon(self._look)
+
+    def _look(self) -> None:
+        """Have time go on if no task is ready to run; else look again after those that are."""
+        ready = getattr(self._loop, "_ready", None)
+        self._passes += 1
+        if ready if ready is not None else self._passes < _PASSES:
+            self._loop.call_soon(self._look)
+            return
+        self._looking = False
+        if self._waits:
+            self._driving, self.woken = True, False
+            until = min(wait.until for wait in self._waits)
+            self._loop.run_in_executor(self._thread, self._drive, until).add_done_callback(self._on_driven)
+
+    def _drive(self, until: float) -> float:
+        lockstep = self._lockstep
+        if lockstep is None:
+            raise AssertionError
+        if until == math.inf:
+            lockstep.drive(lambda: self.woken, None)
+        else:
+            lockstep.drive_within(lambda: self.woken, None, max(until - lockstep.now, 0.0))
+        return lockstep.now
+
+    def _on_driven(self, driven: asyncio.Future[float]) -> None:
+        """Wake who waits for the time that it is, or tell all why time does not go on."""
+        self._driving = False
+        if error := driven.exception():
+            for wait in list(self._waits):
+                wait.finish(error if isinstance(error, Exception) else RuntimeError(str(error)))
+            return
+        for wait in sorted(self._waits, key=lambda each: each.until):
+            if wait.until <= driven.result():
+                wait.finish()
+        if self._lockstep is not None and self._lockstep.over:
+            self._lockstep = None
+            return
+        if self._waits:
+            self._look_later()

@@ -1,0 +1,183 @@
+"""Robots for asyncio, in lockstep: time goes on when all tasks wait."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.testing import simulation
+from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle
+
+
+def played(play):
+    """Return the run of the café in which a coroutine function was given the client; it is over."""
+    with simulation("cafe") as run:
+
+        async def main():
+            async with AsyncClient(run.client) as client:
+                return await play(client)
+
+        run.answer = asyncio.run(main())
+        run.said = run.trace
+    return run
+
+
+async def serve(robot, item, table):
+    """Bring an item to a table."""
+    await robot.navigate_to("counter")
+    await robot.pickup(item)
+    await robot.navigate_to(table)
+    await robot.place(item)
+
+
+async def serve_two(client):
+    """Let two robots bring something at once, while a third task watches the clock."""
+    async with asyncio.TaskGroup() as tasks:
+        tasks.create_task(serve(client.robot("mocha"), "coffee", "table_1"))
+        tasks.create_task(serve(client.robot("latte"), "cake", "table_3"))
+        tasks.create_task(client.sleep(7))
+    return await client.now()
+
+
+def test_robots_drive_at_once_and_a_run_is_the_same_each_time():
+    """Whatever order the threads of the machine run in."""
+    first, second = played(serve_two), played(serve_two)
+
+    assert first.said == second.said
+    assert 30 < first.answer < 60
+    assert [8] == [len(first.goals(status="SUCCEEDED"))]
+
+
+def test_what_tasks_do_at_an_instant_is_done_before_time_goes_on():
+    """However many steps of the event loop it takes."""
+
+    async def play(client):
+        async def later():
+            await client.sleep(1)
+            for _ in range(50):
+                await asyncio.sleep(0)
+            at = await client.now()
+            await client.robot("mocha").wait(1)
+            return at
+
+        at, _ = await asyncio.gather(later(), client.sleep(10))
+        return at
+
+    assert played(play).answer == 1.0
+
+
+def test_a_task_that_is_canceled_cancels_its_goal_and_awaits_its_end():
+    """At the instant of the cancellation."""
+
+    async def play(client):
+        drive = asyncio.create_task(client.robot("mocha").navigate_to("terrace"))
+        await client.sleep(3)
+        drive.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await drive
+        return await client.now()
+
+    run = played(play)
+
+    assert run.answer == pytest.approx(3.0, abs=1e-6)
+    assert ["CANCELED"] == [goal.status.name for goal in run.goals("mocha")]
+
+
+def test_a_goal_that_fails_raises_what_the_commander_raises():
+    """With the robot, the action and why."""
+
+    async def play(client):
+        with pytest.raises(GoalFailed, match="mocha: pickup ended ABORTED: no item 'moon'"):
+            await client.robot("mocha").pickup("moon")
+
+    played(play)
+
+
+def test_feedback_is_told():
+    """To a function, in the loop's thread."""
+
+    async def play(client):
+        told = []
+        await client.robot("mocha").navigate_to("table_1", on_feedback=told.append)
+        return told
+
+    assert played(play).answer[-1].distance_remaining < 2
+
+
+@pytest.mark.parametrize("seconds", [-1, float("nan"), float("inf")])
+def test_what_is_no_time_is_refused(seconds):
+    """With the value."""
+
+    async def play(client):
+        with pytest.raises(ValueError, match="no time to sleep for"):
+            await client.sleep(seconds)
+
+    played(play)
+
+
+def test_where_time_cannot_go_on_all_waits_end():
+    """With the error that says so."""
+
+    async def play(client):
+        waits = [client.robot("mocha").track_route("hall"), client.robot("latte").track_route("hall")]
+        return await asyncio.gather(*waits, return_exceptions=True)
+
+    assert [Idle, Idle] == [type(error) for error in played(play).answer]
+
+
+CALLS = [
+    ("undock",),
+    ("navigate_to", "hall"),
+    ("navigate_to", (6.0, 6.0)),
+    ("navigate_through", ["table_2", "hall"]),
+    ("follow_waypoints", ["entrance", (6.0, 6.0, 1.5)]),
+    ("compute_path_to", "terrace"),
+    ("compute_path_to", "terrace", "counter"),
+    ("compute_path_through", ["hall", "terrace"]),
+    ("compute_route", "table_2"),
+    ("spin", 1.5),
+    ("back_up", 0.2, 0.1),
+    ("drive_on_heading", 0.2, 0.1),
+    ("navigate_to", "counter"),
+    ("pickup", "coffee"),
+    ("place", "coffee"),
+    ("wait", 1.0),
+    ("dock", "charger_1"),
+]
+
+
+def test_a_commander_has_a_method_for_every_action():
+    """Each of them succeeds."""
+    with simulation("cafe") as run:
+        mocha = run.commander("mocha")
+        for name, *values in CALLS:
+            getattr(mocha, name)(*values)
+        path = mocha.compute_path_to("table_1").path
+        mocha.follow_path(mocha.smooth_path(path).path)
+        offered = {goal.action for goal in run.goals("mocha", status="SUCCEEDED")}
+
+    assert set(registry()) - {"compute_and_track_route", "simulate_steps"} == offered
+
+
+def test_a_robot_for_asyncio_has_the_same_methods():
+    """Each of them succeeds."""
+
+    async def play(client):
+        mocha = client.robot("mocha")
+        await asyncio.gather(mocha.track_route("hall"), mocha.navigate_to("hall"))
+        for name, *values in CALLS[1:]:
+            await getattr(mocha, name)(*values)
+        path = (await mocha.compute_path_to("table_1")).path
+        await mocha.follow_path((await mocha.smooth_path(path)).path)
+
+    run = played(play)
+
+    assert len(CALLS) + 4 == len(run.goals("mocha", status="SUCCEEDED"))
+
+
+def test_an_unknown_place_is_named():
+    """With those that there are."""
+    with simulation("cafe") as run, pytest.raises(ValueError, match="no place 'table_5'; did you mean 'table_"):
+        Commander(run.client, "mocha").navigate_to("table_5")
