@@ -66,7 +66,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     info.add_argument("--json", action="store_true", help="print one JSON object")
     info.set_defaults(function=_info)
     add_connection_options(info)
-    send_goal.configure(commands.add_parser("send-goal", help="send a goal and follow it to its end"))
+    send_goal.configure(
+        commands.add_parser("send-goal", aliases=["send_goal"], help="send a goal and follow it to its end")
+    )
 
 
 def _names(_args: argparse.Namespace, info: names.Info) -> Iterator[dict[str, Any]]:

@@ -86,7 +86,11 @@ COMPLETERS: Final[Mapping[str, Completer]] = {
     **{f"hmrsim {command} PAGE": _pages for command in _WITH_WORLD},
     "hmrsim action info NAME": _actions,
     "hmrsim action send-goal NAME": _actions,
+    "hmrsim action send_goal NAME": _actions,
     "hmrsim topic echo NAME": _topics,
     "hmrsim topic hz NAME": _topics,
+    "hmrsim topic info NAME": _topics,
+    "hmrsim topic type NAME": _topics,
     "hmrsim service call NAME": _services,
+    "hmrsim service type NAME": _services,
 }

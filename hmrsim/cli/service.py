@@ -63,6 +63,13 @@ The answer is waited for as long as the simulator is there: get_result and execu
 
 {ENVIRONMENT}"""
 
+_TYPE_EXAMPLES: Final = f"""\
+examples:
+  hmrsim service type /_world/inject_fault
+  hmrsim service type /wall_e/wait/_action/send_goal
+
+{ENVIRONMENT}"""
+
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
 _ACTION: Final = "/_action/"
@@ -91,12 +98,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
     call.add_argument("--json", action="store_true", help="print one JSON object instead of YAML")
     call.set_defaults(function=_call)
     add_connection_options(call)
+    kind = commands.add_parser(
+        "type", help="print the type of a service", description="Print the type of a service.", epilog=_TYPE_EXAMPLES
+    )
+    kind.add_argument("name", metavar="NAME", help="such as /_world/info")
+    kind.set_defaults(function=_type)
+    add_connection_options(kind)
 
 
 def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
     for one in services(info):
         if args.include_hidden_services or not one.hidden:
             yield {"name": one.name, "type": one.ros_type, "hidden": one.hidden}
+
+
+def _type(args: argparse.Namespace) -> int:
+    name = f"/{args.name.removeprefix('/')}"
+    with connected(args) as (_, info):
+        known = {one.name: one.ros_type for one in services(info)}
+        if name not in known:
+            raise _unknown(name, known, info)
+    show(known[name] or "unknown")
+    return ExitCode.DONE
 
 
 def _call(args: argparse.Namespace) -> int:

@@ -46,6 +46,19 @@ examples:
 
 {ENVIRONMENT}"""
 
+_INFO_EXAMPLES: Final = f"""\
+examples:
+  hmrsim topic info /wall_e/odom
+  hmrsim topic info /wall_e/odom --json
+
+{ENVIRONMENT}"""
+
+_TYPE_EXAMPLES: Final = f"""\
+examples:
+  hmrsim topic type /wall_e/odom
+
+{ENVIRONMENT}"""
+
 _LOOK: Final = 0.5
 
 
@@ -57,6 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     lister = commands.add_parser(
         "list", help="list all topics", description="List all topics, one a line.", epilog=_LIST_EXAMPLES
     )
+    lister.add_argument("-a", "--include-hidden-topics", action="store_true", help="list the topics of actions, too")
     listing.configure(lister, _names)
     echo = commands.add_parser(
         "echo",
@@ -69,12 +83,45 @@ def configure(parser: argparse.ArgumentParser) -> None:
     echo.add_argument("--json", action="store_true", help="print one JSON object per line instead of YAML")
     echo.set_defaults(function=_echo)
     add_connection_options(echo)
+    info = commands.add_parser(
+        "info",
+        help="show the type of a topic, and whether it is latched",
+        description="Show the type of a topic, and whether its latest message is kept.",
+        epilog=_INFO_EXAMPLES,
+    )
+    info.add_argument("--json", action="store_true", help="print one JSON object")
+    info.set_defaults(function=_info)
+    kind = commands.add_parser(
+        "type", help="print the type of a topic", description="Print the type of a topic.", epilog=_TYPE_EXAMPLES
+    )
+    kind.set_defaults(function=_type)
+    for command in (info, kind):
+        command.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
+        add_connection_options(command)
     topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
 
 
-def _names(_args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
+def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
     for one in topics(info):
-        yield {"name": one.name, "type": one.ros_type, "latched": one.latched}
+        if args.include_hidden_topics or not one.hidden:
+            yield {"name": one.name, "type": one.ros_type, "latched": one.latched, "hidden": one.hidden}
+
+
+def _info(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        topic = find_topic(info, args.name)
+    if args.json:
+        show_json({"name": topic.name, "type": topic.ros_type, "latched": topic.latched, "hidden": topic.hidden})
+        return ExitCode.DONE
+    show(f"Topic: {topic.name}\nType: {topic.ros_type}\nPublisher count: 1")
+    show(f"Latched: {'yes, the latest message is there at once' if topic.latched else 'no'}")
+    return ExitCode.DONE
+
+
+def _type(args: argparse.Namespace) -> int:
+    with connected(args) as (_, info):
+        show(find_topic(info, args.name).ros_type)
+    return ExitCode.DONE
 
 
 def _echo(args: argparse.Namespace) -> int:

@@ -53,6 +53,11 @@ class Topic:
     ros_type: str
     latched: bool
 
+    @property
+    def hidden(self) -> bool:
+        """Whether it is a part of an action, which ROS 2 does not list unless asked."""
+        return "/_action/" in self.name
+
     def key(self, keys: Keys) -> str:
         """Return its key."""
         return f"{keys.prefix}{self.name}"

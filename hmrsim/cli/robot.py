@@ -1,0 +1,65 @@
+"""``hmrsim robot``: the robots of a running simulation."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from typing import Any, Final
+
+from hmrsim.cli.columns import columns
+from hmrsim.cli.connection import connected
+from hmrsim.cli.connection_options import add_connection_options
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import show, show_json
+from hmrsim_zenoh.wire.options import ENVIRONMENT
+
+_EXAMPLES: Final = f"""\
+examples:
+  hmrsim robot list
+  hmrsim robot list --json | jq -r '.[] | select(.goals == []).name'
+
+{ENVIRONMENT}"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim robot``."""
+    parser.description = "List the robots of a running simulation."
+    parser.epilog = _EXAMPLES
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    lister = commands.add_parser(
+        "list",
+        help="list the robots, where they are and what they do",
+        description="List the robots, where they are and what they do.",
+        epilog=_EXAMPLES,
+    )
+    lister.add_argument("--json", action="store_true", help="print one JSON list, as `robots` of _world/scene")
+    lister.set_defaults(function=_list)
+    add_connection_options(lister)
+
+
+def _list(args: argparse.Namespace) -> int:
+    with connected(args) as (client, _):
+        robots = json.loads(client.get(client.keys.world("scene")))["robots"]
+    if args.json:
+        show_json(robots)
+        return ExitCode.DONE
+    for line in columns([("name", "type", "at", "battery", "state"), *map(_row, robots)]):
+        show(line)
+    return ExitCode.DONE
+
+
+def _row(robot: Mapping[str, Any]) -> tuple[str, ...]:
+    x, y, _ = robot["pose"]
+    battery = robot.get("battery")
+    charge = f"{battery['percentage']:.0%}" if battery else "-"
+    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot)) or "idle"
+
+
+def _states(robot: Mapping[str, Any]) -> list[str]:
+    found = [goal["action"] for goal in robot["goals"]]
+    found += sorted(robot["ailments"])
+    found += [f"holds {item}" for item in robot["holds"]]
+    found += [f"docked at {robot['dock']}"] if robot["dock"] else []
+    found += [] if robot["connected"] else ["connection lost"]
+    return found + (["waits"] if robot["waits"] else [])

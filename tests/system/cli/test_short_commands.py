@@ -1,0 +1,90 @@
+"""The short commands for a running simulation: robots, faults, time."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.cli import main
+
+
+@pytest.fixture
+def run(endpoint, capsys):
+    """Return the function that runs a command: exit code, output, errors."""
+
+    def run(*words):
+        code = main([*words, "--connect", endpoint])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+def test_robots_are_listed(run):
+    """Where they are, and what they do."""
+    code, out, _ = run("robot", "list")
+
+    assert (0, ["name", "type", "at", "battery", "state"]) == (code, out.splitlines()[0].split())
+    assert "wall_e" in out
+
+
+def test_a_fault_is_injected_listed_and_cleared(run):
+    """By its name, or by its type."""
+    assert 0 == run("fault", "inject", "breakdown", "robot=wall_e", "duration=100000")[0]
+    assert ["breakdown_1"] == [fault["name"] for fault in json.loads(run("fault", "list", "--json")[1])]
+    assert "breakdown" in run("robot", "list")[1]
+    assert (0, "cleared: breakdown_1\n", "") == run("fault", "clear", "breakdown")
+    assert (0, "there is no fault to clear\n", "") == run("fault", "clear")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["inject", "breakdwn"], 2, "no fault 'breakdwn'; did you mean 'breakdown'?"),
+        (["inject", "breakdown", "wall_e"], 2, "'wall_e': expected KEY=VALUE, such as robot=mocha"),
+        (["inject", "breakdown", "robot=[1"], 2, "'robot=[1': '[1' is not valid YAML"),
+        (["inject", "breakdown", "robot=wally"], 1, "no robot 'wally'; did you mean 'wall_e'?"),
+        (["clear", "slip_7"], 1, "no fault 'slip_7' is active or scheduled; there is none"),
+    ],
+)
+def test_what_is_no_fault_is_told(run, words, code, message):
+    """With what would do."""
+    done, _, errors = run("fault", *words)
+
+    assert code == done
+    assert message in errors
+
+
+def test_time_is_paused_stepped_and_resumed(run):
+    """Each command tells what time it is then."""
+    assert run("time", "pause")[1].endswith(", paused\n")
+    before = json.loads(run("time", "show", "--json")[1])["now"]
+    run("time", "step", "5")
+    after = json.loads(run("time", "show", "--json")[1])["now"]
+    assert 0.5 == pytest.approx(after - before)
+    assert not run("time", "resume")[1].endswith("paused\n")
+    assert "10 times real time" in run("time", "speed", "10")[1]
+
+
+def test_a_step_while_time_goes_on_is_refused(run):
+    """With what to do first."""
+    assert (1, "", "hmrsim: the simulation is not paused; pause it first\n") == run("time", "step")
+
+
+def test_topics_of_actions_are_hidden(run):
+    """As in ROS 2; asked for, they are there."""
+    assert "/_action/" not in run("topic", "list")[1]
+    assert "/wall_e/wait/_action/status" in run("topic", "list", "-a")[1].splitlines()
+
+
+def test_a_topic_and_a_service_tell_their_types(run):
+    """As in ROS 2."""
+    assert "Type: nav_msgs/msg/Odometry" in run("topic", "info", "/wall_e/odom")[1]
+    assert "nav_msgs/msg/Odometry\n" == run("topic", "type", "wall_e/odom")[1]
+    assert "hmrsim_msgs/srv/InjectFault\n" == run("service", "type", "/_world/inject_fault")[1]
+
+
+def test_an_action_is_called_as_ros2_spells_it(run):
+    """With an underscore, too."""
+    assert run("action", "send_goal", "/wall_e/wait", "{}")[1].endswith("SUCCEEDED\n")
