@@ -31,6 +31,7 @@ def check(  # noqa: PLR0913 - what the command has as options
     tree: str | None = None,
     python: str | None = None,
     command: str | Sequence[str] | None = None,
+    robots: Sequence[str] | None = None,
     budget: str | float = "20s",
     runs: int | None = None,
     seed: int = 0,
@@ -54,6 +55,7 @@ def check(  # noqa: PLR0913 - what the command has as options
         tree: The controller, if it is a behaviour tree: ``MODULE:FUNCTION``, or the path of an XML file.
         python: The controller, if it is a function that takes a client: ``MODULE:FUNCTION``.
         command: The controller, if it is a program.
+        robots: Who runs the tree; all robots if left out.
         budget: How long to search, by the wall's clock.
         runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
         seed: The seed of the search.
@@ -63,7 +65,8 @@ def check(  # noqa: PLR0913 - what the command has as options
 
     def decorate(function: Callable[..., object]) -> Callable[[], None]:
         def test() -> None:
-            controller = {"tree": tree, "python": python, "command": command}
+            chosen = None if robots is None else list(robots)
+            controller = {"tree": tree, "python": python, "command": command, "robots": chosen}
             said = {
                 "world": dict(world) if isinstance(world, Mapping) else str(world),
                 "controller": {name: value for name, value in controller.items() if value is not None},

@@ -47,3 +47,14 @@ def test_the_results_are_those_that_the_command_writes(tmp_path):
     assert ["coverage.json", "junit.xml", "report.html", "summary.json"] == sorted(
         each.name for each in tmp_path.iterdir()
     )
+
+
+def test_a_tree_is_run_by_those_who_are_named():
+    """Others stand still."""
+
+    @check("cafe", tree="bt_controller.examples:go_to_pose", robots=["nobody"], runs=1)
+    def searching():
+        """Nothing is run."""
+
+    with pytest.raises(CheckError, match="no robot 'nobody'"):
+        searching()
