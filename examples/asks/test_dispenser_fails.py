@@ -1,0 +1,33 @@
+"""A dispenser fails, and the task goes on at another one.
+
+Asked in https://github.com/open-rmf/rmf_demos/issues/330: there, a task waits for ever for a dispenser that has failed.
+"""
+
+from hmrsim.testing import simulation
+from hmrsim_zenoh import Commander, GoalFailed
+
+JAMMED = {"type": "item_lost", "item": "coffee", "at": 3}
+
+
+def fetch(robot: Commander, items: list[str]) -> str:
+    """Take the first item that is there; return which."""
+    robot.navigate_to("counter")
+    for item in items:
+        try:
+            robot.pickup(item)
+        except GoalFailed as failure:
+            print(failure)
+        else:
+            return item
+    return ""
+
+
+def test_the_other_dispenser_is_asked() -> None:
+    """There is no coffee, so that cake is served."""
+    with simulation("cafe", changes={"faults.+": JAMMED}) as run:
+        mocha = run.commander("mocha")
+
+        assert fetch(mocha, ["coffee", "cake"]) == "cake"
+
+        mocha.navigate_to("table_2")
+        assert [goal.status.name for goal in run.goals("mocha", action="pickup")] == ["ABORTED", "SUCCEEDED"]

@@ -1,0 +1,35 @@
+"""Docking fails, and the robot goes to another charger.
+
+Asked in https://github.com/equinor/isar/issues/31 and https://github.com/equinor/flotilla/issues/716: there, what a
+mission does when docking fails could not be tried without the robot.
+"""
+
+from hmrsim.testing import simulation
+from hmrsim_zenoh import Commander, GoalFailed
+
+BROKEN = {"type": "dock_out_of_order", "dock": "charger_1", "at": 0, "duration": 600}
+FREE = {"robots.mocha.at": "table_1", "robots.latte.at": "hall"}
+"""So that the chargers are free."""
+
+
+def charge(robot: Commander, chargers: list[str]) -> str:
+    """Dock at the first charger that works; return which."""
+    for charger in chargers:
+        try:
+            robot.dock(charger)
+        except GoalFailed as failure:
+            print(failure)
+        else:
+            return charger
+    return ""
+
+
+def test_the_other_charger_is_used() -> None:
+    """The first try ends with Nav2's code for it."""
+    with simulation("cafe", changes={"faults.+": BROKEN, **FREE}) as run:
+        chai = run.commander("chai")
+
+        assert charge(chai, ["charger_1", "charger_2"]) == "charger_2"
+
+        (failed,) = run.goals("chai", action="dock_robot", status="ABORTED")
+        assert failed.result.error_code in {904, 905}

@@ -1,0 +1,31 @@
+"""A fault lasts until a lifecycle manager has noticed it and undone it.
+
+Asked in https://github.com/selfpatch/selfpatch_demos/issues/20.
+"""
+
+import json
+
+from hmrsim.testing import Run, simulation
+
+
+def heal(run: Run) -> list[str]:
+    """Be the manager: clear what is wrong; return what that was."""
+    key = run.client.keys.world
+    faults = json.loads(run.client.get(key("get_faults"), payload=b"{}"))["faults"]
+    active = [fault["name"] for fault in faults if fault["active"]]
+    for name in active:
+        run.client.get(key("clear_fault"), payload=json.dumps({"name": name}).encode())
+    return active
+
+
+def test_the_robot_works_again_when_the_manager_was_there() -> None:
+    """Not before."""
+    broken = {"type": "breakdown", "robot": "mocha", "name": "controller_server_down", "at": 2}
+    with simulation("cafe", changes={"faults.+": broken}) as run:
+        run.client.sleep(10)
+
+        assert heal(run) == ["controller_server_down"]
+
+        run.commander("mocha").navigate_to("table_1")
+        (ended,) = run.happened("fault_ended", fault="breakdown")
+        assert ended.at == 10.0

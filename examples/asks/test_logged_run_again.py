@@ -1,0 +1,31 @@
+"""A run that was logged is run again, without its controller.
+
+Asked in https://github.com/splintered-reality/py_trees/issues/419.
+"""
+
+from pathlib import Path
+
+from hmrsim.cli import main
+from hmrsim.testing import simulation
+
+
+def test_a_trace_is_replayed_and_every_line_is_the_same(tmp_path: Path) -> None:
+    """What a controller did once is enough to look into the run as often as wanted."""
+    with simulation("hospital", tree="bt_controller.examples.hospital:mission") as run:
+        run.to_the_end()
+        trace = run.trace
+    file = tmp_path / "mission.jsonl"
+    file.write_text(trace)
+
+    assert main(["replay", str(file)]) == 0
+
+
+def test_a_run_that_differs_is_found_out(tmp_path: Path) -> None:
+    """With the line."""
+    with simulation("cafe") as run:
+        run.commander("mocha").navigate_to("table_1")
+        trace = run.trace
+    file = tmp_path / "mission.jsonl"
+    file.write_text(trace.replace('"x":6.0,"y":6.0', '"x":6.0,"y":3.0', 1))
+
+    assert main(["replay", str(file)]) == 1

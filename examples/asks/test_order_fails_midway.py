@@ -1,0 +1,43 @@
+"""An order fails midway: what has happened, what has not, and where the load is.
+
+Asked in https://github.com/VDA5050/VDA5050/issues/511: what happens when an order fails is not specified, and those who
+implement it differ. Here each action of the order ends once, and what follows is the controller's to say.
+"""
+
+from dataclasses import dataclass, field
+
+from hmrsim.testing import simulation
+from hmrsim_zenoh import Commander, GoalFailed
+
+
+@dataclass
+class Order:
+    """Actions to do one after the other, and how far they are."""
+
+    waiting: list[tuple[str, str]]
+    finished: list[tuple[str, str]] = field(default_factory=list)
+    failed: tuple[str, str] | None = None
+
+    def run(self, robot: Commander) -> None:
+        """Do what waits, until something fails."""
+        while self.waiting:
+            name, subject = self.waiting.pop(0)
+            try:
+                {"drive": robot.navigate_to, "pick": robot.pickup, "drop": robot.place}[name](subject)
+            except GoalFailed:
+                self.failed = name, subject
+                return
+            self.finished.append((name, subject))
+
+
+def test_what_comes_after_the_failure_is_not_begun() -> None:
+    """The load stays on the robot, and the rest of the order is known."""
+    broken = {"type": "goals_aborted", "robot": "mocha", "action": "navigate_to_pose", "count": 1, "at": 8}
+    with simulation("cafe", changes={"faults.+": broken}) as run:
+        order = Order([("drive", "counter"), ("pick", "coffee"), ("drive", "table_1"), ("drop", "coffee")])
+        order.run(run.commander("mocha"))
+
+        assert order.failed == ("drive", "table_1")
+        assert order.waiting == [("drop", "coffee")]
+        assert run.carrier("coffee") == "mocha"
+        assert all(goal.status.terminal for goal in run.goals())

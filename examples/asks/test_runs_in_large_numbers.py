@@ -1,0 +1,41 @@
+"""Runs in large numbers, each with its seed, say whether a change matters.
+
+Asked in https://github.com/ros-navigation/navigation2/issues/1205: for a comparison that is significant, and for seeds
+that are kept.
+"""
+
+import pytest
+
+from hmrsim.settings.run import RunSettings
+from hmrsim.testing import simulation
+
+DOORS = {"doors.kitchen.opening_time": {"triangular": {"low": 1, "mode": 2, "high": 8}}}
+SEEDS = range(20)
+
+
+def duration(seed: int, speed: float) -> float:
+    """Return how long a coffee takes, under one seed."""
+    changes = {**DOORS, "robot_types.waiter.base.speed": speed}
+    with simulation("cafe", changes=changes, settings=RunSettings(seed=seed)) as run:
+        mocha = run.commander("mocha")
+        mocha.navigate_to("counter")
+        mocha.pickup("coffee")
+        mocha.navigate_to("table_1")
+        return run.now
+
+
+def test_a_faster_robot_is_better_and_it_is_known_how_sure_that_is() -> None:
+    """Both meet the same doors under the same seed, so that few runs are enough."""
+    statistics = pytest.importorskip("hmrsim.experiments.statistics", reason="needs the extra experiments")
+    slow = [duration(seed, 0.8) for seed in SEEDS]
+    fast = [duration(seed, 1.0) for seed in SEEDS]
+
+    found = statistics.compare(slow, fast, statistics.Criterion(larger_is_better=False))
+
+    assert found.verdict == "better"
+    assert found.difference.high < 0
+
+
+def test_a_run_is_made_again_from_its_seed() -> None:
+    """And another seed is another run."""
+    assert duration(7, 1.0) == duration(7, 1.0) != duration(8, 1.0)

@@ -1,0 +1,36 @@
+"""Which nodes of a tree has a test ticked, and which ones never?
+
+Asked in https://github.com/ros-navigation/navigation2/issues/2801 and
+https://github.com/splintered-reality/py_trees/issues/230.
+"""
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Selector
+
+from bt_controller.behaviours.nav_to_pose import GoTo
+from hmrsim.testing import simulation
+
+
+def visit(robot: str) -> Behaviour:
+    """Go to table 3, or to table 1 where that fails."""
+    return Selector(f"{robot} visits", memory=True, children=[GoTo("table_3"), GoTo("table_1")])
+
+
+def ticked(**options: object) -> dict[str, int]:
+    """Return how often each node was ticked."""
+    with simulation("cafe", tree=visit, robots=["mocha"], coverage=True, **options) as run:
+        run.to_the_end()
+        (tree,) = run.coverage.trees
+        return {node.name: node.ticks for node in run.coverage.nodes(tree)}
+
+
+def test_the_way_out_is_not_tested_by_a_run_in_which_all_goes_well() -> None:
+    """The second node was never ticked."""
+    assert ticked()["Go to table_1"] == 0
+
+
+def test_a_closed_corridor_tests_it() -> None:
+    """Both were."""
+    closed = {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}
+
+    assert all(ticked(changes={"faults.+": closed}).values())

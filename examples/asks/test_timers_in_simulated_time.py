@@ -1,0 +1,31 @@
+"""Timers of a tree run in simulated time, as all else does.
+
+Asked in https://github.com/splintered-reality/py_trees_ros/issues/147: there, timers run by the wall's clock while the
+simulation runs by its own.
+"""
+
+import time
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Sequence
+
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.wait import Wait
+from hmrsim.testing import simulation
+
+
+def patrol(robot: str) -> Behaviour:
+    """Stand for a quarter of an hour at each of two places."""
+    steps = [GoTo("table_1"), Wait(900), GoTo("table_2"), Wait(900, name="Wait again")]
+    return Sequence(f"{robot} patrols", memory=True, children=steps)
+
+
+def test_half_an_hour_passes_in_no_time() -> None:
+    """By the simulation's clock, that is."""
+    began = time.monotonic()
+    with simulation("cafe", tree=patrol, robots=["mocha"]) as run:
+        run.to_the_end()
+        run.check_succeeded()
+
+        assert 1800 < run.now < 1900
+    assert time.monotonic() - began < 60
