@@ -33,6 +33,7 @@ _COMMANDS: Final = {
     "compare": "compare two controllers run by run, or two traces line by line",
     "world": "list the worlds that are shipped, begin a world, print the schema",
     "map": "check, inspect, convert and draw world files; plan routes on them",
+    "explain": "explain an error code, a reason, a cause or an exit code",
     "completion": "print a script for shell completion",
 }
 """Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""

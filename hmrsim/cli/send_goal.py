@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 import queue
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
+from hmrsim.cli.asking import Refused
 from hmrsim.cli.connection import OPERATOR, connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
@@ -68,8 +70,23 @@ def _send_goal(args: argparse.Namespace) -> int:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {args.type}")
         goal = read_goal(data, action.goal)
         if info.get("clock") == LOCKSTEP:
-            warn("in lockstep, time advances only as far as the participating controllers allow")
+            _check_that_time_moves(client)
         return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
+
+
+def _check_that_time_moves(client: Client) -> None:
+    """Say who lets time go on in lockstep.
+
+    Raises:
+        Refused: No controller takes part, so that the goal would never end.
+    """
+    participants = json.loads(client.get(client.keys.world("time/state")))["participants"]
+    if not participants:
+        raise Refused(
+            "time stands, as in lockstep no controller takes part: start one, run the world without --clock lockstep, "
+            "or let time go on by itself: hmrsim service call /_world/time/set '{clock: realtime}'"
+        )
+    warn(f"in lockstep, time advances only as far as {', '.join(participants)} allow{'s' * (len(participants) == 1)}")
 
 
 def _goal_id(text: str | None) -> str | None:
@@ -103,6 +120,7 @@ class _Report:
     def reject(self, goal_id: str, error: GoalRejectedError) -> None:
         """Print that the goal was rejected."""
         warn(f"Goal was rejected: {error}")
+        _point_to(error.reason)
         if self.as_json:
             show_json(
                 {
@@ -121,6 +139,9 @@ class _Report:
         else:
             result = indented(yaml_text(plain(handle.result())))
             show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
+        if handle.status is GoalStatus.ABORTED:
+            code = getattr(handle.result(), "error_code", "")
+            _point_to(str(getattr(code, "val", code)))
 
     def interrupt(self, handle: GoalHandle[Any, Any]) -> None:
         """Print how the canceled goal ended, or the last known status."""
@@ -128,6 +149,15 @@ class _Report:
             self.reject(handle.goal_id, handle.error)
         elif self.as_json:
             show_json(_outcome(handle))
+
+
+def _point_to(code: str) -> None:
+    """Say where a code is explained."""
+    # Only for goals that have failed.
+    from hmrsim.explanations import explanations  # noqa: PLC0415
+
+    if code in explanations():
+        warn(f"`hmrsim explain {code}` says why that happens, and what to do")
 
 
 def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:

@@ -8,10 +8,10 @@ from tests.docs.page import blocks_of
 from tests.docs.session import Session
 from tests.paths import ROOT
 
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-
 FILES = ROOT / "tests" / "docs" / "files"
 """What readers of a page have already, in a folder called as the page."""
+TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [page for page in TEXTS if blocks_of(page)]
 
 
 @pytest.mark.timeout(240)

@@ -147,7 +147,10 @@ def test_a_rejected_goal_is_1(client, capsys):
 
     captured = capsys.readouterr()
     assert (1, "") == (code, captured.out)
-    assert "Goal was rejected: not_ready: no planner\n" == captured.err
+    assert [
+        "Goal was rejected: not_ready: no planner",
+        "`hmrsim explain not_ready` says why that happens, and what to do",
+    ] == captured.err.splitlines()
 
 
 def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):

@@ -88,3 +88,14 @@ def test_a_topic_and_a_service_tell_their_types(run):
 def test_an_action_is_called_as_ros2_spells_it(run):
     """With an underscore, too."""
     assert run("action", "send_goal", "/wall_e/wait", "{}")[1].endswith("SUCCEEDED\n")
+
+
+def test_a_goal_in_a_simulation_that_stands_is_refused_at_once(start, capsys):
+    """With what to do: in lockstep it would wait for ever."""
+    with start("run", "scenario1", "--clock", "lockstep", "--listen", "tcp/127.0.0.1:0") as process:
+        where = process.stdout.readline().split()[1]
+        code = main(["action", "send-goal", "/wall_e/wait", "{}", "--connect", where])
+
+        assert 1 == code
+        assert "time stands, as in lockstep no controller takes part: start one" in capsys.readouterr().err
+        process.kill()

@@ -60,6 +60,7 @@ COMMANDS = (
     ["map", "info"],
     ["map", "plan"],
     ["map", "convert"],
+    ["explain"],
     ["completion"],
 )
 

@@ -1,0 +1,79 @@
+"""Every code is explained, and nothing else is."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.cli import main
+from hmrsim.cli.exits import ExitCode
+from hmrsim.explanations import explanations
+from hmrsim.faults import registry as faults
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes
+from hmrsim.protocol.goal import Cause
+
+REASONS = {
+    "invalid_goal_id",
+    "duplicate_goal_id",
+    "unknown_robot",
+    "unknown_action",
+    "invalid_goal",
+    "not_ready",
+    "busy",
+    "internal_error",
+}
+"""As docs/reference/keys.md lists them."""
+OURS_OF_MOVEIT = {-1, -3, -4, -7, -17, -19, 99999}
+NO_ERRORS = {"NONE", "ALL_GOALS"}
+
+
+def codes_of_results():
+    """Return the codes that the types of results define, with their names."""
+    found = {}
+    for action in registry().values():
+        for kind in action.result.__mro__:
+            for name, value in vars(kind).items():
+                if name.isupper() and type(value) is int and name not in NO_ERRORS and not name.startswith("RESULT_"):
+                    found[str(value)] = name
+    return found
+
+
+def test_every_code_of_a_result_is_explained_under_its_name():
+    """Those of Nav2 all, those of MoveIt that robots give."""
+    known = explanations()
+    moveit = {
+        str(value): name
+        for name, value in vars(MoveItErrorCodes).items()
+        if type(value) is int and value in OURS_OF_MOVEIT
+    }
+
+    for code, name in {**codes_of_results(), **moveit}.items():
+        assert known[code].name == name, code
+
+
+def test_what_is_explained_can_come():
+    """A code, a reason, a cause or an exit code."""
+    exits = {f"exit_{code.value}" for code in ExitCode if code} | {"exit_143"}
+    codes = {*codes_of_results(), *map(str, OURS_OF_MOVEIT)}
+    causes = {cause.value for cause in Cause if cause.value} | {name for name in faults() if name in explanations()}
+    services = {f"result_{value}" for value in (0, 2, 3, 4)}
+
+    assert set(explanations()) == codes | REASONS | causes | {"battery_empty"} | services | exits
+
+
+@pytest.mark.parametrize("code", ["208", "-19", "not_ready", "exit_3"])
+def test_a_code_is_explained_on_the_terminal(code, capsys):
+    """What it means, why it comes, and what to do."""
+    assert 0 == main(["explain", code])
+
+    out = capsys.readouterr().out
+    assert out.startswith(f"{code} ")
+    assert "\nWhy:\n" in out
+    assert "\nWhat to do:\n" in out
+
+
+def test_an_unknown_code_is_told(capsys):
+    """With the most similar one."""
+    assert 1 == main(["explain", "not_redy"])
+
+    assert "no code 'not_redy'; did you mean 'not_ready'?" in capsys.readouterr().err
