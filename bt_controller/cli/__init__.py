@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _main(argv: Sequence[str] | None) -> int:
-    parser = _parser()
+    parser = make_parser()
     autocomplete(parser, f"{__name__}._completers")
     args = parser.parse_args(argv)
     try:
@@ -48,7 +48,8 @@ def _main(argv: Sequence[str] | None) -> int:
     return code
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the program, whose commands have their arguments when they are asked for."""
     parser = LazyParser(
         prog="bt-controller",
         description="Drive robots with behaviour trees, as a client of a simulator.",

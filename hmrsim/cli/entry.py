@@ -57,7 +57,8 @@ examples:
 _DONE: Final = 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the program, whose commands have their arguments when they are asked for."""
     parser = LazyParser(
         prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EPILOG
     )
@@ -78,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(argv: Sequence[str] | None) -> int:
     raise_thresholds()
     try:
-        parser = _parser()
+        parser = make_parser()
         autocomplete(parser, f"{__package__}.completers")
         args = parser.parse_args(argv)
         code: int = args.function(args)
