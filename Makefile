@@ -62,6 +62,7 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/python -m tools.asks --check
 	$(BIN)/python -m tools.explanations --check
 	$(BIN)/python -m tools.commands --check
+	$(BIN)/python -m tools.world_keys --check
 	$(BIN)/python -m tools.late_attributes
 	$(BIN)/codespell
 	$(BIN)/python -m tools.prose
@@ -77,6 +78,7 @@ schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m tools.asks
 	$(BIN)/python -m tools.explanations
 	$(BIN)/python -m tools.commands
+	$(BIN)/python -m tools.world_keys
 
 docs: $(READY)  ## Build the site of the documentation into .make/site, and fail at a dead link
 	$(BIN)/python -m tools.site

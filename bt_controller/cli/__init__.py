@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
+from hmrsim import __version__
 from hmrsim.errors import printable
 from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, run_program
 
@@ -55,5 +56,6 @@ def make_parser() -> argparse.ArgumentParser:
         description="Drive robots with behaviour trees, as a client of a simulator.",
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
+    parser.add_argument("--version", action="version", version=f"bt-controller {__version__}")
     add_commands(parser, _COMMANDS, f"{__name__}.", title="commands")
     return parser

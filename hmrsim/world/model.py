@@ -201,7 +201,11 @@ Lanes = Annotated[
 
 
 class Solid(Model):
-    """An obstacle: a closed outline that nothing can be inside of."""
+    """An obstacle: a closed outline that nothing can be inside of.
+
+    Attributes:
+        solid: The corners of the outline, three at least.
+    """
 
     solid: Annotated[tuple[Point, ...], Field(min_length=3), AfterValidator(_not_a_point)]
 
@@ -338,7 +342,12 @@ class Base(Model):
 
 
 class RobotType(Model):
-    """A type of robots: its base and the settings of its components, by name."""
+    """A type of robots: its base and the settings of its components, by name.
+
+    Attributes:
+        base: How it drives, and its size.
+        components: What it has beside its base, each with its settings.
+    """
 
     base: Base = Base()
     components: dict[str, dict[str, Any]] = {}
@@ -461,7 +470,26 @@ def _few_rides(lifts: dict[str, Lift]) -> dict[str, Lift]:
 
 
 class World(Model):
-    """A map with its entities, robots, faults and demand."""
+    """A map with its entities, robots, faults and demand.
+
+    Attributes:
+        name: What it is called, in traces, on the page and in reports.
+        units: Metres, with y up; or pixels, with y down.
+        waypoints: Points that lanes join, by name: [x, y], or with a capacity.
+        lanes: The ways of robots: pairs of waypoints, driven in both directions, or with their own settings.
+        walls: Polylines and outlines that are in the way of robots off the lanes.
+        places: Named points, for goals and items.
+        docks: Where robots charge or load, by name.
+        doors: Doors across lanes, by name; they open for robots that come.
+        lifts: Lifts between waypoints on several levels, by name.
+        items: What robots carry, by name.
+        robot_types: What robots of a type have, by the name of the type.
+        robots: The robots, by name.
+        traffic: The policy that decides which robot may be where, and its settings.
+        faults: What goes wrong, and when.
+        demand: The orders that come.
+        seed: Decides all that is left to chance; ``--seed`` overrides it.
+    """
 
     name: Name = "world"
     units: Literal["m", "px"] = "m"

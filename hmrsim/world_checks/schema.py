@@ -27,6 +27,8 @@ _LANE_PAIR = {
     "maxItems": 2,
 }
 
+_NONE = {"type": "null", "description": "The robot lacks what its type has."}
+
 
 def world_schema() -> dict[str, Any]:
     """Return the JSON Schema of native world files, with the settings of all components and faults."""
@@ -39,13 +41,14 @@ def world_schema() -> dict[str, Any]:
     settings = {name: _settings(component.settings, definitions) for name, component in components().items()}
     definitions["RobotType"]["properties"]["components"] = _one_of_each(settings)
     definitions["RobotSpec"]["properties"]["components"] = _one_of_each(
-        {name: {"anyOf": [part, {"type": "null"}]} for name, part in settings.items()}
+        {name: {"description": part["description"], "anyOf": [part, _NONE]} for name, part in settings.items()}
     )
     rules = {name: _settings(policy.settings, definitions) for name, policy in policies().items()}
     definitions["Traffic"] = {"anyOf": [_policy(name, part) for name, part in rules.items()]}
     kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
     definitions["FaultEntry"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "hmrsim world"}
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": "urn:hmrsim:schema:world"}
+    return {**head, **schema, "title": "hmrsim world"}
 
 
 def _policy(name: str, settings: dict[str, Any]) -> dict[str, Any]:
@@ -63,7 +66,8 @@ def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "object", "default": {}, "properties": settings, "additionalProperties": False}
+    text = "What it has beside its base, each with its settings."
+    return {"type": "object", "description": text, "default": {}, "properties": settings, "additionalProperties": False}
 
 
 def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
@@ -87,7 +91,9 @@ def _model(name: str, module: object) -> type[BaseModel]:
 def _describe(schema: dict[str, Any], kind: type[BaseModel]) -> None:
     """Take the descriptions of a model and its fields from its docstring; drop what pydantic makes up."""
     text = inspect.getdoc(kind) or ""
-    attributes = {name: " ".join(words.split()) for name, words in _ATTRIBUTE.findall(text)}
+    texts = [inspect.cleandoc(each.__doc__ or "") for each in reversed(kind.__mro__)]
+    attributes = {name: " ".join(words.split()) for text in texts for name, words in _ATTRIBUTE.findall(text)}
+    schema.pop("title", None)
     schema["description"] = " ".join(text.partition("\n\nAttributes:")[0].split())
     for name, field in kind.model_fields.items() if "properties" in schema else ():
         part = schema["properties"][field.alias or name]
