@@ -26,5 +26,6 @@ def test_no_request_ends_the_simulator(tmp_path):
     assert [] == ledger.flaws
     assert 2_000 == ledger.answers.total()
     assert 3 == len(ledger.answers)
-    assert "" == log.read_text()
+    # What happens in the world may be logged as an error, such as a battery that is empty after so much time.
+    assert [] == [line for line in log.read_text().splitlines() if " | sim " not in line]
     assert 0 == main(["replay", str(trace)])

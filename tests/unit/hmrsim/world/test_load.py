@@ -101,7 +101,7 @@ def test_shipped_world_is_fine(name):
 
 def test_unknown_name_tells_the_shipped_worlds():
     """The error for an unknown bare name lists the known ones."""
-    with pytest.raises(WorldError, match=r"^nowhere: no such file, and no shipped world .*there are hospital, "):
+    with pytest.raises(WorldError, match=r"^nowhere: no such file, and no shipped world .*there are cafe, "):
         load_world("nowhere")
 
 
