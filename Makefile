@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := .make/ready
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: help dev demo test golden lint format schemas bench docs docs-serve package clean test-unit test-docs test-nightly torture soak coverage audit lock
+.PHONY: help dev demo test golden lint format schemas bench docs docs-serve package release-check clean test-unit test-docs test-nightly torture soak coverage audit lock
 
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
@@ -63,6 +63,8 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/python -m tools.explanations --check
 	$(BIN)/python -m tools.commands --check
 	$(BIN)/python -m tools.world_keys --check
+	$(BIN)/python -m tools.sbom --check
+	$(BIN)/zizmor --offline --quiet .github
 	$(BIN)/python -m tools.late_attributes
 	$(BIN)/codespell
 	$(BIN)/python -m tools.prose
@@ -79,6 +81,7 @@ schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m tools.explanations
 	$(BIN)/python -m tools.commands
 	$(BIN)/python -m tools.world_keys
+	$(BIN)/python -m tools.sbom
 
 docs: $(READY)  ## Build the site of the documentation into .make/site, and fail at a dead link
 	$(BIN)/python -m tools.site
@@ -91,6 +94,9 @@ bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --qui
 
 package: $(READY)  ## Build the wheel and the source distribution
 	$(BIN)/python -m build
+
+release-check: $(READY)  ## Build what would be released twice, compare it, install it in an empty environment, try it
+	$(BIN)/python -m tools.release
 
 audit: $(READY)  ## Look the locked dependencies up among known vulnerabilities, where an index answers
 	@{ $(PYTHON) -m venv .make/audit && .make/audit/bin/python -m pip install --quiet --disable-pip-version-check \
