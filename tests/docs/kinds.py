@@ -109,9 +109,16 @@ def is_workflow(text: str, _: Path, __: str) -> None:
             assert "run" in step or _ACTION.match(step["uses"]), step
 
 
+def is_gitlab(text: str, _: Path, __: str) -> None:
+    """Find what GitLab asks for in a pipeline: jobs with scripts."""
+    for job in yaml.safe_load(text).values():
+        assert all(isinstance(line, str) for line in job["script"]), job
+
+
 KINDS: Final[dict[str, Callable[[str, Path, str], None]]] = {
     "check": is_check,
     "experiment": is_experiment,
+    "gitlab": is_gitlab,
     "overlay": is_overlay,
     "json lines": is_lines,
     "part of": is_part,
