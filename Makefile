@@ -64,6 +64,7 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/python -m tools.commands --check
 	$(BIN)/python -m tools.world_keys --check
 	$(BIN)/python -m tools.sbom --check
+	$(BIN)/python -m tools.notebook --check
 	$(BIN)/zizmor --offline --quiet .github
 	$(BIN)/python -m tools.late_attributes
 	$(BIN)/codespell
@@ -82,6 +83,7 @@ schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m tools.commands
 	$(BIN)/python -m tools.world_keys
 	$(BIN)/python -m tools.sbom
+	$(BIN)/python -m tools.notebook
 
 docs: $(READY)  ## Build the site of the documentation into .make/site, and fail at a dead link
 	$(BIN)/python -m tools.site
