@@ -20,7 +20,7 @@ from hmrsim.settings.option import settings_of
 from hmrsim.settings.run import DemoSettings, SimulateSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim.settings.world import WorldSettings
-from hmrsim_zenoh.settings import SERVED, ViewSettings
+from hmrsim_zenoh.settings import SERVED, RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
@@ -38,7 +38,10 @@ _Command = tuple["Callable[[argparse.ArgumentParser], None]", tuple[type, ...]]
 _COMMANDS: Final[dict[str, _Command]] = {
     "run": (run.configure, SERVED),
     "simulate": (simulate.configure, (WorldSettings, SimulateSettings, TraceSettings)),
-    "demo": (demo.configure, (DemoSettings, TraceSettings, WorldSettings, ViewSettings, SessionOptions)),
+    "demo": (
+        demo.configure,
+        (DemoSettings, TraceSettings, RecordSettings, WorldSettings, ViewSettings, SessionOptions),
+    ),
 }
 """What fills the parser of each command, and the models that its options may come from."""
 

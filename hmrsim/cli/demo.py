@@ -11,7 +11,7 @@ from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.run import DemoSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim.settings.world import WorldSettings
-from hmrsim_zenoh.settings import ViewSettings
+from hmrsim_zenoh.settings import RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 
 _EXAMPLES: Final = """\
@@ -21,6 +21,7 @@ examples:
   hmrsim demo --real-time-factor 1 --view
   hmrsim demo --set robots.*.base.speed=0.5
   hmrsim demo --clock lockstep --trace run.jsonl && hmrsim replay run.jsonl
+  hmrsim demo --clock lockstep --record demo.mcap && hmrsim view demo.mcap
   hmrsim demo --log-level info 2>processes.log
   hmrsim demo --json | tail -n 1 | jq '.robots.eve.distance'"""
 
@@ -34,6 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_settings(parser, DemoSettings, only=("seed", "clock", "real_time_factor"))
     add_settings(parser, TraceSettings)
+    add_settings(parser, RecordSettings)
     add_settings(parser, WorldSettings, only=("overlay", "set"))
     add_settings(parser, ViewSettings)
     add_settings(parser, SessionOptions, only=("secure",))

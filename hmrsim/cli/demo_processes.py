@@ -25,6 +25,7 @@ from hmrsim.cli.view_options import check_page, check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.program.log_options import log_level
+from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.run import DemoSettings
@@ -34,7 +35,7 @@ from hmrsim.world.files import find
 from hmrsim.world.overlays.overlay import overlays_of
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.settings import ViewSettings
+from hmrsim_zenoh.settings import RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
@@ -75,13 +76,22 @@ def demo(args: argparse.Namespace) -> int:
     session = read_settings(args, SessionOptions)
     check_port(view)
     check_page(view, session)
-    check_writable(trace, [find(_WORLD)] if trace else ())
+    record = read_settings(args, RecordSettings).record
+    check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
+    check_writable(trace, ())
     screen = JsonLines() if args.json else Screen(sys.stdout)
     changes = read_settings(args, WorldSettings)
     if overlays := overlays_of(changes.overlay, changes.set):
         load_world(_WORLD, overlays=overlays)
     demo = _Demo(
-        settings, screen, trace=trace, view=view, secure=session.secure, log_level=args.log_level, changes=changes
+        settings,
+        screen,
+        trace=trace,
+        record=record,
+        view=view,
+        secure=session.secure,
+        log_level=args.log_level,
+        changes=changes,
     )
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
@@ -101,6 +111,7 @@ class _Demo:
         screen: Audience,
         *,
         trace: Path | None,
+        record: Path | None,
         view: int | None,
         secure: Path | None,
         log_level: str,
@@ -108,7 +119,8 @@ class _Demo:
     ) -> None:
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._settings = settings
-        self._trace, self._view, self._log_level, self._secure = trace, view, log_level, secure
+        self._trace, self._record, self._view, self._secure = trace, record, view, secure
+        self._log_level = log_level
         self._screen, self._changes = screen, changes
         self._turns = CausalOrder(_PATIENCE)
 
@@ -155,7 +167,8 @@ class _Demo:
         arguments += ["--log-level", self._log_level]
         for option, values in (("--overlay", self._changes.overlay), ("--set", self._changes.set)):
             arguments += [f"{option}={value}" for value in values]
-        for option, value in (("--seed", settings.seed), ("--trace", self._trace), ("--view", self._view)):
+        outputs = (("--trace", self._trace), ("--record", self._record))
+        for option, value in (("--seed", settings.seed), *outputs, ("--view", self._view)):
             arguments += [] if value is None else [option, str(value)]
         return arguments
 

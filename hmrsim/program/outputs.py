@@ -18,6 +18,11 @@ NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBA
 """Errors of writing to a full disk, or to a closed file."""
 
 
+_ENDINGS: Final = {"--trace": ("a trace", ".jsonl"), "--record": ("a recording", ".mcap")}
+_OTHERS: Final = frozenset({".csv", ".html", ".jsonl", ".mcap", ".pdf", ".png", ".sqlite", ".svg", ".yaml", ".yml"})
+"""Endings that say what a file is; others, such as .txt or none, say nothing."""
+
+
 def check_outputs(outputs: Iterable[tuple[str, str | Path | None]], inputs: Iterable[str | Path | None]) -> None:
     """Check that no output is an input or another output, by whatever path; call it before any of them is opened.
 
@@ -26,7 +31,7 @@ def check_outputs(outputs: Iterable[tuple[str, str | Path | None]], inputs: Iter
         inputs: The files that the command reads; None for none.
 
     Raises:
-        OutputError: One is.
+        OutputError: One is, or its name ends as that of another kind of file.
     """
     read = {_identity(Path(path)): path for path in inputs if path is not None}
     written: dict[Hashable, str] = {}
@@ -40,6 +45,15 @@ def check_outputs(outputs: Iterable[tuple[str, str | Path | None]], inputs: Iter
         if identity in written:
             raise OutputError(f"{written[identity]} and {option} are both {path}; name two files")
         written[identity] = option
+        _check_ending(option, Path(path))
+
+
+def _check_ending(option: str, path: Path) -> None:
+    """Refuse a name that ends in what the file isn't: the next command that reads it would be misled."""
+    what, right = _ENDINGS.get(option, ("", ""))
+    ending = path.suffix.lower()
+    if what and ending in _OTHERS and ending not in right:
+        raise OutputError(f"{option} {path}: {what} is no {ending} file; expected a name that ends in {right}")
 
 
 def unwritable(name: str, error: OSError) -> OutputError | WriteError:

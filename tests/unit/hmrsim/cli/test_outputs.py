@@ -233,7 +233,7 @@ def test_each_output_is_tried():
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
         (command, option)
-        for parser in (entry._parser(), bt_controller.cli._parser())
+        for parser in (entry.make_parser(), bt_controller.cli.make_parser())
         for command, option in _files_of(parser)
         if option not in INPUTS and not command.startswith("hmrsim security ")
     }
@@ -247,3 +247,24 @@ def test_each_output_is_tried():
             for line in lines
         )
     }
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("run scenario1 --record run.jsonl", "--record run.jsonl: a recording is no .jsonl file; expected a name that"),
+        ("run scenario1 --trace run.mcap", "--trace run.mcap: a trace is no .mcap file; expected a name that ends in"),
+        (
+            "simulate warehouse --trace run.yaml",
+            "--trace run.yaml: a trace is no .yaml file; expected a name that ends",
+        ),
+        ("demo --record demo.html", "--record demo.html: a recording is no .html file; expected a name that ends in"),
+    ],
+)
+def test_a_name_that_ends_in_what_the_file_is_not_is_refused(line, message, capsys, tmp_path, monkeypatch):
+    """Before anything is written."""
+    monkeypatch.chdir(tmp_path)
+
+    assert 2 == main(line.split())
+    assert message in capsys.readouterr().err
+    assert [] == [*tmp_path.iterdir()]
