@@ -239,7 +239,7 @@ def test_each_output_is_tried():
     }
 
     folders = {("hmrsim experiment run", "--output"), ("hmrsim check", "--output")}
-    assert {("hmrsim demo", "--trace"), *folders} == {
+    assert {("hmrsim demo", "--trace"), ("hmrsim demo", "--record"), *folders} == {
         (command, option)
         for command, option in outputs
         if not any(
