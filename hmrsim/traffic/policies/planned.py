@@ -94,7 +94,6 @@ class Planned(Priority):
         self._claimant: Vehicle | None = None
         self._claimed: dict[int, None] = {}
         self._kept_out: dict[Vehicle, None] = {}
-        self.leave = self._leave
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles ask again, the one that set out first first."""
@@ -113,18 +112,19 @@ class Planned(Priority):
             self._unclaim()
         super().forget(robot, leg)
 
-    def _take(self, robot: Vehicle, leg: Leg) -> bool:
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
         """As `Priority` does, but the vehicle that set out first may keep others out of a slot."""
         if self._claimed and self._is_kept_out(robot, leg.slots, rank(robot)):
             self._kept_out[robot] = None
             return False
-        if not super()._take(robot, leg):
+        if not super().take(robot, leg):
             return False
         if self._turned_off:
             self._turned_off.pop(robot, None)
         return True
 
-    def _leave(self, robot: Vehicle) -> None:
+    def leave(self, robot: Vehicle) -> None:
+        """As `Reserve.leave`, and forget its costs and what it turned off from."""
         self._kept_costs.pop(robot, None)
         self._turned_off.pop(robot, None)
         self._kept_out.pop(robot, None)

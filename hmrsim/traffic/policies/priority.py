@@ -85,9 +85,8 @@ class Priority(Reserve):
         self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, _Searched] = {}
-        self.take, self.stand = self._take, self._stand
 
-    def _take(self, robot: Vehicle, leg: Leg) -> bool:
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
         """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so.
 
         One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
@@ -102,7 +101,7 @@ class Priority(Reserve):
                 return False
         return self.slots.take(robot, leg)
 
-    def _stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """As `Reserve.stand`; vehicles that could not be helped before ask again, as soon as a search is due."""
         self.slots.stand(robot, slots)
         if self._stuck:

@@ -61,9 +61,20 @@ class Reserve:
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
         near = _near(admission.world, admission.graph.lanes, capacities)
         self.slots = Slots(capacities, near, self.freed)
-        self.held, self.take, self.leave = self.slots.held, self.slots.take, self.slots.leave
+        self.held, self.inside = self.slots.held, self.slots.inside
         self.full, self.near = self.slots.full, self.slots.holders_near
-        self.stand, self.inside = self.slots.stand, self.slots.inside
+
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
+        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
+        return self.slots.take(robot, leg)
+
+    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
+        self.slots.stand(robot, slots)
+
+    def leave(self, robot: Vehicle) -> None:
+        """Release all slots of a vehicle."""
+        self.slots.leave(robot)
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles ask again for slots that have just become free."""
