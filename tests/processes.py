@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 _PROGRAMS: Final = ("hmrsim", "bt-controller")
+_BEFORE_IMPORTS: Final = frozenset({"PYTHONHASHSEED", "PYTHONPATH"})
+"""Variables that count when Python starts, and not for a process that is forked."""
 _SERVER: Final = "import sys; from tests.processes import serve; sys.exit(serve(int(sys.argv[1])))"
 
 
@@ -31,7 +33,7 @@ def start(program: str, *arguments: object, **options: Any) -> subprocess.Popen[
     words = [program, *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, "text": True}
     env = options.get("env") or os.environ
-    if program in _PROGRAMS and "PYTHONHASHSEED" not in env:
+    if program in _PROGRAMS and not _BEFORE_IMPORTS & env.keys():
         return _Forked(words, **{**pipes, **options})
     return subprocess.Popen([Path(sys.executable).with_name(program), *words[1:]], **{**pipes, **options})
 

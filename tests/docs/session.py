@@ -238,8 +238,7 @@ class Session:
         )
         options: dict[str, Any] = {"cwd": self._at, "env": environment, "stderr": subprocess.STDOUT}
         words = shlex.split(text) if not _SHELL.search(_QUOTED.sub("", text)) else []
-        # What is forked has looked for plug-ins already.
-        if words and words[0] in _OURS and "PYTHONPATH" not in self._environment:
+        if words and words[0] in _OURS:
             return processes.start(*words, **options)
         pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE}
         return subprocess.Popen(["bash", "-c", text], text=True, start_new_session=True, **pipes, **options)
