@@ -86,7 +86,8 @@ class Session:
         Raises:
             AssertionError: It does not do what the page shows.
         """
-        if (program := block.remarks.get("needs")) and not shutil.which(program):
+        program = block.remarks.get("needs")
+        if program and not shutil.which(program, path=self._environment["PATH"]):
             self.skipped.append(f"line {block.line} needs {program}")
             return
         text = block.text if block.language == "stand in" else self._here(block.text)
