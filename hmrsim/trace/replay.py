@@ -22,6 +22,7 @@ import hmrsim
 from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.errors import TraceError, WorldError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.commands import Stop
 from hmrsim.protocol.outputs import TimeRestarted
 from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
@@ -189,6 +190,7 @@ class _Replay:
         self._simulator = Simulator(world, settings, sinks, watchers=watchers, services=services())
         self._trace.flush()
         self._commands = 0
+        self._stopped = False
         self._sections: list[Replayed] = []
 
     def run(self) -> Outcome:
@@ -243,12 +245,12 @@ class _Replay:
     def _let_it_be(self, line: Line) -> None:
         """Process all that is due when a command arrived, or until some of it is traced.
 
-        At the end the run was stopped: what its last instant would still have brought, as to scripts, was not done.
+        After a stop nothing more was done, not even what its instant would still have brought, as to scripts.
         """
         simulator = self._simulator
         at = line.stamp.to_nanoseconds() / NANOSECONDS
         until = end_of_instant(at) if line.kind == "command" else math.nextafter(at, -math.inf)
-        while not self._made and simulator.process_events(until, 1):
+        while not (self._made or self._stopped) and simulator.process_events(until, 1):
             self._trace.flush()
         if not self._made:
             simulator.advance_clock(at)
@@ -259,7 +261,9 @@ class _Replay:
             self._trace.close(self._simulator.now)
             return
         self._commands += 1
-        self._simulator.submit(command_of(line, number), line.by)
+        command = command_of(line, number)
+        self._stopped = isinstance(command, Stop)
+        self._simulator.submit(command, line.by)
         self._trace.flush()
 
 

@@ -298,3 +298,17 @@ class TestCommand:
 
         assert 2 == main(["replay", str(path)])
         assert "has more than 5000000 values" in capsys.readouterr().err
+
+
+def test_a_world_whose_scripts_are_stopped_before_time_begins_is_replayed():
+    """What the scripts would still have done at that instant is not in the trace, and not in the replay."""
+    scripted = {**OTHER, "robots": {"zoe": {"at": "a", "script": ["Wait 5"]}}}
+    run = simulate(traced=True)
+    run.ask("load_world", {"resource_string": json.dumps(scripted)})
+    run.simulator.stop()
+    lines = run.lines()
+
+    outcome = replay(iter(lines))
+
+    assert outcome.difference is None, outcome.difference
+    assert not any('"script_ended"' in line for line in lines)
