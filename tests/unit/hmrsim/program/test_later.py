@@ -57,7 +57,7 @@ def test_help_loads_nothing_that_a_command_works_with(package, heavy):
 @pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
 def test_what_is_loaded_later_is_there(program):
     """A misspelt name would only be found by the command that needs it."""
-    later = [found for found in postponed(program._parser()) if isinstance(found, Later)]
+    later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
 
     assert len(later) > 2
     assert all(callable(found.loaded()) for found in later)
