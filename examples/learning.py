@@ -1,7 +1,7 @@
 """Learn which order a robot should serve, and compare what was learned with serving the nearest one.
 
 The score of an order is linear in five features. The cross-entropy method looks for weights: it tries some around a
-mean, and moves the mean to those that did best. It needs ``pip install 'hmrsim[gym,experiments]'``, and takes about a
+mean, and moves the mean to those that did best. It needs ``pip install 'hmrsim[gym,experiments]'``, and takes half a
 minute. The runs of the comparison have seeds that were not learned from.
 """
 
@@ -17,7 +17,7 @@ from hmrsim_gym import OrderFeature, best, nearest
 Observation = dict[str, NDArray]
 Rule = Callable[[Observation], int]
 
-GENERATIONS, TRIED, KEPT, RUNS = 8, 10, 3, 2
+GENERATIONS, TRIED, KEPT, RUNS = 3, 8, 3, 2
 HANDLING = 0.3
 """Minutes that it takes to pick an item up and lay it down, about."""
 
@@ -59,7 +59,7 @@ for generation in range(GENERATIONS):
     mean, spread = kept.mean(axis=0), 0.8 * kept.std(axis=0) + 0.2 * spread
     print(f"generation {generation + 1}: the best of {TRIED} cost {min(shares):.0%} of what the nearest order does")
 
-seeds = range(24)
+seeds = range(16)
 before, after = [cost(nearest, seed) for seed in seeds], [cost(learned(mean), seed) for seed in seeds]
 interval, verdict = paired_difference(before, after).interval, compare(before, after, Criterion(larger_is_better=False))
 print(f"weights {mean.round(2)}")
