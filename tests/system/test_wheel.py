@@ -1,14 +1,20 @@
-"""The wheel: installed in an empty environment, it runs from anywhere."""
+"""The wheel: installed in an empty environment, as Containerfile does it, it runs from anywhere."""
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 import sys
 import venv
+from importlib.metadata import distributions
 
 import pytest
+from packaging.utils import canonicalize_name
 
+from hmrsim import __version__
 from tests.paths import ROOT
+from tests.system import containerfile
 
 
 def install(binaries, *arguments):
@@ -18,16 +24,74 @@ def install(binaries, *arguments):
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory):
-    """Return the folder of the commands of a fresh environment in which the wheel is installed."""
-    folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+def image(tmp_path_factory):
+    """Return a fresh environment in which the steps of Containerfile have installed the wheel, and its user."""
+    folder = tmp_path_factory.mktemp("image")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder / "dist"), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
+    shutil.copy(ROOT / "requirements.lock", folder)
     venv.create(folder / "env")
-    binaries = folder / "env" / "bin"
-    install(binaries, wheel)
-    return binaries
+    return folder / "env", containerfile.install(folder, folder / "env", folder / "root")
+
+
+@pytest.fixture(scope="module")
+def installed(image):
+    """Return the folder of the commands of that environment."""
+    environment, _ = image
+    return environment / "bin"
+
+
+def test_what_the_image_is_made_of_is_gone_when_it_is_made(image):
+    """The wheel and the lock file."""
+    environment, _ = image
+    _, folder = containerfile.copied()
+
+    assert not (environment.parent / "root" / folder.strip("/")).exists()
+
+
+def test_the_image_is_made_of_what_is_released():
+    """The build sends nothing else, such as environments and the repository."""
+    lines = (ROOT / ".dockerignore").read_text().splitlines()
+    sources, _ = containerfile.copied()
+
+    assert ["*", *(f"!{source}" for source in sources)] == [line for line in lines if not line.startswith("#")]
+
+
+def test_the_container_runs_as_the_user_that_was_made_and_not_as_root(image):
+    """By number, so that a cluster can tell that it is not root."""
+    _, user = image
+    names = [name for name, _ in containerfile.STEPS]
+
+    assert containerfile.argument_of("USER") == user[user.index("--uid") + 1] != "0"
+    assert names.index("RUN") < names.index("USER") < names.index("ENTRYPOINT")
+
+
+def test_what_is_installed_is_what_the_bill_of_materials_lists(installed):
+    """Each package of Python, in the version that the tests run with."""
+    (folder,) = installed.parent.glob("lib/python*/site-packages")
+    (bill,) = folder.glob("hmrsim-*.dist-info/sboms/*.json")
+    listed = {one["purl"] for one in json.loads(bill.read_text())["components"]}
+    there = {f"pkg:pypi/{canonicalize_name(one.name)}@{one.version}" for one in distributions(path=[str(folder)])}
+
+    assert {purl for purl in listed if purl.startswith("pkg:pypi/")} == there - {f"pkg:pypi/hmrsim@{__version__}"}
+
+
+@pytest.mark.timeout(300)
+def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path):
+    """Both are the commands of the image; a free port takes the place of theirs."""
+    words = [*containerfile.words_of("ENTRYPOINT"), *containerfile.words_of("CMD")]
+    program, *arguments = [word.replace("0.0.0.0:7447", "127.0.0.1:0") for word in words]
+    check, *options = containerfile.words_of("HEALTHCHECK")
+    quiet = {"cwd": tmp_path, "stderr": subprocess.DEVNULL, "text": True, "stdout": subprocess.PIPE}
+    with subprocess.Popen([installed / program, *arguments], **quiet) as process:
+        where = process.stdout.readline().split()[1]
+        health = [installed / check, *options, "--connect", where]
+        while_it_runs = subprocess.run(health, **quiet, timeout=60, check=False)
+        process.terminate()
+    afterwards = subprocess.run([*health, "--timeout", "0.5"], **quiet, timeout=60, check=False)
+
+    assert (0, 3) == (while_it_runs.returncode, afterwards.returncode)
+    assert "latte" in while_it_runs.stdout
 
 
 @pytest.mark.timeout(300)
