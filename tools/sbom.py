@@ -1,6 +1,7 @@
-"""Writes the bill of materials that the wheel contains: CycloneDX, what is installed with it and nothing else.
+"""Writes the bill of materials that the wheel contains: CycloneDX, what is in it and what is installed with it.
 
-Run as ``python -m tools.sbom [--check]``; sbom.cdx.json is generated from requirements.lock and the installed metadata.
+Run as ``python -m tools.sbom [--check]``; sbom.cdx.json is generated from the metadata of what is installed, which is
+what requirements.lock says, and from the libraries that the page contains.
 It has no time and no random number, so that a wheel that is built twice is the same.
 """
 
@@ -8,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from importlib.metadata import Distribution, distribution
@@ -21,6 +23,7 @@ from hmrsim import __version__
 
 _FILE: Final = Path("sbom.cdx.json")
 _NAME: Final = "hmrsim"
+_UPLOT: Final = Path("hmrsim_zenoh/view/page/vendor/uplot/uPlot.esm.js")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -49,20 +52,34 @@ def _bill() -> dict[str, Any]:
         found[name] = distribution(name)
         needs[name] = sorted(set(_needed(found[name])))
         todo += needs[name]
+    charts = _uplot()
+    packages = [{"type": "library", "bom-ref": _reference(name, found), **_of(name, found)} for name in sorted(found)]
+    depends = {_reference(name, found): [_reference(each, found) for each in needs[name]] for name in sorted(found)}
+    depends[_reference(_NAME, found)].append(charts["bom-ref"])
+    depends[charts["bom-ref"]] = []
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
         "version": 1,
         "metadata": {"component": {"type": "application", "bom-ref": _reference(_NAME, found), **_of(_NAME, found)}},
-        "components": [
-            {"type": "library", "bom-ref": _reference(name, found), **_of(name, found)}
-            for name in sorted(found)
-            if name != _NAME
-        ],
-        "dependencies": [
-            {"ref": _reference(name, found), "dependsOn": [_reference(each, found) for each in needs[name]]}
-            for name in sorted(found)
-        ],
+        "components": [*(package for package in packages if package["name"] != _NAME), charts],
+        "dependencies": [{"ref": one, "dependsOn": others} for one, others in depends.items()],
+    }
+
+
+def _uplot() -> dict[str, Any]:
+    """Return the library whose copy is in the wheel; its version stands in the file itself."""
+    found = re.search(r"uPlot \(v([\d.]+)\)", _UPLOT.read_text(encoding="utf-8"))
+    if found is None:
+        raise ValueError(f"{_UPLOT}: no version of uPlot, such as (v1.6.32), in its first lines")
+    reference = f"pkg:npm/uplot@{found[1]}"
+    return {
+        "type": "library",
+        "bom-ref": reference,
+        "name": "uplot",
+        "version": found[1],
+        "licenses": [{"license": {"id": "MIT"}}],
+        "purl": reference,
     }
 
 

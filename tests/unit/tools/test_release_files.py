@@ -27,3 +27,13 @@ def test_the_citation_has_what_its_format_asks_for():
 
     assert {"cff-version", "message", "title", "authors"} <= citation.keys()
     assert "1.2.0" == citation["cff-version"]
+
+
+def test_the_bill_and_the_notice_list_what_the_page_contains():
+    """Each library of others that is copied into the wheel, with its version."""
+    vendored = ROOT / "hmrsim_zenoh" / "view" / "page" / "vendor"
+    bill = json.loads((ROOT / "sbom.cdx.json").read_text())
+    copied = {one["name"]: one["version"] for one in bill["components"] if one["purl"].startswith("pkg:npm/")}
+
+    assert {folder.name.lower() for folder in vendored.iterdir() if folder.is_dir()} == copied.keys()
+    assert f"uPlot {copied['uplot']}" in (ROOT / "NOTICE").read_text()
