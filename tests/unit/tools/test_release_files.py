@@ -21,14 +21,6 @@ def test_the_version_is_the_same_everywhere():
     assert project["license"] == citation["license"] == "Apache-2.0"
 
 
-def test_the_citation_has_what_its_format_asks_for():
-    """Version 1.2.0 of the Citation File Format."""
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
-
-    assert {"cff-version", "message", "title", "authors"} <= citation.keys()
-    assert "1.2.0" == citation["cff-version"]
-
-
 def test_the_bill_and_the_notice_list_what_the_page_contains():
     """Each library of others that is copied into the wheel, with its version."""
     vendored = ROOT / "hmrsim_zenoh" / "view" / "page" / "vendor"
