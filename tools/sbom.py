@@ -1,8 +1,8 @@
 """Writes the bill of materials that the wheel contains: CycloneDX, what is in it and what is installed with it.
 
-Run as ``python -m tools.sbom [--check]``; sbom.cdx.json is generated from the metadata of what is installed, which is
-what requirements.lock says, and from the libraries that the page contains.
-It has no time and no random number, so that a wheel that is built twice is the same.
+Run as ``python -m tools.sbom [--check]``; sbom.cdx.json is generated from the versions of requirements.lock, from what
+the packages say that they need, and from the library that the page contains. It is that of Linux with the least Python
+that is supported, whatever runs this, and has no time and no random number: a wheel that is built twice is the same.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from importlib.metadata import Distribution, distribution
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +23,16 @@ from hmrsim import __version__
 
 _FILE: Final = Path("sbom.cdx.json")
 _NAME: Final = "hmrsim"
+_LOCK: Final = Path("requirements.lock")
+_PLATFORM: Final = {
+    "python_version": "3.11",
+    "python_full_version": "3.11.0",
+    "sys_platform": "linux",
+    "platform_system": "Linux",
+    "os_name": "posix",
+    "implementation_name": "cpython",
+    "platform_python_implementation": "CPython",
+}
 _UPLOT: Final = Path("hmrsim_zenoh/view/page/vendor/uplot/uPlot.esm.js")
 
 
@@ -41,77 +51,60 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _bill() -> dict[str, Any]:
-    """Return the bill: hmrsim, the packages that it needs without extras, and who needs whom."""
-    found: dict[str, Distribution] = {}
+    """Return the bill: hmrsim, the packages that it needs without extras, what it contains, and who needs whom."""
     needs: dict[str, list[str]] = {}
     todo = [_NAME]
     while todo:
         name = todo.pop()
-        if name in needs:
-            continue
-        found[name] = distribution(name)
-        needs[name] = sorted(set(_needed(found[name])))
-        todo += needs[name]
-    charts = _uplot()
-    packages = [{"type": "library", "bom-ref": _reference(name, found), **_of(name, found)} for name in sorted(found)]
-    depends = {_reference(name, found): [_reference(each, found) for each in needs[name]] for name in sorted(found)}
-    depends[_reference(_NAME, found)].append(charts["bom-ref"])
-    depends[charts["bom-ref"]] = []
+        if name not in needs:
+            needs[name] = sorted(set(_needed(name)))
+            todo += needs[name]
+    versions = {**_locked(), _NAME: __version__}
+    packages = {name: _component(f"pkg:pypi/{name}", versions[name]) for name in sorted(needs)}
+    copied = {**_component("pkg:npm/uplot", _version_of_uplot()), "licenses": [{"license": {"id": "MIT"}}]}
+    depends = {packages[name]["purl"]: [packages[each]["purl"] for each in needs[name]] for name in packages}
+    main_component = packages.pop(_NAME)
+    depends[main_component["purl"]].append(copied["purl"])
+    depends[copied["purl"]] = []
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.6",
         "version": 1,
-        "metadata": {"component": {"type": "application", "bom-ref": _reference(_NAME, found), **_of(_NAME, found)}},
-        "components": [*(package for package in packages if package["name"] != _NAME), charts],
+        "metadata": {"component": {**main_component, "type": "application"}},
+        "components": [*packages.values(), copied],
         "dependencies": [{"ref": one, "dependsOn": others} for one, others in depends.items()],
     }
 
 
-def _uplot() -> dict[str, Any]:
-    """Return the library whose copy is in the wheel; its version stands in the file itself."""
-    found = re.search(r"uPlot \(v([\d.]+)\)", _UPLOT.read_text(encoding="utf-8"))
-    if found is None:
-        raise ValueError(f"{_UPLOT}: no version of uPlot, such as (v1.6.32), in its first lines")
-    reference = f"pkg:npm/uplot@{found[1]}"
-    return {
-        "type": "library",
-        "bom-ref": reference,
-        "name": "uplot",
-        "version": found[1],
-        "licenses": [{"license": {"id": "MIT"}}],
-        "purl": reference,
-    }
-
-
-def _needed(package: Distribution) -> Iterator[str]:
-    for text in package.requires or ():
+def _needed(package: str) -> Iterator[str]:
+    for text in distribution(package).requires or ():
         requirement = Requirement(text)
-        # As on Linux with the least Python that is supported, whatever this one is.
         if requirement.marker is None or requirement.marker.evaluate({"extra": "", **_PLATFORM}):
             yield canonicalize_name(requirement.name)
 
 
-_PLATFORM: Final = {
-    "python_version": "3.11",
-    "python_full_version": "3.11.0",
-    "sys_platform": "linux",
-    "platform_system": "Linux",
-    "os_name": "posix",
-    "implementation_name": "cpython",
-    "platform_python_implementation": "CPython",
-}
+def _locked() -> dict[str, str]:
+    """Return the versions of requirements.lock."""
+    lines = re.findall(r"^([a-z].*) \\$", _LOCK.read_text(encoding="utf-8"), re.MULTILINE)
+    found = [Requirement(line) for line in lines]
+    return {
+        canonicalize_name(one.name): str(one.specifier).removeprefix("==")
+        for one in found
+        if one.marker is None or one.marker.evaluate(_PLATFORM)
+    }
 
 
-def _version(name: str, found: dict[str, Distribution]) -> str:
-    return __version__ if name == _NAME else found[name].version
+def _version_of_uplot() -> str:
+    """Return the version that the copy in the wheel says."""
+    found = re.search(r"uPlot \(v([\d.]+)\)", _UPLOT.read_text(encoding="utf-8"))
+    if found is None:
+        raise ValueError(f"{_UPLOT}: no version of uPlot, such as (v1.6.32), in its first lines")
+    return found[1]
 
 
-def _reference(name: str, found: dict[str, Distribution]) -> str:
-    return f"pkg:pypi/{name}@{_version(name, found)}"
-
-
-def _of(name: str, found: dict[str, Distribution]) -> dict[str, str]:
-    return {"name": name, "version": _version(name, found), "purl": _reference(name, found)}
+def _component(package: str, version: str) -> dict[str, Any]:
+    purl = f"{package}@{version}"
+    return {"type": "library", "bom-ref": purl, "name": package.rsplit("/", 1)[1], "version": version, "purl": purl}
 
 
 if __name__ == "__main__":

@@ -67,15 +67,18 @@ def test_the_container_runs_as_the_user_that_was_made_and_not_as_root(image):
 
 
 def test_what_is_installed_is_what_the_bill_of_materials_lists(installed):
-    """Each package of Python, in the version that the tests run with."""
+    """Each package of Python, in a version that is locked; which one it is can depend on that of Python."""
     (folder,) = installed.parent.glob("lib/python*/site-packages")
     (bill,) = folder.glob("hmrsim-*.dist-info/sboms/*.json")
-    listed = {one["purl"] for one in json.loads(bill.read_text())["components"]}
-    there = {f"pkg:pypi/{canonicalize_name(one.name)}@{one.version}" for one in distributions(path=[str(folder)])}
+    listed = {one["name"] for one in json.loads(bill.read_text())["components"] if "pkg:pypi/" in one["purl"]}
+    there = {canonicalize_name(one.name): one.version for one in distributions(path=[str(folder)])}
+    locked = {line.split(" ")[0] for line in (ROOT / "requirements.lock").read_text().splitlines()}
 
+    assert there.pop("hmrsim") == __version__
     # Another test may have installed its package here before.
-    there -= {f"pkg:pypi/hmrsim@{__version__}", "pkg:pypi/dancing@1"}
-    assert {purl for purl in listed if purl.startswith("pkg:pypi/")} == there
+    there.pop("dancing", None)
+    assert listed == there.keys()
+    assert {f"{name}=={version}" for name, version in there.items()} < locked
 
 
 @pytest.mark.timeout(300)
