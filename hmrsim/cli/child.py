@@ -1,7 +1,7 @@
-"""A child process that ends when its parent does, however the parent ends.
+"""A child process that ends when its parent does, on Linux however the parent ends.
 
 ``python -m hmrsim.cli.child PARENT_PID MODULE:FUNCTION ARGUMENT…`` calls a command's main function with the
-arguments. The kernel sends SIGTERM when the parent is gone.
+arguments. Linux sends SIGTERM when the parent is gone; elsewhere a child stays if its parent is killed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ def main(argv: Sequence[str]) -> int:
         argv: The parent's process id, ``module:function``, and the command's own arguments.
     """
     parent, target, *arguments = argv
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):
         return _ORPHANED
     module, _, function = target.partition(":")

@@ -29,7 +29,7 @@ def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int
     Raises:
         ExperimentError: There is no such executor.
     """
-    count = jobs or len(os.sched_getaffinity(0))
+    count = jobs or _processors()
     name, colon, rest = text.partition(":")
     if name == POOL:
         if colon and not (rest.isdecimal() and int(rest) > 0):
@@ -53,6 +53,11 @@ def stop(executor: Executor) -> None:
     for process in [*(getattr(executor, "_processes", None) or {}).values()]:
         process.terminate()
     executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _processors() -> int:
+    """Return how many this process may use; only Linux tells which those are."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _pool(workers: int) -> Executor:

@@ -127,3 +127,14 @@ def test_child_calls_the_main_function(capsys, monkeypatch):
 
     assert 0 == code
     assert capsys.readouterr().out.startswith("hmrsim ")
+
+
+def test_a_child_runs_where_no_kernel_tells_that_its_parent_is_gone(capsys, monkeypatch):
+    """The C library of macOS has no prctl."""
+    monkeypatch.setattr(child.ctypes, "CDLL", MagicMock(return_value=object()))
+    monkeypatch.setattr(child.sys, "platform", "darwin")
+
+    code = child.main([str(os.getppid()), "hmrsim.cli:main", "--version"])
+
+    assert 0 == code
+    assert capsys.readouterr().out.startswith("hmrsim ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sqlite3
 from concurrent.futures import Executor, Future
@@ -255,3 +256,12 @@ def test_a_factory_of_the_users_own_makes_executors() -> None:
     make, workers = factory_of("concurrent.futures:ThreadPoolExecutor", 3)
     assert workers == 3
     make().shutdown()
+
+
+def test_there_is_a_process_for_each_processor_where_no_mask_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on macOS, which has no masks of processors."""
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 5)
+    _, workers = factory_of("pool", None)
+
+    assert 5 == workers
