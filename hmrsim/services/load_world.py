@@ -64,7 +64,8 @@ def _source(simulator: Simulator, uri: str) -> str | Path:
         path = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError):
         path = folder.parent
-    if not path.is_relative_to(folder) or path == folder:
+    # From Python 3.13 on, a link that leads to itself is no error and stays a link.
+    if not path.is_relative_to(folder) or path == folder or path.is_symlink():
         raise PermissionError(
             f"{shown(uri)} is neither a shipped world{instead(uri, worlds)} nor a file of the folder of --allow-files"
         )
