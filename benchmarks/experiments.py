@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +83,7 @@ def run(*, replications: int = 48, rounds: int = 3) -> list[Row]:
 
 def _table(folder: Path) -> int:
     """Return what a table says, but for wall times."""
-    database = sqlite3.connect(folder / "results.sqlite")
-    names = [f'"{row[1]}"' for row in database.execute("PRAGMA table_info(runs)") if row[1] != "wall"]
-    query = f"SELECT {', '.join(names)} FROM runs ORDER BY number"
-    return hash(tuple(database.execute(query)))
+    with closing(sqlite3.connect(folder / "results.sqlite")) as database:
+        names = [f'"{row[1]}"' for row in database.execute("PRAGMA table_info(runs)") if row[1] != "wall"]
+        query = f"SELECT {', '.join(names)} FROM runs ORDER BY number"
+        return hash(tuple(database.execute(query)))

@@ -7,6 +7,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -86,9 +87,9 @@ def experiment(tmp_path):
 
 def rows(folder: Path) -> list[dict[str, Any]]:
     """Return all rows but for their wall time."""
-    database = sqlite3.connect(folder / "results.sqlite")
-    database.row_factory = sqlite3.Row
-    found = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY number")]
+    with closing(sqlite3.connect(folder / "results.sqlite")) as database:
+        database.row_factory = sqlite3.Row
+        found = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY number")]
     return [{name: value for name, value in row.items() if name != "wall"} for row in found]
 
 

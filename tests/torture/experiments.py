@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
 
 EXPERIMENT = """\
@@ -43,10 +44,10 @@ def go(client):
 
 def table(folder: Path) -> list[tuple[object, ...]]:
     """Return all rows but for their wall time."""
-    database = sqlite3.connect(folder / "results.sqlite")
-    columns = [row[1] for row in database.execute("PRAGMA table_info(runs)") if row[1] != "wall"]
-    names = ", ".join(f'"{column}"' for column in columns)
-    return database.execute(f"SELECT {names} FROM runs ORDER BY number").fetchall()
+    with closing(sqlite3.connect(folder / "results.sqlite")) as database:
+        columns = [row[1] for row in database.execute("PRAGMA table_info(runs)") if row[1] != "wall"]
+        names = ", ".join(f'"{column}"' for column in columns)
+        return database.execute(f"SELECT {names} FROM runs ORDER BY number").fetchall()
 
 
 def start(home: Path, folder: Path) -> subprocess.Popen[bytes]:

@@ -7,7 +7,7 @@ import json
 import platform
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Self
 
@@ -64,16 +64,18 @@ class Results:
         self._path = folder / FILE
         if not self._path.is_file():
             raise ResultsError(f"{folder}: there are no results; `hmrsim experiment run FILE -o {folder}` makes them")
-        try:
-            self._db = sqlite3.connect(self._path)
-            rows = self._db.execute("SELECT key, value FROM about").fetchall()
-        except sqlite3.Error as error:
-            raise ResultsError(f"{self._path}: can't be read: {error}") from None
-        self.about: dict[str, Any] = {key: json.loads(value) for key, value in rows}
-        if self.about.get("format") != _FORMAT:
-            raise ResultsError(
-                f"{self._path}: is of format {self.about.get('format')}, and this version reads {_FORMAT}"
-            )
+        with ExitStack() as unless_it_is_read:
+            try:
+                self._db = unless_it_is_read.enter_context(closing(sqlite3.connect(self._path)))
+                rows = self._db.execute("SELECT key, value FROM about").fetchall()
+            except sqlite3.Error as error:
+                raise ResultsError(f"{self._path}: can't be read: {error}") from None
+            self.about: dict[str, Any] = {key: json.loads(value) for key, value in rows}
+            if self.about.get("format") != _FORMAT:
+                raise ResultsError(
+                    f"{self._path}: is of format {self.about.get('format')}, and this version reads {_FORMAT}"
+                )
+            unless_it_is_read.pop_all()
 
     @classmethod
     def create(cls, folder: Path, plan: Plan) -> Results:
@@ -87,6 +89,7 @@ class Results:
         if path.is_file():
             found = cls(folder)
             if found.about["hash"] != plan.hash:
+                found.close()
                 raise ResultsError(
                     f"{folder}: has results of another experiment, or of this file as it was; choose another folder"
                 )
@@ -95,13 +98,11 @@ class Results:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             begun.unlink(missing_ok=True)
-            db = sqlite3.connect(begun)
-            with db:
+            with closing(sqlite3.connect(begun)) as db, db:
                 db.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
                 db.executemany("INSERT INTO about VALUES (?, ?)", [(k, json.dumps(v)) for k, v in _about(plan).items()])
                 columns = [f"{_quoted(name)} {kind}" for name, kind in _columns(plan).items()]
                 db.execute(f"CREATE TABLE runs ({', '.join(columns)})")
-            db.close()
             begun.rename(path)
         except (OSError, sqlite3.Error) as error:
             why = reason_of(error) if isinstance(error, OSError) else error
@@ -114,6 +115,10 @@ class Results:
 
     def __exit__(self, *_error: object) -> None:
         """Close the file."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what is asked afterwards is an error."""
         self._db.close()
 
     @contextmanager

@@ -7,6 +7,7 @@ import random
 import sqlite3
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -232,8 +233,8 @@ def test_tables_are_exported(tmp_path: Path) -> None:
             write_table(results, tmp_path / "runs.xlsx")
     assert len((tmp_path / "runs.csv").read_text(encoding="utf-8").splitlines()) == 21
     assert len(yaml.safe_load((tmp_path / "runs.json").read_text(encoding="utf-8"))) == 20
-    database = sqlite3.connect(tmp_path / "r" / FILE)
-    assert database.execute("SELECT COUNT(*), AVG(speed) FROM runs").fetchone() == (20, 0.75)
+    with closing(sqlite3.connect(tmp_path / "r" / FILE)) as database:
+        assert database.execute("SELECT COUNT(*), AVG(speed) FROM runs").fetchone() == (20, 0.75)
 
 
 @pytest.mark.parametrize(
