@@ -3,7 +3,8 @@
 import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
 import { actionWords } from './panels/phrases.js';
 
-const AT_ONCE = 1000; // ms in which a goal begins, unless time stands still
+const SHOWN = 10000; // ms in which a goal that was accepted is shown, on a page that is busy, too
+const AT_ONCE = 1000; // ms in which one that is shown begins, unless time stands still
 const A_MOMENT = 300; // ms in which one that has begun and is hopeless ends
 
 export class Orders {
@@ -85,8 +86,18 @@ export class Orders {
     const { model } = this.app;
     const known = () => model.goals.get(id);
     await new Promise((resolve) => {
-      const timer = setTimeout(() => end(), AT_ONCE);
-      const look = () => known()?.status > ACCEPTED && (isActive(known().status) ? setTimeout(() => end(), A_MOMENT) : end());
+      let timer;
+      let seen = '';
+      const look = () => {
+        const { status } = known() ?? {};
+        const [stage, patience] = status === undefined ? ['sent', SHOWN]
+          : status <= ACCEPTED ? ['shown', AT_ONCE] : ['begun', isActive(status) ? A_MOMENT : 0];
+        if (patience === 0) return end();
+        if (stage === seen) return;
+        seen = stage;
+        clearTimeout(timer);
+        timer = setTimeout(end, patience);
+      };
       const end = () => (clearTimeout(timer), model.removeEventListener('goals', look), resolve());
       model.addEventListener('goals', look);
       look();
