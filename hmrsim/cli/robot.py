@@ -12,12 +12,13 @@ from hmrsim.cli.connection import connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 _EXAMPLES: Final = f"""\
 examples:
   hmrsim robot list
-  hmrsim robot list --json | jq -r '.[] | select(.goals == []).name'
+  hmrsim robot list --json | jq -r '.[] | select(all(.goals[]; .status > 3)).name'
 
 {ENVIRONMENT}"""
 
@@ -57,7 +58,8 @@ def _row(robot: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _states(robot: Mapping[str, Any]) -> list[str]:
-    found = [goal["action"] for goal in robot["goals"]]
+    # The scene has each action's last goal, too, when it has ended.
+    found = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
     found += sorted(robot["ailments"])
     found += [f"holds {item}" for item in robot["holds"]]
     found += [f"docked at {robot['dock']}"] if robot["dock"] else []

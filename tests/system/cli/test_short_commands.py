@@ -29,6 +29,13 @@ def test_robots_are_listed(run):
     assert "wall_e" in out
 
 
+def test_a_goal_that_has_ended_is_no_state(run):
+    """A robot that has done what it was sent to do is idle."""
+    assert 0 == run("action", "send-goal", "/wall_e/wait", "{time: {sec: 1}}")[0]
+
+    assert "wait" not in run("robot", "list")[1]
+
+
 def test_a_fault_is_injected_listed_and_cleared(run):
     """By its name, or by its type."""
     assert 0 == run("fault", "inject", "breakdown", "robot=wall_e", "duration=100000")[0]
