@@ -20,6 +20,7 @@ from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.services import services
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
 from hmrsim_zenoh.wire.descriptions import plain_values
 from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, ExecuteRequest, GetResultRequest, SendGoalRequest
@@ -48,8 +49,8 @@ examples:
 {ENVIRONMENT}"""
 
 _CALL_EXAMPLES: Final = f"""\
-exit codes: 0 the service answered; 1 there is no such service, robot or action; 2 the request can't be read;
-3 no simulator answers
+exit codes: 0 the service did what was asked; 1 it did not, or there is no such service, robot or action;
+2 the request can't be read; 3 no simulator answers
 
 examples:
   hmrsim service call /_world/info --json | jq -r '.robots[].name'
@@ -147,8 +148,15 @@ def _call(args: argparse.Namespace) -> int:
             if name in known and isinstance(error, Unreachable):
                 raise
             raise _unknown(name, known, info) from None
-    _print(answer, as_json=args.json)
-    return ExitCode.DONE
+    response = plain_values("the response", answer)
+    _print(response, as_json=args.json)
+    return ExitCode.FAILED if _failed(response) else ExitCode.DONE
+
+
+def _failed(response: object) -> bool:
+    """Return whether a response has a simulation_interfaces/msg/Result other than RESULT_OK."""
+    result = response.get("result") if isinstance(response, dict) else None
+    return isinstance(result, dict) and set(result) == set(Result.model_fields) and result["result"] != Result.RESULT_OK
 
 
 def _payload(data: object) -> bytes:
@@ -218,9 +226,8 @@ def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> U
     return UnknownName(f"no service {name!r}{f': {answer}' if answer and not rest.endswith('?') else rest}")
 
 
-def _print(answer: bytes, *, as_json: bool) -> None:
-    data = plain_values("the response", answer)
+def _print(response: object, *, as_json: bool) -> None:
     if as_json:
-        show_json(data)
+        show_json(response)
     else:
-        show(yaml_text(data).rstrip("\n"))
+        show(yaml_text(response).rstrip("\n"))

@@ -179,3 +179,12 @@ def test_a_simulator_that_dies_ends_the_wait(start):
     waiting.communicate(timeout=PATIENCE)
 
     assert 3 == waiting.returncode
+
+
+def test_a_service_that_did_not_do_it_is_a_failure(call):
+    """As a script finds out: the response is printed, and the exit code is 1."""
+    code, out, _ = call("/_world/inject_fault", "{type: hiccup}")
+
+    assert 1 == code
+    assert "no fault type ''hiccup''" in out
+    assert 0 == call("/_world/get_entities")[0]
