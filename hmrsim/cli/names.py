@@ -88,6 +88,9 @@ def find_action(info: Info, name: str) -> ActionName:
     if robot not in there:
         raise UnknownName(f"no robot {robot!r}{instead(robot, robots(info), verb='there are:')}")
     if action not in there[robot]:
+        known = registry().get(action)
+        if known is not None and known.component is not None:
+            raise UnknownName(f"{robot} has no action {action!r}, which needs the component {known.component!r}")
         raise UnknownName(f"{robot} has no action {action!r}{instead(action, there[robot], verb='it has:')}")
     return ActionName(f"/{first}/{second}", robot, action)
 

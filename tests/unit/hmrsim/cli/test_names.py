@@ -42,6 +42,12 @@ def test_unknown_action():
         find_action(INFO, "/wall_e/fly")
 
 
+def test_action_for_want_of_a_component():
+    """An action that exists is not likely misspelt: the robot lacks what it takes."""
+    with pytest.raises(UnknownName, match=r"eve has no action 'pickup', which needs the component 'claw'$"):
+        find_action(INFO, "/eve/pickup")
+
+
 def test_action_that_is_not_installed_here():
     """An action of the simulator's that we don't have can't be read or written."""
     with pytest.raises(UnknownName, match="'dance' is not installed here"):
