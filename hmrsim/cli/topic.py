@@ -12,6 +12,7 @@ from hmrsim.cli import listing, topic_hz
 from hmrsim.cli.connection import connected, look_for_simulator
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.message_fields import field_of, field_path
 from hmrsim.cli.output import show, show_json, yaml_text
 from hmrsim.cli.topics import find_topic, topics
 from hmrsim.program.signals import on_signals
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 _EXAMPLES: Final = f"""\
 examples:
   hmrsim topic list -t
-  hmrsim topic echo /wall_e/odom --once
+  hmrsim topic echo /mocha/odom --once
 
 {ENVIRONMENT}"""
 
@@ -40,25 +41,28 @@ examples:
 
 _ECHO_EXAMPLES: Final = f"""\
 examples:
-  hmrsim topic echo /wall_e/odom
+  hmrsim topic echo /mocha/odom
+  hmrsim topic echo /mocha/odom --field pose.pose.position
   hmrsim topic echo /_world/info --once
-  hmrsim topic echo /wall_e/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'
+  hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'
 
 {ENVIRONMENT}"""
 
 _INFO_EXAMPLES: Final = f"""\
 examples:
-  hmrsim topic info /wall_e/odom
-  hmrsim topic info /wall_e/odom --json
+  hmrsim topic info /mocha/odom
+  hmrsim topic info /mocha/odom --json
 
 {ENVIRONMENT}"""
 
 _TYPE_EXAMPLES: Final = f"""\
 examples:
-  hmrsim topic type /wall_e/odom
+  hmrsim topic type /mocha/odom
 
 {ENVIRONMENT}"""
 
+_END: Final = "...\n"
+"""What YAML writes after a value that is neither a mapping nor a list."""
 _LOOK: Final = 0.5
 
 
@@ -78,7 +82,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         description="Print the messages of a topic until Ctrl-C; the latest one first, where the simulator keeps it.",
         epilog=_ECHO_EXAMPLES,
     )
-    echo.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
+    echo.add_argument("name", metavar="NAME", help="such as /mocha/odom")
+    echo.add_argument(
+        "--field", type=field_path, metavar="FIELD", help="print this field alone, such as pose.pose.position"
+    )
     echo.add_argument("--once", action="store_true", help="print one message and exit")
     echo.add_argument("--json", action="store_true", help="print one JSON object per line instead of YAML")
     echo.set_defaults(function=_echo)
@@ -96,7 +103,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     kind.set_defaults(function=_type)
     for command in (info, kind):
-        command.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
+        command.add_argument("name", metavar="NAME", help="such as /mocha/odom")
         add_connection_options(command)
     topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
 
@@ -131,7 +138,7 @@ def _echo(args: argparse.Namespace) -> int:
         key = topic.key(client.keys)
         with client.subscribe(key, lambda _key, payload: samples.put(payload)):
             for payload in _payloads(client, topic, samples, timeout=session_options(args).timeout):
-                _print(payload, as_json=args.json)
+                _print(payload, args.field or (), as_json=args.json)
                 if args.once:
                     break
     return ExitCode.DONE
@@ -167,9 +174,9 @@ def _payloads(
         latest = None
 
 
-def _print(payload: bytes, *, as_json: bool) -> None:
-    data = plain_values("the message", payload)
+def _print(payload: bytes, field: tuple[str | int, ...], *, as_json: bool) -> None:
+    data = field_of(plain_values("the message", payload), field)
     if as_json:
         show_json(data)
     else:
-        show(f"{yaml_text(data)}---")
+        show(f"{yaml_text(data).removesuffix(_END)}---")

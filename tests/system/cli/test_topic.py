@@ -47,6 +47,14 @@ def test_echo_of_a_latched_topic(endpoint, capsys):
     assert "status_list: []\n---\n" == capsys.readouterr().out
 
 
+def test_one_field_of_a_topic(endpoint, capsys):
+    """It is printed alone, as YAML or as JSON."""
+    for words in ([], ["--json"]):
+        main(["topic", "echo", "/wall_e/odom", "--once", "--field", "header.frame_id", "--connect", endpoint, *words])
+
+    assert 'map\n---\n"map"\n' == capsys.readouterr().out
+
+
 def test_echo_of_a_tree_that_can_be_got(endpoint, capsys):
     """A controller answers with its tree as it is."""
     key = "hmrsim/wall_e/_tree"
