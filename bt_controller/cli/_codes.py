@@ -17,11 +17,11 @@ exit codes:
 
 EXAMPLES: Final = """\
 examples:
-  bt-controller run bt_controller.examples:go_to_pose --robot wall_e
-  bt-controller run navigate.xml --robot wall_e --set goal=kitchen
-  bt-controller run missions:patrol --robot wall_e eve --connect tcp/10.0.0.7:7447
-  bt-controller run missions:patrol --robot wall_e eve --secure keys --role nurses
-  bt-controller run missions:patrol --robot wall_e --json | jq -c 'select(.robot) | [.sim_time, .status]'
+  bt-controller run bt_controller.examples:go_to_pose --robot mocha
+  bt-controller run navigate.xml --robot mocha --set goal=kitchen
+  bt-controller run missions:patrol --robot mocha latte --connect tcp/10.0.0.7:7447
+  bt-controller run missions:patrol --robot mocha latte --secure keys --role nurses
+  bt-controller run missions:patrol --robot mocha --json | jq -c 'select(.robot) | [.sim_time, .status]'
 
 TREE is an XML file of BehaviorTree.CPP version 4 with the nodes that `bt-controller nodes` lists, or
 MODULE:FUNCTION or FILE.py:FUNCTION; modules are searched in the current folder, too. The function takes the

@@ -11,9 +11,9 @@ from hmrsim.program.command_line import Later
 
 _EXAMPLES: Final = """\
 examples:
-  bt-controller check navigate.xml && bt-controller run navigate.xml --robot wall_e --set goal=kitchen
+  bt-controller check navigate.xml && bt-controller run navigate.xml --robot mocha --set goal=kitchen
   bt-controller check missions.xml --tree Fetch --nodes my_nodes
-  bt-controller check missions:patrol && bt-controller run missions:patrol --robot wall_e
+  bt-controller check missions:patrol && bt-controller run missions:patrol --robot mocha
   bt-controller check missions:patrol --json | jq '.nodes | length'"""
 
 

@@ -11,7 +11,7 @@ from hmrsim.program.command_line import Later
 
 _EXAMPLES: Final = """\
 examples:
-  bt-controller run navigate.xml --robot wall_e --set goal=kitchen --coverage seen.json
+  bt-controller run navigate.xml --robot mocha --set goal=kitchen --coverage seen.json
   bt-controller coverage seen.json
   bt-controller coverage monday.json tuesday.json -o both.json
   bt-controller coverage seen.json -o seen.info && genhtml --branch-coverage seen.info -o page

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from shlex import quote
 from typing import TYPE_CHECKING, Any, get_args
 
 from hmrsim.cli import listing, names, send_goal
 from hmrsim.cli.connection import connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.goal_examples import example_of
 from hmrsim.cli.output import show, show_json, yaml_flow
 from hmrsim.interfaces.message import Primitive
 from hmrsim_zenoh.wire.options import ENVIRONMENT
@@ -23,8 +25,8 @@ if TYPE_CHECKING:
 _EXAMPLES = f"""\
 examples:
   hmrsim action list -t
-  hmrsim action info /wall_e/pickup
-  hmrsim action send-goal /wall_e/pickup '{{target_name: medicine}}' --feedback
+  hmrsim action info /mocha/pickup
+  hmrsim action send-goal /mocha/pickup '{{target_name: coffee}}' --feedback
 
 {ENVIRONMENT}"""
 
@@ -38,8 +40,8 @@ examples:
 
 _INFO_EXAMPLES = f"""\
 examples:
-  hmrsim action info /wall_e/navigate_to_pose
-  hmrsim action info wall_e/pickup --json
+  hmrsim action info /mocha/navigate_to_pose
+  hmrsim action info mocha/pickup --json
 
 {ENVIRONMENT}"""
 
@@ -77,11 +79,12 @@ def _names(_args: argparse.Namespace, info: names.Info) -> Iterator[dict[str, An
 
 
 def _info(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
+    with connected(args) as (client, info):
         one = names.find_action(info, args.name)
         target = f"{one.robot}/{one.action}"
         also = [f"/{alias}" for alias, meant in names.aliases(info).items() if meant == target]
-    action = one.definition()
+        action = one.definition()
+        example = None if args.json else example_of(client, action, one.robot)
     if args.json:
         show_json(
             {"name": f"/{target}", "type": action.ros_type, "robot": one.robot, "aliases": also, **_parts(action)}
@@ -93,9 +96,8 @@ def _info(args: argparse.Namespace) -> int:
     show("Action servers: 1")
     for part, fields in _parts(action).items():
         show("\n".join((f"{part.title()}:", *(f"    {field}: {kind}" for field, kind in fields.items()))))
-    if action.example is not None:
-        goal = yaml_flow(dict(action.example))
-        show(f"Example: hmrsim action send-goal /{target} '{goal}'")
+    if example is not None:
+        show(f"Example: hmrsim action send-goal /{target} {quote(yaml_flow(dict(example)))}")
     return ExitCode.DONE
 
 

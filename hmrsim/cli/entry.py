@@ -50,7 +50,7 @@ exit codes:
 examples:
   hmrsim demo
   hmrsim run scenario1
-  hmrsim action send-goal /wall_e/navigate_to_pose '{{pose: {{pose: {{position: {{x: 512, y: 215}}}}}}}}'
+  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: counter}}'
 
 {ENVIRONMENT}"""
 

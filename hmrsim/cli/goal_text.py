@@ -45,7 +45,7 @@ def read_yaml(text: str, noun: str = "goal") -> object:
     try:
         data, _, findings = yaml_text.read(text)
     except yaml_text.Unreadable as error:
-        raise WrongUse(f"{noun}: {error}; expected a mapping such as '{{target_name: medicine}}'") from None
+        raise WrongUse(f"{noun}: {error}; expected a mapping such as '{{target_name: coffee}}'") from None
     if findings:
         raise WrongUse("\n".join(f"{noun}: {dotted(finding.path)}: {finding.message}" for finding in findings))
     return data

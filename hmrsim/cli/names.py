@@ -1,4 +1,4 @@
-"""ROS names, such as ``/wall_e/odom``, and their topics, actions and services in a running simulation."""
+"""ROS names, such as ``/mocha/odom``, and their topics, actions and services in a running simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ActionName:
     """An action of a robot, and the name by which it was requested.
 
     Attributes:
-        name: Such as ``/wall_e/pickup``, or an alias such as ``/wall_e/grab``.
+        name: Such as ``/mocha/pickup``, or an alias such as ``/mocha/grab``.
     """
 
     name: str
@@ -103,5 +103,5 @@ def split(name: str) -> tuple[str, str]:
     """
     first, slash, second = name.removeprefix("/").partition("/")
     if not (first and slash and second) or "/" in second:
-        raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /wall_e/navigate_to_pose")
+        raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /mocha/navigate_to_pose")
     return first, second

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import json
 import queue
+import re
 from dataclasses import dataclass, field
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
@@ -13,8 +15,10 @@ from hmrsim.cli.asking import Refused
 from hmrsim.cli.connection import OPERATOR, connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.goal_examples import example_of
+from hmrsim.cli.goal_places import with_poses
 from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
-from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_text
+from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_flow, yaml_text
 from hmrsim.cli.plain import plain
 from hmrsim.errors import HmrsimError
 from hmrsim.program.signals import exit_code_of, on_signals
@@ -31,12 +35,15 @@ if TYPE_CHECKING:
 
 _EXAMPLES: Final = f"""\
 examples:
-  hmrsim action send-goal /wall_e/navigate_to_pose '{{pose: {{pose: {{position: {{x: 512, y: 215}}}}}}}}' --feedback
-  hmrsim action send-goal wall_e/pickup moveit_msgs/action/Pickup '{{target_name: medicine}}'
-  hmrsim action send-goal /wall_e/wait '{{time: {{sec: 3}}}}' --json
+  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: counter}}' --feedback
+  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: {{pose: {{position: {{x: 2, y: 3}}}}}}}}'
+  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{{target_name: coffee}}'
+  hmrsim action send-goal /mocha/wait '{{time: {{sec: 3}}}}' --json
+  hmrsim action send-goal /mocha/undock_robot
 
 {ENVIRONMENT}"""
 
+_TYPE: Final = re.compile(r"\w+(/\w+)+")
 _LOOK: Final = 1.0
 _DRAIN_TIMEOUT: Final = 0.05
 _CANCEL_WAIT: Final = 2.0
@@ -50,7 +57,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="the action's ROS type, as for `ros2 action send_goal`")
-    parser.add_argument("goal", metavar="GOAL", help="the goal as YAML; omitted fields have their ROS defaults")
+    parser.add_argument(
+        "goal",
+        metavar="GOAL",
+        nargs="?",
+        help="the goal as YAML; omitted fields have their ROS defaults, and a pose may be the name of a place",
+    )
     parser.add_argument("-f", "--feedback", action="store_true", help="show feedback, too")
     parser.add_argument(
         "--json", action="store_true", help="print the outcome as one JSON object, after one line of JSON per feedback"
@@ -61,17 +73,41 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _send_goal(args: argparse.Namespace) -> int:
-    data = read_yaml(args.goal)
+    ros_type, text = _type_and_goal(args)
+    data = None if text is None else read_yaml(text)
     goal_id = _goal_id(args.goal_id)
     with connected(args, OPERATOR) as (client, info):
         name = names.find_action(info, args.name)
         action = name.definition()
-        if args.type is not None and args.type != action.ros_type:
-            raise WrongUse(f"{name.name} is a {action.ros_type}, not a {args.type}")
-        goal = read_goal(data, action.goal)
+        if ros_type is not None and ros_type != action.ros_type:
+            raise WrongUse(f"{name.name} is a {action.ros_type}, not a {ros_type}")
+        if text is None:
+            data = _empty(client, name)
+        goal = read_goal(with_poses(data, action.goal, client.places.pose), action.goal)
         if info.get("clock") == LOCKSTEP:
             _check_that_time_moves(client)
         return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
+
+
+def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
+    """Return the type and the goal; where one of the two is given, its form says which."""
+    if args.goal is None and args.type is not None and not _TYPE.fullmatch(args.type):
+        return None, args.type
+    return args.type, args.goal
+
+
+def _empty(client: Client, name: names.ActionName) -> dict[str, Any]:
+    """Return a goal without fields, where that can be meant.
+
+    Raises:
+        WrongUse: The action needs some.
+    """
+    action = name.definition()
+    example = example_of(client, action, name.robot)
+    if action.goal.model_fields and example != {}:
+        such = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
+        raise WrongUse(f"{name.name}: the goal is missing; give it as YAML{such}")
+    return {}
 
 
 def _check_that_time_moves(client: Client) -> None:

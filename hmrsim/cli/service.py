@@ -54,10 +54,10 @@ exit codes: 0 the service did what was asked; 1 it did not, or there is no such 
 
 examples:
   hmrsim service call /_world/info --json | jq -r '.robots[].name'
-  hmrsim service call /wall_e/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
-  hmrsim service call /wall_e/wait/_action/execute '{{goal: {{time: {{sec: 3}}}}}}'
-  hmrsim service call /wall_e/wait/_action/cancel_goal
-  hmrsim service call /wall_e/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
+  hmrsim service call /mocha/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
+  hmrsim service call /mocha/wait/_action/execute '{{goal: {{time: {{sec: 3}}}}}}'
+  hmrsim service call /mocha/wait/_action/cancel_goal
+  hmrsim service call /mocha/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
 
 The answer is waited for as long as the simulator is there: get_result and execute answer when the goal has ended.
 --timeout is for reaching the simulator. Ctrl-C gives up; the request may be carried out all the same.
@@ -67,7 +67,7 @@ The answer is waited for as long as the simulator is there: get_result and execu
 _TYPE_EXAMPLES: Final = f"""\
 examples:
   hmrsim service type /_world/inject_fault
-  hmrsim service type /wall_e/wait/_action/send_goal
+  hmrsim service type /mocha/wait/_action/send_goal
 
 {ENVIRONMENT}"""
 

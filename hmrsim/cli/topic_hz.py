@@ -22,7 +22,7 @@ from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 _EXAMPLES: Final = f"""\
 examples:
-  hmrsim topic hz /wall_e/odom
+  hmrsim topic hz /mocha/odom
   hmrsim topic hz /_world/clock --window 100 --json
 
 {ENVIRONMENT}"""
@@ -34,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim topic hz``."""
     parser.description = "Measure how often a topic is published by the wall clock, each second until Ctrl-C."
     parser.epilog = _EXAMPLES
-    parser.add_argument("name", metavar="NAME", help="such as /wall_e/odom")
+    parser.add_argument("name", metavar="NAME", help="such as /mocha/odom")
     parser.add_argument(
         "--window", type=numbers.count, default=10_000, metavar="N", help="the latest N messages (default: %(default)s)"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import pytest
 
@@ -57,7 +58,36 @@ def test_info_of_an_action(endpoint, capsys):
     ] == lines[:5]
     assert "    target_name: string" in lines
     assert "    possible_grasps: moveit_msgs/msg/Grasp[]" in lines
-    assert "Example: hmrsim action send-goal /wall_e/pickup '{target_name: parcel}'" == lines[-1]
+    assert "Example: hmrsim action send-goal /wall_e/pickup '{target_name: medicine}'" == lines[-1]
+
+
+@pytest.mark.parametrize("action", ["compute_path_to_pose", "compute_route", "pickup"])
+def test_an_example_that_can_be_sent(action, endpoint, capsys):
+    """An example names places and items of the world that runs."""
+    main(["action", "info", f"/wall_e/{action}", "--connect", endpoint])
+    _, *words = shlex.split(capsys.readouterr().out.splitlines()[-1].removeprefix("Example: "))
+
+    assert ["action", "send-goal", f"/wall_e/{action}"] == words[:3]
+    main([*words, "--json", "--connect", endpoint])
+    assert json.loads(capsys.readouterr().out)["accepted"]
+
+
+def test_a_goal_that_names_a_place(endpoint, capsys):
+    """The robot plans to where the place is."""
+    words = ["action", "send-goal", "/wall_e/compute_path_to_pose", "{goal: ward}", "--json"]
+    code = main([*words, "--connect", endpoint])
+
+    end = json.loads(capsys.readouterr().out)["result"]["path"]["poses"][-1]["pose"]["position"]
+    assert 0 == code
+    assert (100.0, 215.0) == (end["x"], end["y"])
+
+
+def test_a_place_that_is_not_there(endpoint, capsys):
+    """It is wrong use, with the most similar place."""
+    code = main(["action", "send-goal", "/wall_e/navigate_to_pose", "{pose: wards}", "--connect", endpoint])
+
+    assert 2 == code
+    assert "goal: pose: no place 'wards'; did you mean 'ward'?\n" == capsys.readouterr().err
 
 
 def test_info_as_json(endpoint, capsys):

@@ -15,7 +15,9 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
-from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone, SimulatorNotFound
+from hmrsim_zenoh.client.places import NamedPlaces
+from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone, SimulatorNotFound, Unreachable
+from hmrsim_zenoh.wire.keys import Keys
 
 INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e/rest": "wall_e/wait"}}
 GOAL_ID = "0123456789abcdef" * 2
@@ -48,9 +50,16 @@ class FakeGoal(GoalHandle):
 class FakeClient:
     """A client whose goals end as the test says; remembers the goals."""
 
+    places = NamedPlaces(lambda: b'{"result": {"result": 1}, "poses": []}')
+    keys = Keys("hmrsim")
+
     def __init__(self):
         self.goals = []
         self.then = FakeGoal.end
+
+    def get(self, _key):
+        """Answer nothing."""
+        raise Unreachable("no answer")
 
     def action_client(self, robot, action):
         """Return what sends goals: ourselves."""
@@ -92,6 +101,17 @@ def test_a_goal_that_succeeds(client, capsys):
     assert [Wait.Goal(time=Duration(sec=2))] == client.goals
     assert out.startswith(f"Goal accepted with ID: {GOAL_ID}\n\nResult:\n    total_elapsed_time:\n")
     assert out.endswith("\n\nGoal finished with status: SUCCEEDED\n")
+
+
+@pytest.mark.parametrize("words", [[], ["nav2_msgs/action/Wait"]])
+def test_a_goal_that_is_left_out(client, words, capsys):
+    """An action that needs fields is not sent without; the error has an example of the world, or a general one."""
+    code = send(*words)
+
+    assert 2 == code
+    assert [] == client.goals
+    error = "/wall_e/wait: the goal is missing; give it as YAML, such as '{time: {sec: 2}}'\n"
+    assert error == capsys.readouterr().err
 
 
 def test_what_is_empty_is_not_shown(client, capsys):

@@ -127,7 +127,7 @@ def test_help_loads_nothing_slow():
         ["run", "scenario1", "--duration", "0"],
         ["run", "scenario1", "--keep-results", "1.5"],
         ["run", "scenario1", "--feedback-rate", "nan"],
-        ["action", "send-goal", "/wall_e/wait"],
+        ["action", "send-goal", "/wall_e/wait", "nav2_msgs/action/Wait", "{}", "{}"],
         ["map", "validate", "hospital", "--jso"],
         ["map", "plan", "hospital", "lab"],
         ["map", "plan", "hospital", "lab", "pharmacy", "--speed", "1", "--for", "eve"],

@@ -1,0 +1,65 @@
+"""Names of places in goals."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.cli.exits import WrongUse
+from hmrsim.cli.goal_places import with_names, with_poses
+from hmrsim.cli.goal_text import read_goal
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.simulation_interfaces import SpawnEntity
+
+COUNTER = PoseStamped(pose=Pose(position=Point(x=2.0, y=3.0)))
+
+
+def pose(name):
+    """Return where the counter is."""
+    if name != "counter":
+        raise ValueError(f"no place {name!r}")
+    return COUNTER
+
+
+@pytest.mark.parametrize(
+    ("action", "goal", "field"),
+    [
+        ("navigate_to_pose", {"pose": "counter"}, lambda goal: goal.pose),
+        ("follow_waypoints", {"poses": [{}, "counter"], "number_of_loops": 2}, lambda goal: goal.poses[1]),
+        ("navigate_through_poses", {"poses": {"goals": ["counter"]}}, lambda goal: goal.poses.goals[0]),
+        ("follow_path", {"path": {"poses": ["counter"]}}, lambda goal: goal.path.poses[0]),
+    ],
+)
+def test_a_place_wherever_a_pose_is(action, goal, field):
+    """A name stands for its pose, in lists and in nested messages, too."""
+    kind = registry()[action].goal
+
+    assert COUNTER == field(read_goal(with_poses(goal, kind, pose), kind))
+
+
+def test_a_pose_without_a_stamp():
+    """A field that is a bare pose gets a bare pose."""
+    found = with_poses({"initial_pose": "counter"}, SpawnEntity.Request, pose)
+
+    assert COUNTER == SpawnEntity.Request.model_validate(found).initial_pose
+
+
+def test_every_unknown_place_is_told():
+    """Two mistakes are two lines, each with its field."""
+    with pytest.raises(WrongUse) as caught:
+        with_poses({"poses": ["kitchen", "counter", "hall"]}, registry()["follow_waypoints"].goal, pose)
+
+    assert "goal: poses.0: no place 'kitchen'\ngoal: poses.2: no place 'hall'" == str(caught.value)
+
+
+@pytest.mark.parametrize("data", [None, 3, "counter", [1], {"x": "counter"}, {"pose": 3}, {"poses": "counter"}])
+def test_what_is_no_goal_stays(data):
+    """Other mistakes are for the check of the goal to tell."""
+    assert data == with_poses(data, registry()["follow_waypoints"].goal, pose)
+
+
+def test_names_in_place_of_poses():
+    """An example gets the names that there are, and keeps its poses beyond them."""
+    kind = registry()["follow_waypoints"].goal
+
+    assert {"poses": ["hall", {"pose": {}}]} == with_names({"poses": [{}, {"pose": {}}]}, kind, iter(["hall"]))
