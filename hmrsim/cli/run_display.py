@@ -30,7 +30,7 @@ class TableDisplay:
         self._world = world
         self._level = level
         self._goals = LastGoals()
-        self.sinks: Sequence[Sink] = (self._goals, EventLog(Severity.ERROR, goals=False))
+        self.sinks: Sequence[Sink] = (self._goals, EventLog(Severity.WARNING, goals=False))
         self.on_wait: Sequence[Callable[[], None]] = ()
         self.preparations: Iterable[object] = ()
 
@@ -50,7 +50,7 @@ class LogDisplay:
         self._world = printable(world)
         self._level = level
         told = level <= logging.INFO
-        self._events = Later(EventLog(goals=told))
+        self._events = Later(EventLog())
         self.sinks: Sequence[Sink] = (self._events,)
         self.on_wait: Sequence[Callable[[], None]] = (self._events.hand_on,)
         self.preparations: Iterable[object] = (summary(action.goal()) for action in actions().values()) if told else ()

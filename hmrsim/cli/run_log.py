@@ -69,7 +69,9 @@ class EventLog:
                 _log.log(level, "sim %.3f | %s", at, text)
 
     def _log_goal(self, event: GoalChanged) -> None:
-        text = ""
+        text, level = "", logging.WARNING if event.status is GoalStatus.ABORTED else logging.INFO
+        if not _log.isEnabledFor(level):
+            return
         if event.status is GoalStatus.ACCEPTED:
             text = f"accepted: {summary(event.goal)}" if event.goal else "accepted"
         elif event.status.terminal and event.result is not None:
@@ -77,7 +79,7 @@ class EventLog:
             text = f"{event.status.name}{f': {why}' if why else ''}"
         if text:
             at = event.stamp / NANOSECONDS
-            _log.info("sim %.3f | %s %s %s", at, event.robot, event.action, printable(text))
+            _log.log(level, "sim %.3f | %s %s %s", at, event.robot, event.action, printable(text))
 
 
 class Later:

@@ -14,7 +14,6 @@ from hmrsim.events._parts import Part
 class Waiting(
     Event,
     kind="waiting",
-    severity="warning",
     text="waits[: {why}| for {for:and}| for its turn]",
     changes=Part.WAITING,
     sets={"waits": True},
@@ -51,19 +50,21 @@ class Rerouted(Event, kind="rerouted", text="takes another route"):
     at: Position
 
 
-class MadeRoom(Event, kind="made_room", text="moves aside for {by}", changes=Part.YIELDING):
+class MadeRoom(Event, kind="made_room", text="moves aside[ for {by}]", changes=Part.YIELDING):
     """A robot leaves its place so that another can pass."""
 
     robot: RobotName
-    by: Annotated[str, Field(description="The robot that wants to pass.")]
     from_: Annotated[Position, Field(description="Where it stood: x, y in the world's unit.")]
     to: Annotated[Position, Field(description="Where it goes.")]
+    by: Annotated[
+        str, Field(description="The robot that wants to pass; left out where it lets others out of its own way.")
+    ] = ""
 
 
 class Deadlock(
-    Event, kind="deadlock", severity="error", subject=(), text="deadlock of {robots:and}", changes=Part.DEADLOCKS
+    Event, kind="deadlock", severity="warning", subject=(), text="deadlock of {robots:and}", changes=Part.DEADLOCKS
 ):
-    """Robots wait for each other in a circle."""
+    """Robots wait for each other in a circle; the traffic policy moves one of them, or aborts a goal."""
 
     robots: RobotNames
     lanes: Annotated[tuple[LaneName, ...], Field(description="The lanes that they can't enter.")]

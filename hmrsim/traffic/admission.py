@@ -334,8 +334,8 @@ class Admission:
         """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
         self.forget(robot)
         self._barriers.enter(robot, leg)
-        start = robot.pose().point
-        self.publisher.publish(lambda: MadeRoom(robot.name, by.name, start, leg.end))
+        start, wanted_by = robot.pose().point, "" if by is robot else by.name
+        self.publisher.publish(lambda: MadeRoom(robot.name, start, leg.end, wanted_by))
         robot.yield_along(leg, rerouted=rerouted)
 
     def release(self, robot: Vehicle) -> None:

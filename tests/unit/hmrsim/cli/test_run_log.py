@@ -12,7 +12,7 @@ from hmrsim.cli.run_log import EventLog, Later, LogLines
 from hmrsim.events import Severity
 from hmrsim.events.batteries import BatteryEmpty
 from hmrsim.events.doors import DoorOpening
-from hmrsim.events.traffic import Deadlock, Rerouted
+from hmrsim.events.traffic import Deadlock, Rerouted, Waiting
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import SendGoal
@@ -52,7 +52,9 @@ def test_an_aborted_goal_is_logged_with_the_reason(caplog):
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="moon")))
         simulator.run()
 
-    assert "sim 0.000 | wall_e pickup ABORTED: no item 'moon'; there are: medicine" == caplog.messages[-1]
+    last = caplog.records[-1]
+    assert "sim 0.000 | wall_e pickup ABORTED: no item 'moon'; there are: medicine" == last.message
+    assert logging.WARNING == last.levelno
 
 
 def test_the_log_makes_the_simulation_compute_no_samples():
@@ -72,13 +74,14 @@ def test_events_are_logged_at_the_level_of_their_severity(caplog):
     assert [("ERROR", "sim 2.000 | eve has an empty battery")] == [(r.levelname, r.message) for r in caplog.records]
 
 
-def test_beside_a_table_only_errors_are_logged(caplog):
-    """The table has the goals."""
-    log = EventLog(Severity.ERROR, goals=False)
+def test_beside_a_table_warnings_are_logged(caplog):
+    """The table has the goals, and who waits."""
+    log = EventLog(Severity.WARNING, goals=False)
 
     with caplog.at_level(logging.INFO):
         log.emit(GoalChanged(1, "eve", "wait", "0" * 32, GoalStatus.ACCEPTED))
         log.emit(EventStamped(1, Rerouted("eve", (1.0, 2.0))))
+        log.emit(EventStamped(1, Waiting("eve", (1.0, 2.0), for_=("ann",))))
         log.emit(EventStamped(1, Deadlock(("ann", "eve"), ())))
 
     assert ["sim 0.000 | deadlock of ann and eve"] == caplog.messages

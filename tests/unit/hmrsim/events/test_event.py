@@ -34,7 +34,7 @@ def test_events_are_equal_if_their_kind_and_fields_are():
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda event: pickle.loads(pickle.dumps(event))])
 def test_an_event_can_be_copied(again):
     """Also by pickle, for those who run simulations in several processes."""
-    event = MadeRoom("eve", "ann", (0.0, 0.0), (1.0, 0.0))
+    event = MadeRoom("eve", (0.0, 0.0), (1.0, 0.0), "ann")
 
     assert event == again(event)
     assert type(event) is type(again(event))
@@ -42,8 +42,8 @@ def test_an_event_can_be_copied(again):
 
 def test_json_has_names_without_underscores_and_no_defaults():
     """In the order in which the fields are declared."""
-    assert [("robot", "eve"), ("by", "ann"), ("from", [0.0, 0.0]), ("to", [1.0, 0.0])] == [
-        *MadeRoom("eve", "ann", (0.0, 0.0), (1.0, 0.0)).to_json().items()
+    assert [("robot", "eve"), ("from", [0.0, 0.0]), ("to", [1.0, 0.0]), ("by", "ann")] == [
+        *MadeRoom("eve", (0.0, 0.0), (1.0, 0.0), "ann").to_json().items()
     ]
     assert {"robot": "eve", "at": [1.0, 2.0], "for": []} == Waiting("eve", (1.0, 2.0), for_=()).to_json()
     assert {"door": "gate"} == DoorOpening("gate").to_json()
