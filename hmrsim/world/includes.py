@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose, registry
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.options import AS_IT_IS, ReadOptions
+from hmrsim.world.shipped import folder as shipped_folder
+from hmrsim.world.shipped import shipped_maps
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document
@@ -23,6 +26,9 @@ _MAX_DEPTH = 10
 _IN_TURN = "includes this file in turn; take one of the two includes out"
 
 _MAX_FILES = 100
+
+_BARE = re.compile(r"\w+(/\w+)*")
+"""The form of the names of shipped worlds."""
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
 """Suffixes of what draw.io exports beside drawings."""
@@ -127,10 +133,15 @@ def _reported_by(source: Source, number: int, problem: Problem) -> Problem:
 
 
 def _target(name: object, above: tuple[Path, ...], seen: set[Path]) -> Path | str:
-    """Return the file to include, or the error."""
+    """Return the file to include, or the error; a bare name is that of a shipped world unless there is such a file."""
     if not isinstance(name, str):
         return f"expected the name of a file, got {shown(name)}"
     folder = above[-1].parent
+    if _BARE.fullmatch(name) and not (folder / name).exists():
+        shipped = shipped_maps()
+        if name not in shipped:
+            return f"{shown(name)} is neither a file nor a shipped world{instead(name, shipped)}"
+        folder, name = shipped_folder("maps"), f"{name}.yaml"
     try:
         target = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:

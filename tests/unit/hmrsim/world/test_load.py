@@ -196,6 +196,8 @@ def test_error_in_an_included_file_names_that_file_and_its_line(write):
         ("loop.yaml", "'world.yaml' includes this file in turn"),
         ("twice.yaml", "'a' is in "),
         ("missing.yaml", "no such file"),
+        ("hospita", "'hospita' is neither a file nor a shipped world; did you mean 'hospital'?"),
+        ("../beside", "'../beside' is outside the folder of this file"),
         ("pixels.yaml", "'px' can't be joined with 'm'"),
         ("broken.yaml", "is not valid YAML"),
     ],
@@ -214,6 +216,16 @@ def test_include_that_cannot_be_is_refused(write, name, message):
         load_world(path)
 
     assert [message in str(problem) for problem in caught.value.problems] == [True]
+
+
+def test_a_shipped_world_is_included_by_its_name(write):
+    """What the file says is laid over it; a file of that name comes first."""
+    path = write("include: [cafe]\nrobots: {flat_white: {type: waiter, at: hall}}\n")
+
+    assert ["flat_white", "mocha", "latte", "chai"] == [*load_world(path).world.robots]
+    write("waypoints: {a: [0, 0]}", "cafe/beside.yaml")
+    with pytest.raises(WorldError, match=r":1: include\.0: .*cafe: is a folder"):
+        load_world(path)
 
 
 def test_a_world_includes_100_files_at_most(write):
