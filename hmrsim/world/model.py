@@ -497,7 +497,9 @@ class World(Model):
         tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None,
         Field(description="Least x, least y, greatest x, greatest y; without it nothing is outside the map."),
     ] = None
-    include: tuple[str, ...] = Field(default=(), description="Other files of any format, beside or below this one, or names of shipped worlds.")
+    include: tuple[str, ...] = Field(
+        default=(), description="Other files of any format, beside or below this one, or names of shipped worlds."
+    )
     overlay: dict[str, Any] = Field(
         default={}, description="Changes by path that are laid over this file and what it includes."
     )

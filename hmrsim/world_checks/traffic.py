@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from hmrsim.diagnostics import Finding, instead
+from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
@@ -18,12 +18,15 @@ from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
     from hmrsim.world.model import RobotSpec, World
 
+_TRAFFIC = "traffic: {policy: priority}"
+
 
 def check_traffic(world: World) -> Iterator[Finding]:
-    """Yield the errors of the traffic of a world."""
+    """Yield the errors and warnings of the traffic of a world."""
     policy = policies().get(world.traffic.policy)
     if policy is None:
         message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"
@@ -38,6 +41,24 @@ def check_traffic(world: World) -> Iterator[Finding]:
         return
     if isinstance(settings, ReserveSettings):
         yield from _check_starts(world, settings)
+    elif "traffic" not in world.model_fields_set:
+        yield from _check_capacities(world)
+
+
+def _check_capacities(world: World) -> Iterator[Finding]:
+    """Yield a warning at the first capacity of a world that does not say what traffic is like."""
+    found: list[tuple[Path, int | None]] = [
+        *(
+            (("waypoints", name, "capacity"), getattr(point, "capacity", None))
+            for name, point in world.waypoints.items()
+        ),
+        *((("lanes", i, "capacity"), lane.capacity) for i, lane in enumerate(world.lanes)),
+    ]
+    for path, capacity in found:
+        if capacity is not None:
+            text = f"has no effect without traffic, as robots pass through each other; add {_TRAFFIC}, or leave it out"
+            yield warning(path, text, capacity)
+            return
 
 
 def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
