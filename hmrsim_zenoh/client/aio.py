@@ -18,7 +18,6 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.aio_time import AsyncTime
@@ -28,8 +27,9 @@ from hmrsim_zenoh.client.errands import Errand, Errands, Target
 from hmrsim_zenoh.errors import Unreachable
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
+    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
+    from hmrsim.actions import AnyAction
     from hmrsim.interfaces.moveit_msgs import Pickup, Place
     from hmrsim.interfaces.nav2_msgs import (
         BackUp,
@@ -144,77 +144,91 @@ class AsyncRobot:
 
     async def navigate_to(self, target: Target, **options: Any) -> NavigateToPose.Result:
         """Drive to a place."""
-        return await self.do(self._errands.navigate_to(target), **options)
+        return await self._do(self._errands.navigate_to(target), **options)
 
     async def navigate_through(self, targets: Sequence[Target], **options: Any) -> NavigateThroughPoses.Result:
         """Drive to the last of some places by way of the others."""
-        return await self.do(self._errands.navigate_through(targets), **options)
+        return await self._do(self._errands.navigate_through(targets), **options)
 
     async def follow_waypoints(
         self, targets: Sequence[Target], *, loops: int = 0, **options: Any
     ) -> FollowWaypoints.Result:
         """Visit places one after the other, and again so many times; the result names those that were missed."""
-        return await self.do(self._errands.follow_waypoints(targets, loops=loops), **options)
+        return await self._do(self._errands.follow_waypoints(targets, loops=loops), **options)
 
     async def compute_path_to(self, target: Target, start: Target | None = None) -> ComputePathToPose.Result:
         """Plan a path to a place, from the robot or from *start*."""
-        return await self.do(self._errands.compute_path_to(target, start))
+        return await self._do(self._errands.compute_path_to(target, start))
 
     async def compute_path_through(
         self, targets: Sequence[Target], start: Target | None = None
     ) -> ComputePathThroughPoses.Result:
         """Plan a path through places, from the robot or from *start*."""
-        return await self.do(self._errands.compute_path_through(targets, start))
+        return await self._do(self._errands.compute_path_through(targets, start))
 
     async def compute_route(self, target: Target, start: Target | None = None) -> ComputeRoute.Result:
         """Plan a route along lanes, from the robot or from *start*."""
-        return await self.do(self._errands.compute_route(target, start))
+        return await self._do(self._errands.compute_route(target, start))
 
     async def track_route(self, target: Target, **options: Any) -> ComputeAndTrackRoute.Result:
         """Plan a route along lanes, and tell how the robot gets on along it, whatever else drives it."""
-        return await self.do(self._errands.track_route(target), **options)
+        return await self._do(self._errands.track_route(target), **options)
 
     async def follow_path(self, path: Path, **options: Any) -> FollowPath.Result:
         """Drive along a path."""
-        return await self.do(self._errands.follow_path(path), **options)
+        return await self._do(self._errands.follow_path(path), **options)
 
     async def smooth_path(self, path: Path) -> SmoothPath.Result:
         """Smooth a path."""
-        return await self.do(self._errands.smooth_path(path))
+        return await self._do(self._errands.smooth_path(path))
 
     async def spin(self, yaw: float, **options: Any) -> Spin.Result:
         """Turn on the spot by *yaw* radians, to the left if it is greater than 0."""
-        return await self.do(self._errands.spin(yaw), **options)
+        return await self._do(self._errands.spin(yaw), **options)
 
     async def back_up(self, distance: float, speed: float, **options: Any) -> BackUp.Result:
         """Drive straight back."""
-        return await self.do(self._errands.back_up(distance, speed), **options)
+        return await self._do(self._errands.back_up(distance, speed), **options)
 
     async def drive_on_heading(self, distance: float, speed: float, **options: Any) -> DriveOnHeading.Result:
         """Drive straight on."""
-        return await self.do(self._errands.drive_on_heading(distance, speed), **options)
+        return await self._do(self._errands.drive_on_heading(distance, speed), **options)
 
     async def dock(self, dock: str, *, navigate: bool = True, **options: Any) -> DockRobot.Result:
         """Dock at a dock, after a drive to its staging pose if *navigate*."""
-        return await self.do(self._errands.dock(dock, navigate=navigate), **options)
+        return await self._do(self._errands.dock(dock, navigate=navigate), **options)
 
     async def undock(self, **options: Any) -> UndockRobot.Result:
         """Leave the dock."""
-        return await self.do(self._errands.undock(), **options)
+        return await self._do(self._errands.undock(), **options)
 
     async def pickup(self, name: str, **options: Any) -> Pickup.Result:
         """Pick up an item that is in reach."""
-        return await self.do(self._errands.pickup(name), **options)
+        return await self._do(self._errands.pickup(name), **options)
 
     async def place(self, name: str, **options: Any) -> Place.Result:
         """Put down a held item."""
-        return await self.do(self._errands.place(name), **options)
+        return await self._do(self._errands.place(name), **options)
 
     async def wait(self, seconds: float, **options: Any) -> Wait.Result:
         """Stand still for *seconds* of simulated time."""
-        return await self.do(self._errands.wait(seconds), **options)
+        return await self._do(self._errands.wait(seconds), **options)
 
-    async def do(self, errand: Errand[R], *, on_feedback: Callable[[Any], object] | None = None) -> R:
+    async def do(self, action: AnyAction | str, goal: Message | Mapping[str, Any], **options: Any) -> Any:
+        """Send a goal of any action, such as one of a package: ``await mocha.do("wipe", {"strokes": 4})``.
+
+        Args:
+            action: The action, or its name.
+            goal: The goal, or its plain values; fields that are left out have their defaults.
+            options: As of the other methods.
+
+        Raises:
+            ValueError: No action of this name is installed here.
+            RequestError: The simulator does not serve it, or the goal has other fields.
+        """
+        return await self._do(self._errands.any(action, goal), **options)
+
+    async def _do(self, errand: Errand[R], *, on_feedback: Callable[[Any], object] | None = None) -> R:
         """Send a goal, and return its result once it has ended.
 
         Raises:
@@ -231,7 +245,7 @@ class AsyncRobot:
             if on_feedback is not None:
                 loop.call_soon_threadsafe(on_feedback, feedback)
 
-        action = self._client.action_client(self.name, registry()[errand.action])
+        action = self._client.action_client(self.name, errand.definition)
         handle = action.execute(errand.goal, on_change=on_change, on_feedback=None if on_feedback is None else tell)
         try:
             await ends[0]

@@ -10,17 +10,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.ended_goals import checked
 from hmrsim_zenoh.client.errands import Errand, Errands, Target
 
 if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
     from hmrsim.interfaces.moveit_msgs import Pickup, Place
     from hmrsim.interfaces.nav2_msgs import (
         BackUp,
@@ -152,10 +152,23 @@ class Commander:
         """Stand still for *seconds* of simulated time."""
         return self._do(self._errands.wait(seconds))
 
+    def do(self, action: AnyAction | str, goal: Message | Mapping[str, Any]) -> Any:
+        """Send a goal of any action, such as one of a package: ``mocha.do("wipe", {"strokes": 4})``.
+
+        Args:
+            action: The action, or its name.
+            goal: The goal, or its plain values; fields that are left out have their defaults.
+
+        Raises:
+            ValueError: No action of this name is installed here.
+            RequestError: The simulator does not serve it, or the goal has other fields.
+        """
+        return self._do(self._errands.any(action, goal))
+
     def _do(self, errand: Errand[R]) -> R:
-        name = errand.action
+        name = errand.name
         if name not in self._actions:
-            self._actions[name] = self._client.action_client(self.robot, registry()[name])
+            self._actions[name] = self._client.action_client(self.robot, errand.definition)
         handle = self._actions[name].execute(errand.goal)
         try:
             handle.result(self._timeout, sim_timeout=self._sim_timeout)

@@ -25,9 +25,9 @@ def checked(robot: str, errand: Errand[R], handle: GoalHandle[Any, Any]) -> R:
     """
     result = handle.result()
     if not isinstance(result, errand.result):
-        raise TypeError(f"{errand.action} gave {result!r}")
+        raise TypeError(f"{errand.name} gave {result!r}")
     if handle.status is not GoalStatus.SUCCEEDED:
-        text = f"{robot}: {errand.action} ended {handle.status.name}: {_why(result)}"
+        text = f"{robot}: {errand.name} ended {handle.status.name}: {_why(result)}"
         raise GoalFailed(text, handle.status, result, handle.cause)
     return result
 

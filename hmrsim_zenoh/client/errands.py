@@ -6,10 +6,12 @@ Names are those of the actions, and of Nav2's ``BasicNavigator`` where it has on
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from hmrsim.actions import registry
+from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.message import Message
@@ -34,6 +36,7 @@ from hmrsim.interfaces.nav2_msgs import (
 from hmrsim.interfaces.nav_msgs import Goals
 
 if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
     from hmrsim.interfaces.nav_msgs import Path
     from hmrsim_zenoh.client.places import NamedPlaces
 
@@ -49,14 +52,33 @@ class Errand(Generic[R]):
     """A goal of an action.
 
     Attributes:
-        action: The action's name.
-        goal: The goal.
+        action: The action, or its name.
+        goal: The goal, or its plain values.
         result: The type of its result.
     """
 
-    action: str
-    goal: Message
+    action: AnyAction | str
+    goal: Message | Mapping[str, Any]
     result: type[R]
+
+    @property
+    def name(self) -> str:
+        """The action's name."""
+        return self.action if isinstance(self.action, str) else self.action.name
+
+    @property
+    def definition(self) -> AnyAction:
+        """The action.
+
+        Raises:
+            ValueError: None of this name is installed.
+        """
+        if not isinstance(self.action, str):
+            return self.action
+        known = registry()
+        if self.action not in known:
+            raise ValueError(f"no action {shown(self.action)} is installed{instead(self.action, known)}")
+        return known[self.action]
 
 
 class Errands:
@@ -152,6 +174,10 @@ class Errands:
     def wait(self, seconds: float) -> Errand[Wait.Result]:
         """Return standing still."""
         return Errand("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result)
+
+    def any(self, action: AnyAction | str, goal: Message | Mapping[str, Any]) -> Errand[Any]:
+        """Return a goal of any action, such as one of a package."""
+        return Errand(action, goal, Message)
 
     def _goals(self, targets: Sequence[Target]) -> Goals:
         return Goals(goals=[self.pose(target) for target in targets])

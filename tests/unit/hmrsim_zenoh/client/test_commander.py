@@ -1,0 +1,64 @@
+"""Goals of any action, as plain values."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.testing import simulation
+from hmrsim_zenoh import AsyncClient, GoalFailed, RequestError
+
+
+@pytest.mark.parametrize("action", ["wait", registry()["wait"]])
+@pytest.mark.parametrize("goal", [{"time": {"sec": 3}}, Wait.Goal.model_validate({"time": {"sec": 3}})])
+def test_a_goal_of_any_action(action, goal):
+    """By its name or as it is, with a message or with plain values."""
+    with simulation("cafe") as run:
+        result = run.commander("mocha").do(action, goal)
+
+        assert isinstance(result, Wait.Result)
+        assert 3.0 == run.now
+
+
+def test_a_goal_of_any_action_with_asyncio():
+    """With feedback, as with each other method."""
+    told = []
+
+    async def play(client):
+        async with AsyncClient(client) as robots:
+            await robots.robot("mocha").do("wait", {"time": {"sec": 3}}, on_feedback=told.append)
+
+    with simulation("cafe") as run:
+        asyncio.run(play(run.client))
+
+        assert 3.0 == run.now
+    assert all(isinstance(one, Wait.Feedback) for one in told)
+    assert told
+
+
+@pytest.mark.parametrize(
+    ("action", "error"),
+    [
+        ("wipe", "no action 'wipe' is installed; there are "),
+        ("wiat", r"no action 'wiat' is installed; did you mean 'wait'\?"),
+    ],
+)
+def test_an_action_that_is_not_installed(action, error):
+    """It is an error of the caller, before anything is sent."""
+    with simulation("cafe") as run, pytest.raises(ValueError, match=error):
+        run.commander("mocha").do(action, {})
+
+
+def test_a_goal_with_other_fields():
+    """The simulator says which."""
+    with simulation("cafe") as run, pytest.raises(RequestError, match=r"goal\.tiem"):
+        run.commander("mocha").do("wait", {"tiem": {}})
+
+
+def test_a_goal_that_fails():
+    """The error is that of each other method."""
+    with simulation("cafe") as run, pytest.raises(GoalFailed, match="mocha: pickup ended ABORTED: no item 'tea'"):
+        run.commander("mocha").do("pickup", {"target_name": "tea"})
