@@ -13,6 +13,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
+from hmrsim.diagnostics import instead
 from hmrsim.errors import PluginError
 
 if TYPE_CHECKING:
@@ -30,6 +31,24 @@ class Named(Protocol):
 P = TypeVar("P", bound=Named)
 
 _log = logging.getLogger(__name__)
+
+GROUPS: Final = (
+    "bt_controller.nodes.actions",
+    "bt_controller.nodes.conditions",
+    "bt_controller.nodes.controls",
+    "bt_controller.nodes.decorators",
+    "hmrsim.actions",
+    "hmrsim.components",
+    "hmrsim.events",
+    "hmrsim.facilities",
+    "hmrsim.faults",
+    "hmrsim.services",
+    "hmrsim.traffic.policies",
+    "hmrsim.world.formats",
+)
+"""The groups of entry points, each named as the package whose modules are of its kind."""
+
+_OURS: Final = {group.partition(".")[0] for group in GROUPS}
 
 _left_out: Final[list[PluginError]] = []
 
@@ -69,8 +88,16 @@ def check() -> None:
 
 @cache
 def _installed() -> Any:  # EntryPoints, but for Python 3.11
-    """Return all entry points; cached, as this reads the metadata of every installed package."""
-    return entry_points()
+    """Return all entry points; cached, as this reads the metadata of every installed package.
+
+    A group of ours that does not exist is warned of: nobody else would ever look at it.
+    """
+    found = entry_points()
+    for group in sorted(found.groups):
+        if group.partition(".")[0] in _OURS and group not in GROUPS:
+            names = ", ".join(sorted(entry.value for entry in found.select(group=group)))
+            _log.warning("there is no group of entry points %r%s; %s is left out", group, instead(group, GROUPS), names)
+    return found
 
 
 def _load(module_name: str, constant: str, kind: type[P]) -> P:

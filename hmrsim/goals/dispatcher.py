@@ -237,9 +237,10 @@ class Dispatcher:
         """Run the action's process and set the goal's terminal status, unless it was halted."""
         action, process = goal.server.action, self._env.active_process
         try:
-            result = _checked(
-                action, (yield from action.process(goal.server.robot, message, _Report(self.feedback, goal)))
-            )
+            steps = action.process(goal.server.robot, message, _Report(self.feedback, goal))
+            if not isinstance(steps, Generator):
+                raise TypeError("its process is no generator; let it yield events, or `yield from ()`")
+            result = _checked(action, (yield from steps))
         except Interrupt:
             return
         except GoalAborted as aborted:

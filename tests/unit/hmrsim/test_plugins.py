@@ -6,12 +6,14 @@ import re
 import sys
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, EntryPoints
+from importlib.util import find_spec
 
 import pytest
 
 from hmrsim import plugins
 from hmrsim.errors import PluginError
-from hmrsim.plugins import discover
+from hmrsim.plugins import GROUPS, discover
+from tests.paths import ROOT
 
 
 @dataclass(frozen=True)
@@ -87,3 +89,31 @@ def test_a_broken_plugin_of_another_package_is_left_out(kind, tmp_path, monkeypa
     assert f"{message}; it is left out" in caplog.text
     with pytest.raises(PluginError, match=re.escape(message)):
         plugins.check()
+
+
+@pytest.mark.parametrize(
+    ("group", "warning"),
+    [
+        ("hmrsim.action", "there is no group of entry points 'hmrsim.action'; did you mean 'hmrsim.actions'?"),
+        ("hmrsim_zenoh.things", None),
+        ("pytest11", None),
+        ("hmrsim.actions", None),
+    ],
+)
+def test_a_group_that_nobody_looks_at(monkeypatch, caplog, group, warning):
+    """A typing error in a project file is told rather than ignored; groups of others are theirs."""
+    found = EntryPoints([EntryPoint("wipe", "my_robots.wipe", group)])
+    monkeypatch.setattr(plugins, "entry_points", lambda: found)
+    plugins._installed.__wrapped__()
+
+    assert [f"{warning}; my_robots.wipe is left out"] * (warning is not None) == caplog.messages
+
+
+def test_the_groups_are_all_that_are_looked_for():
+    """Each is a package, whose plug-ins are looked for by its name."""
+    kinds = {path.parent for path in (ROOT / "hmrsim").rglob("*.py") if "discover(sys.modules[" in path.read_text()}
+
+    assert {".".join(kind.relative_to(ROOT).parts) for kind in kinds} == {
+        group for group in GROUPS if group.startswith("hmrsim.")
+    }
+    assert all(find_spec(group) for group in GROUPS)

@@ -56,6 +56,11 @@ def no_generator(_robot, _goal, _report):
     oops()
 
 
+def returns(_robot, _goal, _report):
+    """Return the result at once."""
+    return Wait.Result()
+
+
 def no_event(robot, _goal, _report):
     """Yield what is no event."""
     yield from waits(robot, 1.0)
@@ -147,7 +152,7 @@ def broken_run(process=at_once, *, strict=False, **changes):
     return simulate(actions={**actions(), "dance": mine}, strict=strict)
 
 
-BUGS = [at_once, later, no_generator, no_event, no_result, of_a_lost_event]
+BUGS = [at_once, later, no_generator, returns, no_event, no_result, of_a_lost_event]
 BUGS += [exits, closes, of_ours, silent, of_a_child, at_no_time]
 
 
@@ -162,6 +167,14 @@ def test_a_bug_in_an_action_costs_its_goal(process):
     assert (Wait.Result.UNKNOWN, "bug in dance: ") == (log.result(BROKEN).error_code, log.result(BROKEN).error_msg[:14])
     assert [(2.0, "SUCCEEDED"), (7.0, "SUCCEEDED")] == [log.changes(OTHER)[-1], log.changes(NEXT)[-1]]
     assert ["action dance"] == [fields["part"] for _, fields in log.happened("internal_error")]
+
+
+def test_a_process_that_yields_nothing_is_told_what_to_do():
+    """Who writes a first action forgets it easily."""
+    log = broken_run(returns)((0.0, send("wall_e", BROKEN, action="dance")))
+
+    error = "bug in dance: TypeError: its process is no generator; let it yield events, or `yield from ()`"
+    assert error in log.result(BROKEN).error_msg
 
 
 def test_a_bug_in_feedback_costs_the_feedback():
