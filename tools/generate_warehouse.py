@@ -20,7 +20,8 @@ FILE: Final = Path(__file__).resolve().parents[1] / "maps" / "warehouse.yaml"
 _HEAD: Final = """\
 # yaml-language-server: $schema=../schemas/world.schema.json
 #
-# A warehouse, in metres, written by tools/generate_warehouse.py: change that, and run it.
+# A warehouse, in metres: a hundred robots of seven types between racks, one-way aisles and packing stations.
+# tools/generate_warehouse.py writes this file: change that, and run it.
 #
 #     y 50  parking and chargers: a one-way street north of each aisle, two of them joined at their ends
 #     y 42  northern main aisle, a lane to the east and one to the west

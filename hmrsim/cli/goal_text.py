@@ -67,6 +67,8 @@ def read_goal(data: object, kind: type[Message]) -> Message:
 def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
     """Return one line about an error that pydantic found, here or in the simulator."""
     where = ": ".join(part for part in (noun, dotted(path)) if part)
+    if message == _UNKNOWN and value is None and ":" in str(path[-1]):
+        return f"{where}: put a space after the colon, as in '{str(path[-1]).replace(':', ': ', 1)}'"
     if message == _UNKNOWN:
         there = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
         return f"{where}: unknown field; {there}"

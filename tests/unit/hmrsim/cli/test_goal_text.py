@@ -48,6 +48,7 @@ def test_nothing_given_is_the_default():
         ("{pose: {pos: 1}}", "goal: pose.pos: unknown field; known fields: header, pose"),
         ("{pose: {header: {stamp: {sec: 1.5}}}}", "goal: pose.header.stamp.sec: expected an integer, got 1.5"),
         ("{pose: [1]}", "goal: pose: expected a mapping, got [1]"),
+        ("{behavior_tree:x}", "goal: behavior_tree:x: put a space after the colon, as in 'behavior_tree: x'"),
         ("[1, 2]", "goal: expected a mapping, got [1, 2]"),
         ("~", "goal: expected a mapping, got nothing"),
         ("hello", "goal: expected a mapping, got 'hello'"),
