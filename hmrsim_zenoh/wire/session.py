@@ -186,6 +186,7 @@ class _Settings:
         self._config = base_config(options.zenoh_config)
         self._timeout = options.timeout
         self.enclave = enclave_of(options)
+        self._is_stranger = not (self.enclave or options.zenoh_config)
         self.default = encrypted(options.default) if self.enclave else options.default
         self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
         self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
@@ -207,14 +208,25 @@ class _Settings:
             raise BadOptions("mode 'client' needs an endpoint; give one with --connect")
         for key, value in self._values().items():
             self._insert(key, value)
+        if self._is_stranger and len(self.connect) == 1 and str(self.connect[0]).startswith("tls/"):
+            # It would try for the whole timeout.
+            self._check_denied()
         try:
             return self._open_in_turn(advice) if self._has_choice else self._try(advice)
         except SimulatorNotFound:
-            for endpoint in map(str, self.connect):
-                if why := why_denied(endpoint, self.enclave):
-                    who = f", with the certificate of {self.enclave.name!r}" if self.enclave else ""
-                    raise ConnectionDenied(f"denied by {endpoint}{who}: {why}") from None
+            self._check_denied()
             raise
+
+    def _check_denied(self) -> None:
+        """Check that no process at the endpoints refuses this one.
+
+        Raises:
+            ConnectionDenied: One does.
+        """
+        for endpoint in map(str, self.connect):
+            if why := why_denied(endpoint, self.enclave):
+                who = f", with the certificate of {self.enclave.name!r}" if self.enclave else ""
+                raise ConnectionDenied(f"denied by {endpoint}{who}: {why}") from None
 
     @property
     def _has_choice(self) -> bool:

@@ -253,3 +253,11 @@ def test_a_policy_that_is_not_enforced_is_found(secured):
 
     assert {"fleet"} == {one.who for one in wrong}
     assert all(one.done for one in wrong)
+
+
+def test_who_has_no_certificate_does_not_try_for_the_whole_timeout(secured, monkeypatch):
+    """It can't be let in, so that Zenoh is not even asked."""
+    monkeypatch.setattr(zenoh, "open", lambda _config: pytest.fail("it was tried"))
+
+    with pytest.raises(ConnectionDenied, match="a certificate is required"):
+        open_client(replace(secured.options, timeout=3600.0))
