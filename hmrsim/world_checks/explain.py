@@ -147,7 +147,8 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     elif kind in _PHRASES:
         text = _PHRASES[kind](context, value)
     elif kind == "string_pattern_mismatch":
-        text = f"{shown(path[-1])} is not a ROS name; use a letter, then letters, digits and _"
+        wrong = path[-1] if "[key]" in details["loc"] else value
+        text = f"{shown(wrong)} is not a ROS name; use a letter, then letters, digits and _"
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text

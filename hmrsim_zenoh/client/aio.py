@@ -22,6 +22,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.client.ended_goals import checked
 from hmrsim_zenoh.client.errands import Errand, Errands, Target
 from hmrsim_zenoh.errors import Unreachable
@@ -49,12 +50,16 @@ if TYPE_CHECKING:
         Wait,
     )
     from hmrsim.interfaces.nav_msgs import Path
+    from hmrsim_zenoh.client.aio_time import Waiting
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.places import NamedPlaces
 
 R = TypeVar("R", bound=Message)
 
 _CANCEL_PATIENCE = 2.0
+_EVENTS = "_world/events"
+_ON_ITS_WAY = 1.0
+"""Wall seconds for which time stands in lockstep until an event has come by the network, for which it has stopped."""
 
 
 class AsyncClient:
@@ -112,21 +117,48 @@ class AsyncClient:
         """
         await self._time.sleep(seconds)
 
-    async def events(self) -> AsyncIterator[dict[str, Any]]:
+    async def events(self, *kinds: str) -> AsyncIterator[dict[str, Any]]:
         """Yield the events of the world from now on, as ``_world/events`` has them; see the table of events.
 
-        They come from the network, so that in lockstep their order among the results of goals is not the same each
-        time.
+        In lockstep time goes on until one comes, and stands while the task deals with it. Over a network several events
+        of one instant may be divided by what else happens then.
+
+        Args:
+            kinds: Of these kinds, such as ``order_placed``, at which time stops; of all if there are none.
+
+        Raises:
+            SimulationEnded, SimulatorGone, Dropped, Idle: Time does not go on.
         """
         loop = asyncio.get_running_loop()
         come: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        waits: list[Waiting] = []
+        conditions = [Condition(_EVENTS, [("/kind", "==", kind)]) for kind in kinds] or [Condition(_EVENTS)]
+
+        def take(event: dict[str, Any]) -> None:
+            come.put_nowait(event)
+            # A later one has time stop there, which is still to be told.
+            if self._time.has_come(event["stamp"]):
+                for wait in waits:
+                    wait.happen()
 
         def on_sample(_key: str, payload: bytes) -> None:
-            loop.call_soon_threadsafe(come.put_nowait, json.loads(payload))
+            event = json.loads(payload)
+            if not kinds or event["kind"] in kinds:
+                loop.call_soon_threadsafe(take, event)
 
-        with self.client.subscribe(self.client.keys.world("events"), on_sample):
+        with self.client.subscribe(f"{self.client.keys.prefix}/{_EVENTS}", on_sample):
             while True:
-                yield await come.get()
+                if come.empty():
+                    waits[:] = [self._time.wait()]
+                    with self._time.watching(conditions, waits[0]):
+                        await waits[0]
+                    waits.clear()
+                event = None
+                with self._time.held(), suppress(TimeoutError):
+                    async with asyncio.timeout(_ON_ITS_WAY):
+                        event = await come.get()
+                if event is not None:
+                    yield event
 
 
 class AsyncRobot:

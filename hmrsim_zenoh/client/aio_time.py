@@ -10,13 +10,18 @@ from __future__ import annotations
 import asyncio
 import math
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterator, Mapping, Sequence
 
     from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.condition import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.errors import RequestError
 
 _PASSES: Final = 100
 """How often an event loop that does not tell what is ready is left to its tasks before time goes on."""
@@ -43,6 +48,11 @@ class Waiting:
         """Say that it has happened."""
         self._time.woken = True
         self._loop.call_soon_threadsafe(self.finish)
+
+    def fail(self, error: Exception) -> None:
+        """Say that it can't happen any more."""
+        self._time.woken = True
+        self._loop.call_soon_threadsafe(self.finish, error)
 
     def finish(self, error: Exception | None = None) -> None:
         """End the wait, in the loop's thread."""
@@ -71,6 +81,13 @@ class AsyncTime:
         self._passes = 0
         self._looking = False
         self._driving = False
+        self._holds = 0
+
+    def has_come(self, stamp: Mapping[str, int]) -> bool:
+        """Return whether it is a time, or later; in lockstep by what has been granted."""
+        if self._lockstep is None or self._lockstep.over:
+            return True
+        return round(self._lockstep.now * NANOSECONDS) >= stamp["sec"] * NANOSECONDS + stamp["nanosec"]
 
     def wait(self) -> Waiting:
         """Return something to await, which happens when somebody says so."""
@@ -110,6 +127,35 @@ class AsyncTime:
         """Note that it does no longer."""
         self._waits.remove(wait)
 
+    @contextmanager
+    def watching(self, conditions: Sequence[Condition], wait: Waiting) -> Iterator[None]:
+        """Have time stop as soon as one of some conditions is met, and say then that *wait* has happened."""
+        lockstep = self._lockstep
+
+        def then(error: RequestError | None) -> None:
+            if error is None or lockstep is None or lockstep.over:
+                wait.happen()
+            else:
+                wait.fail(error)
+
+        takes_back = [lockstep.watch(condition, then) for condition in conditions] if lockstep else []
+        try:
+            yield
+        finally:
+            for take_back in takes_back:
+                take_back()
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Let no time pass in lockstep, also where every task waits: something is on its way by the network."""
+        self._holds += 1
+        try:
+            yield
+        finally:
+            self._holds -= 1
+            if self._waits:
+                self._look_later()
+
     def close(self) -> None:
         """End the thread, once it has come back."""
         self.woken = True
@@ -128,7 +174,7 @@ class AsyncTime:
             self._loop.call_soon(self._look)
             return
         self._looking = False
-        if self._waits:
+        if self._waits and not self._holds:
             self._driving, self.woken = True, False
             until = min(wait.until for wait in self._waits)
             self._loop.run_in_executor(self._thread, self._drive, until).add_done_callback(self._on_driven)

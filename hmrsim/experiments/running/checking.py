@@ -53,7 +53,16 @@ def check_plan(plan: Plan, tell: Callable[[int], None] = lambda _scenario: None)
         found = [Problem(str(plan.path), dotted(each.path), each.message, line(each.path)) for each in findings]
         ordered = sorted([*problems, *found], key=lambda problem: (problem.file != str(plan.path), problem.line or 0))
         raise ExperimentError(ordered)
-    return [*warnings]
+    return [*warnings, *_without_success(plan)]
+
+
+def _without_success(plan: Plan) -> Iterator[Problem]:
+    """Yield a warning if no ending of the file counts as a success, and the file does not say which do."""
+    file = plan.file
+    if "successes" not in file.model_fields_set and file.ends and not file.ends.keys() & {*file.successes}:
+        names = ", ".join(file.ends)
+        message = f"a run that ends as {names} is no success; if it should be one, add successes: [{names}]"
+        yield Problem(str(plan.path), "ends", message, severity="warning")
 
 
 def _alike(problem: Problem, other: Problem) -> bool:

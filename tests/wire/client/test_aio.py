@@ -7,6 +7,7 @@ import asyncio
 import pytest
 
 from hmrsim.settings.run import RunSettings
+from hmrsim.world.overlays.overlay import setting
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh import AsyncClient, SessionOptions
 from hmrsim_zenoh.hosting.host import Host
@@ -55,3 +56,25 @@ def test_a_canceled_task_stops_its_robot(options):
             return await client.robot("mocha").wait(1)
 
     asyncio.run(main())
+
+
+def test_time_goes_on_until_an_event_comes_over_zenoh():
+    """In lockstep, where no task waits for anything but events."""
+
+    async def main(endpoint):
+        async with AsyncClient(options=SessionOptions(connect=(endpoint,))) as client:
+            times = []
+            async for event in client.events("order_placed"):
+                times.append((event["order"], await client.now()))
+                if len(times) == 3:
+                    break
+            return times
+
+    order = "{name: order, at: counter, to: table_1, arrives: 30}"
+    world = load_world("cafe", overlays=[setting(f"demand.+={order}")])
+    listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    with Host(world, listen, RunSettings(clock="lockstep")) as host:
+        host.start()
+        times = asyncio.run(main(host.endpoints[0]))
+
+    assert [("order_1", 30.0), ("order_2", 60.0), ("order_3", 90.0)] == times

@@ -44,6 +44,32 @@ def problems(path: Path) -> list[str]:
     return [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
 
 
+def test_a_name_with_a_space(tmp_path: Path) -> None:
+    """The error shows the name, not the key."""
+    path = written(tmp_path, name="second waiter")
+
+    assert ["1: name: 'second waiter' is not a ROS name; use a letter, then letters, digits and _"] == problems(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"ends": {"served": {"orders": "served"}}}, 1),
+        ({"ends": {"served": {"orders": "served"}}, "successes": ["served"]}, 0),
+        ({"ends": {"success": {"orders": "served"}}}, 0),
+        ({"ends": {"flat": {"event": "battery_empty"}}, "successes": ["succeeded"]}, 0),
+        ({}, 0),
+    ],
+)
+def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, Any], told: int) -> None:
+    """Who forgets to say which one is has a table of 0 %."""
+    changes["world"] = "warehouse_orders"
+    path = written(tmp_path, factors={}, **changes)
+
+    said = f"{path}: ends: a run that ends as served is no success; if it should be one, add successes: [served]"
+    assert [said] * told == [str(problem) for problem in check_plan(read_plan(path))]
+
+
 def scenarios(**changes: Any) -> list[dict[str, Any]]:
     """Return the scenarios of a file."""
     return scenarios_of(ExperimentFile.model_validate({**FILE, **changes}))

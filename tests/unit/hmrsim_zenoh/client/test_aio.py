@@ -11,9 +11,9 @@ from hmrsim.testing import simulation
 from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle
 
 
-def played(play):
+def played(play, changes=None):
     """Return the run of the café in which a coroutine function was given the client; it is over."""
-    with simulation("cafe") as run:
+    with simulation("cafe", changes=changes or {}) as run:
 
         async def main():
             async with AsyncClient(run.client) as client:
@@ -66,6 +66,64 @@ def test_what_tasks_do_at_an_instant_is_done_before_time_goes_on():
         return at
 
     assert played(play).answer == 1.0
+
+
+ORDERS = {"name": "order", "item": "cup", "at": "counter", "to": ["table_1", "table_2"], "arrives": 30, "count": 4}
+
+
+async def serve_orders(client):
+    """Serve orders as they come, while a second robot stands by; return when each was served."""
+    served = []
+    async for event in client.events("order_placed"):
+        robot = client.robot("mocha")
+        await serve(robot, event["item"], event["to"])
+        served.append((event["item"], await client.now()))
+        if len(served) == ORDERS["count"]:
+            break
+    return served
+
+
+def test_time_goes_on_until_an_event_comes():
+    """Also where no task waits for anything else; a run is the same each time."""
+    first, second = (played(serve_orders, {"demand.+": ORDERS}) for _ in range(2))
+
+    assert first.said == second.said
+    assert ["cup_1", "cup_2", "cup_3", "cup_4"] == [item for item, _ in first.answer]
+    assert 100 < first.answer[-1][1] < 200
+
+
+def test_all_events_of_an_instant_come():
+    """In the order in which they happen, at the time at which they do."""
+
+    async def play(client):
+        told = []
+
+        async def listen():
+            async for event in client.events():
+                at = await client.now()
+                told.append((event["kind"], event.get("robot"), at))
+
+        listener = asyncio.create_task(listen())
+        await asyncio.gather(client.robot("mocha").undock(), client.robot("latte").undock())
+        await client.sleep(1)
+        listener.cancel()
+        return told
+
+    told = played(play).answer
+
+    undocked = [(robot, at) for kind, robot, at in told if kind == "dock_undocked"]
+    assert [("mocha", 0.0), ("latte", 0.0)] == undocked
+
+
+def test_no_more_events_can_come():
+    """The task that waits for one is told, rather than left to wait."""
+
+    async def play(client):
+        with pytest.raises(Idle):
+            async for _ in client.events("order_placed"):
+                pass
+
+    played(play)
 
 
 def test_a_task_that_is_canceled_cancels_its_goal_and_awaits_its_end():
