@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import sysconfig
 import traceback
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
+import hmrsim
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.results.row import CRASHED, HUNG, MEMORY
 from hmrsim_zenoh.errors import SimulatorGone
@@ -13,6 +17,17 @@ if TYPE_CHECKING:
     from hmrsim.experiments.running.controllers import Controller
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.client.client import Client
+
+_OURS: Final = Path(hmrsim.__file__).parent
+_NOT_THEIRS: Final = tuple(
+    f"{folder}{os.sep}"
+    for folder in (
+        *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
+        _OURS,
+        _OURS.with_name("hmrsim_zenoh"),
+    )
+)
+"""The folders of Python, of installed packages, and of the simulator: the place of an error is sought elsewhere."""
 
 SUCCEEDED, FAILED = "succeeded", "failed"
 """The endings of a controller that ends by itself."""
@@ -26,20 +41,35 @@ def control(controller: Controller, client: Client, simulator: Simulator) -> tup
     """Let a controller control the robots; return its ending, and the cause if it has not ended by itself."""
     try:
         return (SUCCEEDED if controller(client, [*simulator.robots]) else FAILED), ""
-    except SimulatorGone:
-        return FAILED, ""
-    except WallLimit as limit:
-        return HUNG, str(limit)
-    except MemoryError:
-        return MEMORY, "it takes more memory than its limit"
-    except HmrsimError as error:
-        return CRASHED, f"{type(error).__name__}: {error}"
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the user's code raises
-        return CRASHED, described(error)
+    except (WallLimit, Exception, SystemExit, BaseExceptionGroup) as error:  # noqa: BLE001 - whatever users' code raises
+        return _ending(_first(error))
+
+
+def _first(error: BaseException) -> BaseException:
+    """Return the first error of a group, which is what tasks of asyncio raise."""
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    return error
+
+
+def _ending(error: BaseException) -> tuple[str, str]:
+    match error:
+        case SimulatorGone():
+            return FAILED, ""
+        case WallLimit():
+            return HUNG, str(error)
+        case MemoryError():
+            return MEMORY, "it takes more memory than its limit"
+        case HmrsimError():
+            return CRASHED, f"{type(error).__name__}: {error}"
+        case _:
+            return CRASHED, described(error)
 
 
 def described(error: BaseException) -> str:
-    """Return an error of the user's code as one line: the error and its place."""
+    """Return an error of the user's code as one line: the error and its place, in that code if it was there."""
+    error = _first(error)
     text = f"{type(error).__name__}: {error}".splitlines()[0]
     frames = traceback.extract_tb(error.__traceback__)
-    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text
+    theirs = [frame for frame in frames if not frame.filename.startswith(_NOT_THEIRS)] or frames
+    return f"{text} ({theirs[-1].filename}:{theirs[-1].lineno})" if theirs else text

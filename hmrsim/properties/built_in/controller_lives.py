@@ -18,8 +18,11 @@ _DEATHS: Final = {
     "out_of_memory": "the controller ran out of memory",
     "died": "the controller died",
 }
-_ERROR: Final = re.compile(r"^(\w+)\b.*?(?:\((?:[^()]*[/\\])?([^()/\\]+:\d+)\))?$", re.DOTALL)
-"""The name of an exception, and the place that raised it, in a line such as ``KeyError: 'eve' (/x/mission.py:12)``."""
+_ERROR: Final = re.compile(r"^(GoalRejectedError: \w+|\w+)\b.*?(?:\((?:[^()]*[/\\])?([^()/\\]+:\d+)\))?$", re.DOTALL)
+"""The name of an exception, and the place that raised it, in a line such as ``KeyError: 'eve' (/x/mission.py:12)``.
+
+Why a goal was rejected is a part of the name: a robot that has broken down is not one that does not exist.
+"""
 
 
 class ControllerLives(Watcher):

@@ -158,6 +158,7 @@ def test_the_robustness_of_orders_is_the_share_of_their_time_that_is_left():
     ("ending", "cause", "reason"),
     [
         ("crashed", "KeyError: 'eve' (/home/me/mission.py:12)", "crashed: KeyError at mission.py:12"),
+        ("crashed", "GoalRejectedError: not_ready: eve has broken down", "crashed: GoalRejectedError: not_ready"),
         ("crashed", "the controller ended with exit code 3", "crashed: the"),
         ("crashed", "", "crashed"),
         ("hung", "it takes longer than 30 wall seconds", "hung"),

@@ -1,0 +1,76 @@
+"""How a controller ends that runs in the process of its run."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from hmrsim.experiments.running.controlling import WallLimit, control
+from hmrsim_zenoh.errors import GoalRejectedError, SimulationEnded
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+WORLD: Any = SimpleNamespace(robots={})
+CLIENT: Any = None
+
+REJECTED = GoalRejectedError("not_ready", 0, "eve has broken down")
+
+
+def raises(error: BaseException) -> Callable[..., Any]:
+    """Return a controller that raises an error."""
+
+    def controller(*_: object) -> bool:
+        raise error
+
+    return controller
+
+
+def raises_in_a_task(error: BaseException) -> Callable[..., Any]:
+    """Return a controller of which a task of a group of tasks raises an error."""
+
+    async def task() -> None:
+        raise error
+
+    async def tasks() -> None:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(task())
+
+    return lambda *_: asyncio.run(tasks())
+
+
+@pytest.mark.parametrize("controller", [raises, raises_in_a_task])
+@pytest.mark.parametrize(
+    ("error", "ending", "cause"),
+    [
+        (SimulationEnded("the run is over"), "failed", ""),
+        (WallLimit("too long"), "hung", "too long"),
+        (MemoryError(), "out_of_memory", "it takes more memory than its limit"),
+        (REJECTED, "crashed", "GoalRejectedError: not_ready: eve has broken down"),
+    ],
+)
+def test_an_error_is_the_ending(controller: Callable[..., Any], error: BaseException, ending: str, cause: str) -> None:
+    """Also one that asyncio has put into a group."""
+    assert (ending, cause) == control(controller(error), CLIENT, WORLD)
+
+
+@pytest.mark.parametrize("controller", [raises, raises_in_a_task])
+def test_a_bug_is_told_with_its_place(controller: Callable[..., Any]) -> None:
+    """The place is in the controller."""
+    ending, cause = control(controller(KeyError("eve")), CLIENT, WORLD)
+
+    assert "crashed" == ending
+    assert cause.startswith("KeyError: 'eve' (")
+    assert "test_controlling.py:" in cause
+
+
+def test_the_place_is_in_the_code_of_the_user() -> None:
+    """Also where a library raises the error."""
+    ending, cause = control(lambda *_: json.loads("{"), CLIENT, WORLD)
+
+    assert "crashed" == ending
+    assert "test_controlling.py:" in cause
