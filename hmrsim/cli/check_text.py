@@ -35,7 +35,7 @@ def summary_text(summary: Summary, folder: Path) -> Iterator[str]:
     what = f"{count} failure{'s' * (count != 1)}" if count else "no failure"
     pace = tried.runs / summary.seconds if summary.seconds else 0.0
     ended = "" if summary.complete else ", interrupted"
-    yield f"{summary.name}: {what} in {tried.runs:,} runs ({summary.seconds:.1f} s, {pace:.0f} runs/s{ended})"
+    yield f"{summary.name}: {what} in {tried.runs:,} runs ({summary.seconds:.1f} s, {pace:,.1f} runs/s{ended})"
     for number, finding in enumerate(summary.findings, 1):
         yield ""
         yield from _finding(number, finding, summary.files.get(number, ""))
