@@ -66,7 +66,8 @@ class Treatment(Part):
 
     Attributes:
         tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
-        python: A function that is given a `hmrsim_zenoh.Client`, likewise in the process.
+        python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
+            `hmrsim_zenoh.AsyncClient`, likewise in the process.
         command: A command line; it is started for each run, with an endpoint of its own in its environment.
         set: Texts on the blackboard of a tree, or variables of a command's environment.
         robots: The robots of a tree; None for all.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +14,7 @@ from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
 from hmrsim.world.overlays.expressions import substituted
+from hmrsim_zenoh.client.aio import AsyncClient
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,8 +51,16 @@ def controller_of(
         return lambda client, robots: run_tree(client, plan, treatment.robots or robots, coverage=coverage).succeeded
     if treatment.python is None:
         raise AssertionError
-    function = _function(substituted(treatment.python, names), folder)
-    return lambda client, _robots: function.applied(client) is not False
+    found = _function(substituted(treatment.python, names), folder)
+    if inspect.iscoroutinefunction(found.function):
+        return lambda client, _robots: asyncio.run(_played(client, found.applied)) is not False
+    return lambda client, _robots: found.applied(client) is not False
+
+
+async def _played(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:
+    """Run a coroutine function, which is given the client for asyncio."""
+    async with AsyncClient(client) as robots:
+        return await function(robots)
 
 
 def _text(value: object) -> str:

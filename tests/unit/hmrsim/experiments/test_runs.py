@@ -40,6 +40,11 @@ def drive(client, x=20.0):
     Commander(client, "w").go_to_pose(float(x), 0.0)
 
 
+async def drives(robots, x=20.0):
+    await robots.robot("w").navigate_to((float(x), 0.0))
+    return x < 20
+
+
 def rounds(client):
     for n in range(3):
         drive(client, 10.0 * (n % 2))
@@ -104,6 +109,15 @@ def test_the_controllers_outcome_ends_a_run_if_nothing_else_does(row):
     assert (good.ending, good.success, good.cause) == ("succeeded", True, "")
     assert good.at == good.measures["time"] == pytest.approx(good.measures["energy"])
     assert (bad.ending, bad.success, bad.at, bad.output) == ("failed", False, 0.0, "no luck")
+
+
+def test_a_coroutine_function_is_a_controller(row):
+    """It is given a client for asyncio, and what it returns counts."""
+    near, far = row("drives(x=10)"), row("drives")
+
+    assert (near.ending, near.at) == ("succeeded", 10.0)
+    assert far.ending == "failed"
+    assert far.at == pytest.approx(row("drive").at)
 
 
 def test_a_tree_runs_with_its_parameters(row):
