@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.condition import Operator
 
 _TOPIC = "battery_state"
-_BATTERY_TOPIC = input_port(STRING, f"Topic of the battery state: {_TOPIC}", default=_TOPIC)
+_BATTERY_TOPIC = input_port(
+    STRING, f"Topic of the battery state: {_TOPIC}; of another robot: ROBOT/{_TOPIC}", default=_TOPIC
+)
 
 
 class _Battery(Condition):
@@ -36,10 +38,14 @@ class _Battery(Condition):
         """
         super().setup(**kwargs)
         topic = self.read("battery_topic")
-        if topic.rpartition("/")[2] != _TOPIC:
-            raise PortError(f"{self._whose('battery_topic')}: no topic {topic!r}; the battery state is on {_TOPIC!r}")
+        robot, _, name = topic.removeprefix("/").rpartition("/")
+        if name != _TOPIC or "/" in robot:
+            raise PortError(
+                f"{self._whose('battery_topic')}: no topic {topic!r}; the battery state is on {_TOPIC!r}, that of"
+                f" another robot on 'ROBOT/{_TOPIC}'"
+            )
         self._topics: Topics = kwargs["topics"]
-        self._robots_name: str = kwargs["robot"]
+        self._robots_name: str = robot or kwargs["robot"]
         self._topics.watch(self._robots_name, _TOPIC)
 
     def next_tick_time(self) -> float:

@@ -242,6 +242,14 @@ class TestBattery:
 
         assert "F" == tree(low, **battery(percentage=0.5)).tick()
 
+    @pytest.mark.parametrize("topic", ["eve/battery_state", "/eve/battery_state"])
+    def test_the_battery_of_another_robot(self, node, tree, battery, topics, topic):
+        """Its robot's name stands before it."""
+        low = tree(node(IsBatteryLow, min_battery="0.3", battery_topic=topic), **battery(percentage=0.2))
+
+        assert [("eve", "battery_state")] == topics.watched
+        assert "S" == low.tick()
+
     def test_another_topic_is_refused(self, node, tree, battery):
         """There is none."""
         low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery_status")
