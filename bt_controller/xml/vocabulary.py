@@ -34,9 +34,9 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
         if not classes:
             raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.core.node.Node")
         for tag, value in classes.items():
-            if tag in found:
-                raise TreeError(f"--nodes {name}: node {tag!r} exists already; rename the class")
-            found[tag] = value
+            if found.setdefault(tag, value) is not value:
+                where = found[tag].__module__
+                raise TreeError(f"--nodes {name}: node {tag!r} exists already, in {where}; rename the class")
     return found
 
 

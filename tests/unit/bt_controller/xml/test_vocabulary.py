@@ -73,13 +73,21 @@ def test_public_classes_with_ports_are_nodes_by_their_names():
             "bt_test_empty",
             "^--nodes bt_test_empty: it defines no nodes, public subclasses of bt_controller.core.node.Node$",
         ),
-        ("bt_test_taken", "^--nodes bt_test_taken: node 'AlwaysSuccess' exists already; rename the class"),
+        ("bt_test_taken", "^--nodes bt_test_taken: node 'AlwaysSuccess' exists already, in .*; rename the class"),
     ],
 )
 def test_modules_without_nodes_are_refused(module, error):
     """The line says why."""
     with pytest.raises(TreeError, match=error):
         vocabulary([module])
+
+
+def test_a_module_that_an_entry_point_has_given_already(monkeypatch):
+    """The class is the same, so that nothing has to be renamed."""
+    known = vocabulary(["bt_test_nodes"])
+    monkeypatch.setattr("bt_controller.xml.vocabulary.registry", lambda: known)
+
+    assert known == vocabulary(["bt_test_nodes"])
 
 
 def test_a_file_may_use_them(files):
