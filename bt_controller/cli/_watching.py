@@ -11,9 +11,6 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from py_trees.common import Status
-
-from bt_controller.running.snapshot import nodes_of, reasons
 from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
@@ -142,21 +139,6 @@ def watching(
                 watcher.ticked(mission, now)
 
         yield ticked
-
-
-def why_failed(missions: Sequence[Mission]) -> dict[str, list[dict[str, str]]]:
-    """Return the behaviours that made trees fail, with their feedback messages, by robot."""
-    return {
-        mission.robot: [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]
-        for mission in missions
-        if mission.status is Status.FAILURE
-    }
-
-
-def in_words(why: Sequence[Mapping[str, str]]) -> str:
-    """Return the reason of a tree's failure, to be printed after its status."""
-    text = "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in why)
-    return f": {text}" if text else ""
 
 
 def _write(option: str, path: str, text: str) -> None:

@@ -7,7 +7,6 @@ import gc
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -19,9 +18,7 @@ from bt_controller.cli._watching import (
     covering,
     display,
     draw,
-    in_words,
     watching,
-    why_failed,
 )
 from bt_controller.errors import TreeError
 from bt_controller.running.clocks import clock_for
@@ -90,18 +87,18 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         def give_up() -> None:
             if sys.stdout.isatty():
                 os.write(sys.stdout.fileno(), _SHOW_CURSOR)
-            _report(runner.give_up(), {}, as_json=args.json)
+            _report(runner.give_up(), as_json=args.json)
 
         with watching(args, client, missions, clock, shown) as ticked:
             runner = Runner(client, missions, clock, mailbox, show=ticked, period=args.period, grace=_GRACE)
             with on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
                 outcome = runner.run()
-    code = _report(outcome, why_failed(missions), as_json=args.json)
+    code = _report(outcome, as_json=args.json)
     draw(args, {mission.robot: nodes_of(mission.root) for mission in missions}, statuses=True)
     return exit_code_of(signals[0]) if outcome.interrupted else code
 
 
-def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *, as_json: bool) -> int:
+def _report(outcome: Outcome, *, as_json: bool) -> int:
     """Report the outcome, and return the exit code of a run that no signal ended."""
     if outcome.interrupted:
         doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
@@ -109,9 +106,10 @@ def _report(outcome: Outcome, why: Mapping[str, Sequence[Mapping[str, str]]], *,
     if outcome.gone:
         print("bt-controller: the simulator is gone", file=sys.stderr)
     if as_json:
-        print(json.dumps({**outcome.to_json(), "reasons": why}), flush=True)
+        print(json.dumps(outcome.to_json()), flush=True)
     elif not outcome.interrupted:
         for robot, status in outcome.statuses.items():
             ended = "skipped" if status.name == "INVALID" and not outcome.gone else status.value
-            print(f"{robot}: {ended}{in_words(why.get(robot, ()))}")
+            why = outcome.why(robot)
+            print(f"{robot}: {ended}{f': {why}' if why else ''}")
     return DONE if outcome.succeeded else FAILED

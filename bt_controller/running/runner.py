@@ -11,9 +11,9 @@ their goals are sent again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +22,7 @@ from py_trees.common import Status
 from bt_controller.core.topics import Topics
 from bt_controller.running.alarms import Alarms
 from bt_controller.running.mailbox import RESET, STOP
+from bt_controller.running.snapshot import nodes_of, reasons
 from bt_controller.running.tick_schedule import Due, next_period
 from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
@@ -53,17 +54,24 @@ class Outcome:
         interrupted: Whether the user stopped it.
         gone: Whether it was given up because the simulator is gone.
         left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
+        reasons: By robot whose tree failed, the behaviours that made it fail, each with its ``node`` and ``message``.
     """
 
     statuses: dict[str, Status]
     interrupted: bool = False
     gone: bool = False
     left: tuple[str, ...] = ()
+    reasons: Mapping[str, Sequence[Mapping[str, str]]] = field(default_factory=dict)
 
     @property
     def succeeded(self) -> bool:
         """Whether every tree succeeded."""
         return all(status is Status.SUCCESS for status in self.statuses.values())
+
+    def why(self, robot: str) -> str:
+        """Return what made the tree of a robot fail, in words; empty if it has not failed."""
+        told = self.reasons.get(robot, ())
+        return "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in told)
 
     def to_json(self) -> dict[str, Any]:
         """Return the outcome as JSON values."""
@@ -73,6 +81,7 @@ class Outcome:
             "gone": self.gone,
             "robots": {robot: status.value for robot, status in self.statuses.items()},
             "left": list(self.left),
+            "reasons": {robot: list(reasons) for robot, reasons in self.reasons.items()},
         }
 
 
@@ -247,4 +256,10 @@ class Runner:
         return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
-        return Outcome({mission.robot: mission.status for mission in self._missions}, interrupted, gone)
+        statuses = {mission.robot: mission.status for mission in self._missions}
+        failed = {mission.robot: _reasons(mission) for mission in self._missions if mission.status is Status.FAILURE}
+        return Outcome(statuses, interrupted, gone, reasons=failed)
+
+
+def _reasons(mission: Mission) -> list[dict[str, str]]:
+    return [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]

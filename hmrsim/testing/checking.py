@@ -32,6 +32,7 @@ def check(  # noqa: PLR0913 - what the command has as options
     python: str | None = None,
     command: str | Sequence[str] | None = None,
     robots: Sequence[str] | None = None,
+    nodes: Sequence[str] = (),
     budget: str | float = "20s",
     runs: int | None = None,
     seed: int = 0,
@@ -56,6 +57,7 @@ def check(  # noqa: PLR0913 - what the command has as options
         python: The controller, if it is a function that takes a client: ``MODULE:FUNCTION``.
         command: The controller, if it is a program.
         robots: Who runs the tree; all robots if left out.
+        nodes: Modules with further nodes for a tree in XML, as ``--nodes`` names them.
         budget: How long to search, by the wall's clock.
         runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
         seed: The seed of the search.
@@ -66,7 +68,8 @@ def check(  # noqa: PLR0913 - what the command has as options
     def decorate(function: Callable[..., object]) -> Callable[[], None]:
         def test() -> None:
             chosen = None if robots is None else list(robots)
-            controller = {"tree": tree, "python": python, "command": command, "robots": chosen}
+            given = {"tree": tree, "python": python, "command": command, "robots": chosen}
+            controller = given | ({"nodes": list(nodes)} if nodes else {})
             said = {
                 "world": dict(world) if isinstance(world, Mapping) else str(world),
                 "controller": {name: value for name, value in controller.items() if value is not None},

@@ -45,13 +45,14 @@ _FLEET = "bt_controller"
 """The participant's name, as ``bt-controller run`` has it; the ids of goals depend on it, and so does the trace."""
 
 
-def simulation(
+def simulation(  # noqa: PLR0913 - what the commands have as options
     world: str | Path | Mapping[str, Any] | World,
     *,
     changes: Mapping[str, Any] | None = None,
     tree: AnyTree | None = None,
     robots: Sequence[str] | None = None,
     values: Mapping[str, str] | None = None,
+    nodes: Sequence[str] = (),
     settings: RunSettings | None = None,
     schedule: Sequence[Thing] = (),
     coverage: bool = False,
@@ -64,6 +65,7 @@ def simulation(
         tree: The tree that `Run.to_the_end` runs.
         robots: Who runs it; all robots if left out.
         values: Texts that are on each tree's blackboard from the start.
+        nodes: Modules with further nodes for a tree in XML, as ``--nodes`` names them.
         settings: The seed and others, as ``hmrsim run`` has them.
         schedule: Faults and changes of the world, as `hmrsim.testing.schedules` draws them.
         coverage: Whether to count what happens to the nodes of the tree, in `Run.coverage`.
@@ -84,15 +86,15 @@ def simulation(
             raise ValueError("changes are laid over files and plain values; this is a world that was read already")
     else:
         world = load_world(world, overlays=overlays).world
-    plan = None if tree is None else _plan(tree, values or {})
+    plan = None if tree is None else _plan(tree, values or {}, nodes)
     chosen = (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP})
     return Run(with_faults(world, schedule), plan, robots, chosen, TreeCoverage() if coverage else None)
 
 
-def _plan(tree: AnyTree, values: Mapping[str, str]) -> Plan:
+def _plan(tree: AnyTree, values: Mapping[str, str], nodes: Sequence[str]) -> Plan:
     if callable(tree):
         return plan_of(tree, getattr(tree, "__qualname__", repr(tree)), values=values)
-    return load(str(tree), values=values)
+    return load(str(tree), nodes=nodes, values=values)
 
 
 class Run:
@@ -266,7 +268,8 @@ class Run:
             raise AssertionError("the run has not come to its end; call `to_the_end`")
         failed = [robot for robot, status in self.outcome.statuses.items() if status.name != "SUCCESS"]
         if failed:
-            raise AssertionError(f"{', '.join(failed)} failed{self._told()}")
+            why = "".join(f"\n  {robot}: {text}" for robot in failed if (text := self.outcome.why(robot)))
+            raise AssertionError(f"{', '.join(failed)} failed{why}{self._told()}")
 
     def check_visited(self, robot: str, *places: str) -> None:
         """Check that a robot's goals ended at places in this order; others may be between.

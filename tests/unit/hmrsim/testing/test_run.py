@@ -129,3 +129,33 @@ def test_pytest_starts_as_fast_as_before():
 
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "[]\n" == done.stdout
+
+
+NODES = '''\
+from py_trees.common import Status
+
+from bt_controller.core.node import Condition
+
+
+class Never(Condition):
+    """Fails, and says why."""
+
+    def update(self):
+        """Fail."""
+        self.feedback_message = "it never is"
+        return Status.FAILURE
+'''
+NEVER = '<root BTCPP_format="4"><BehaviorTree ID="A"><Never name="Is it so?"/></BehaviorTree></root>'
+
+
+def test_a_tree_in_xml_with_nodes_of_its_own(simulation, tmp_path, monkeypatch):
+    """They are named as for the command; a failure names the node that failed."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "nodes_of_its_own.py").write_text(NODES)
+    (tmp_path / "never.xml").write_text(NEVER)
+
+    run = simulation("cafe", tree=tmp_path / "never.xml", robots=["mocha"], nodes=["nodes_of_its_own"])
+
+    assert not run.to_the_end().succeeded
+    with pytest.raises(AssertionError, match=r"^mocha failed\n  mocha: Is it so\?: it never is\n"):
+        run.check_succeeded()
