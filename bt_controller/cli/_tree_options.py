@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, Final
 
+_ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
 
@@ -34,6 +35,18 @@ def add_tree_options(parser: Any) -> None:
         metavar="KEY=VALUE",
         help="write a text to each robot's blackboard before the first tick; ports parse it as in a file; repeatable",
     )
+
+
+def add_robot_option(parser: Any, about: str) -> None:
+    """Add the names of robots."""
+    parser.add_argument("--robot", action="extend", nargs="+", default=[], type=_robot, metavar="NAME", help=about)
+
+
+def _robot(text: str) -> str:
+    if not _ROBOT_NAME.fullmatch(text):
+        expected = "selectors are for --robots" if ":" in text else "expected letters, digits and underscores"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; {expected}")
+    return text
 
 
 def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:

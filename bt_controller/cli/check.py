@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from bt_controller.cli._codes import EXIT_CODES
-from bt_controller.cli._tree_options import add_picture_options, add_tree_options
+from bt_controller.cli._tree_options import add_picture_options, add_robot_option, add_tree_options
 from hmrsim.program.command_line import Later
 
 _EXAMPLES: Final = """\
@@ -14,6 +14,7 @@ examples:
   bt-controller check navigate.xml && bt-controller run navigate.xml --robot mocha --set goal=kitchen
   bt-controller check missions.xml --tree Fetch --nodes my_nodes
   bt-controller check missions:patrol && bt-controller run missions:patrol --robot mocha
+  bt-controller check missions:hand_over --robot mocha latte
   bt-controller check missions:patrol --json | jq '.nodes | length'"""
 
 
@@ -25,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     add_tree_options(parser)
+    add_robot_option(parser, "the robots that the tree is built for, where it is one for several (default: robot)")
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
     parser.set_defaults(command=Later("bt_controller.cli.check_tree", "check"))

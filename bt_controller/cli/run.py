@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Callable
 from functools import partial
-from typing import Final
 
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES
-from bt_controller.cli._tree_options import add_tree_options, add_watching_options
+from bt_controller.cli._tree_options import add_robot_option, add_tree_options, add_watching_options
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, seconds
-
-_ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -22,15 +18,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = "Run a tree for each robot until all have ended."
     parser.epilog = f"{EXAMPLES}\n\n{ENVIRONMENT}\n\n{EXIT_CODES}"
     add_tree_options(parser)
-    parser.add_argument(
-        "--robot",
-        action="extend",
-        nargs="+",
-        default=[],
-        type=_robot,
-        metavar="NAME",
-        help="the robots to drive; repeatable",
-    )
+    add_robot_option(parser, "the robots to drive; repeatable")
     parser.add_argument(
         "--robots",
         action="extend",
@@ -82,13 +70,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_session_options(parser)
     add_log_options(parser)
     parser.set_defaults(command=partial(Later("bt_controller.cli.run_trees", "run"), parser))
-
-
-def _robot(text: str) -> str:
-    if not _ROBOT_NAME.fullmatch(text):
-        expected = "selectors are for --robots" if ":" in text else "expected letters, digits and underscores"
-        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; {expected}")
-    return text
 
 
 def _checked(check: Callable[[str], object], text: str) -> str:

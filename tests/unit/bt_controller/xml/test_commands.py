@@ -46,6 +46,16 @@ class TestCheck:
         out, err = capsys.readouterr()
         assert ("{*} Drive\n    --> NavigateToPose\n    --> Sleep\n", UNSET) == (out, err)
 
+    def test_a_tree_for_several_robots_is_built_for_those_that_are_named(self, files, capsys):
+        """Without their names the error says how to give them."""
+        text = "from py_trees.behaviours import Success\n\ndef pair(robots):\n    return Success(robots[0] + robots[1])"
+        (files.folder / "pair.py").write_text(text)
+
+        assert main(["check", "pair.py:pair", "--robot", "eve", "mo"]) == 0
+        assert "--> evemo" in capsys.readouterr().out
+        assert main(["check", "pair.py:pair"]) == 2
+        assert "it was given one robot, others are named by --robot" in capsys.readouterr().err
+
     def test_given_entries_are_not_listed(self, capsys):
         """They are given with --set."""
         assert main(["check", "tree.xml", "--set", "goal=kitchen"]) == 0
@@ -145,7 +155,7 @@ class TestRun:
 
     def test_a_skipped_tree_is_reported_as_skipped(self, capsys):
         """Its py_trees status has no meaning for a user."""
-        _report(Outcome({"wall_e": Status.INVALID}), {}, as_json=False)
+        _report(Outcome({"wall_e": Status.INVALID}), as_json=False)
 
         assert capsys.readouterr().out == "wall_e: skipped\n"
 
