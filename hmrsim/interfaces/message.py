@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pydantic.fields import FieldInfo
 
 _KINDS = {"Goal": "action", "Result": "action", "Feedback": "action", "Request": "srv", "Response": "srv"}
@@ -58,6 +60,20 @@ class Message(BaseModel):
         package = ours.partition(".")[0] or cls.__module__.rpartition(".")[2]
         kind = _KINDS.get(cls.__name__, "msg") if "." in cls.__qualname__ else "msg"
         cls.ros_type = f"{package}/{kind}/{cls.__qualname__.replace('.', '_')}"
+        for name, field in cls.model_fields.items():
+            if not _is_of_ros(field.annotation, field.metadata):
+                text = "use a Message, or one of hmrsim.interfaces.message, such as UInt16 or Float64"
+                raise TypeError(f"{cls.ros_type}: field {name!r} is of no type that ROS has; {text}")
+
+
+def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
+    """Return whether a field is a message, a primitive of ROS, or a list of those."""
+    if get_origin(annotation) is Annotated:
+        annotation, *metadata = get_args(annotation)
+    if get_origin(annotation) is list:
+        return _is_of_ros(get_args(annotation)[0], ())
+    is_message = isinstance(annotation, type) and issubclass(annotation, Message)
+    return is_message or any(isinstance(mark, Primitive) for mark in metadata)
 
 
 def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hmrsim.actions import registry as all_actions
 from hmrsim.engine.chance import Chance
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
@@ -52,6 +51,7 @@ from hmrsim.simulation.demand import Demand
 from hmrsim.simulation.detections import Detections
 from hmrsim.simulation.entities import Roster
 from hmrsim.simulation.fault_injector import FaultInjector
+from hmrsim.simulation.installed_actions import installed_actions
 from hmrsim.simulation.queries import Readings
 from hmrsim.simulation.run_control import Gate
 from hmrsim.simulation.scripts import Scripts
@@ -154,7 +154,7 @@ class Simulator:
         self._errors = InternalErrors(publisher, strict=settings.strict, mark=self._mark)
         self.dispatcher = Dispatcher(
             self.env,
-            all_actions() if actions is None else actions,
+            installed_actions() if actions is None else actions,
             self.telemetry,
             publisher=publisher,
             errors=self._errors,

@@ -117,18 +117,9 @@ PADDING: Final = Field("structure_needs_at_least_one_member", "uint8")
 
 @cache
 def structure(cls: type[Message]) -> Structure:
-    """Return the ROS type of a model.
-
-    Raises:
-        TypeError: A field has no ROS type.
-    """
-    fields = []
-    for name, info in cls.model_fields.items():
-        try:
-            fields.append(_field(name, info.annotation, info.metadata))
-        except TypeError as error:
-            raise TypeError(f"{cls.ros_type}: field {name!r}: {error}") from None
-    return Structure(cls.ros_type, tuple(fields) or (PADDING,))
+    """Return the ROS type of a model, whose fields all have one."""
+    fields = tuple(_field(name, info.annotation, info.metadata) for name, info in cls.model_fields.items())
+    return Structure(cls.ros_type, fields or (PADDING,))
 
 
 def _individual(described: Structure) -> dict[str, Any]:
@@ -164,7 +155,5 @@ def _field(name: str, annotation: object, metadata: Iterable[object]) -> Field:
 def _single(name: str, annotation: object, metadata: Iterable[object]) -> Field:
     if isinstance(annotation, type) and issubclass(annotation, Message):
         return Field(name, nested=structure(annotation), path=(name,))
-    for mark in metadata:
-        if isinstance(mark, Primitive):
-            return Field(name, mark.name, path=(name,))
-    raise TypeError(f"{annotation!r} has no ROS type; use a Message or a primitive of interfaces.message")
+    primitive = next(mark for mark in metadata if isinstance(mark, Primitive))
+    return Field(name, primitive.name, path=(name,))

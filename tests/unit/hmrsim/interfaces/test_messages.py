@@ -318,3 +318,10 @@ def test_import_builds_nothing() -> None:
     done = subprocess.run([sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True)
 
     assert done.stdout == "[]\n[]\n"
+
+
+@pytest.mark.parametrize("kind", [int, str, list[int], dict[str, float], float | None])
+def test_a_field_of_no_type_of_ros_is_refused(kind):
+    """By the class itself, rather than when ROS is to be told of it."""
+    with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' is of no type that ROS has; use a Message, or one of"):
+        type("Odd", (Message,), {"__annotations__": {"x": kind}, "__module__": "odd_msgs"})
