@@ -106,12 +106,14 @@ def test_the_results_do_not_depend_on_where_the_runs_are_made(experiment):
 
 def test_what_one_run_does_harms_no_other(experiment):
     """A worker that dies, a controller that hangs, leaks or prints without end: each is a row with its cause."""
-    bad = ("dies", "hangs", "leaks", "prints")
-    treatments = {name: {"python": f"controllers.py:{name}"} for name in ("go", *bad)}
-    limits = {"simulated": 600, "wall": 2, "memory": "500 MB"}
+    treatments = {name: {"python": f"controllers.py:{name}"} for name in ("go", "dies", "leaks", "prints")}
+    limits = {"simulated": 600, "wall": 60, "memory": "500 MB"}
     found = experiment("bad", "-j", "2", treatments=treatments, limits=limits, replications=2)
+    # One second is short for a busy machine, but not for what never ends.
+    hangs = {"hangs": {"python": "controllers.py:hangs"}}
+    found += experiment("hangs", "-j", "2", treatments=hangs, limits={**limits, "wall": 1}, replications=2)
 
-    endings = {name: {row["ending"] for row in found if row["treatment"] == name} for name in treatments}
+    endings = {name: {row["ending"] for row in found if row["treatment"] == name} for name in (*treatments, *hangs)}
     assert {
         "go": {"succeeded"},
         "dies": {"died"},
