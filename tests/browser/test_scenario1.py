@@ -25,12 +25,13 @@ def test_scenario_1(viewed, ask, open_page, coloured):
     assert coloured(page, [518.5, 199], RED) > 5
 
     goal = simulator.send("wall_e", "navigate_to_pose", **_at(ROOM))
-    until(page, "hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now())[0] < 470")
+    until(page, "hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now())[0] < 450")
     simulator.call("set_simulation_state", state={"state": 2})
     until(page, "hmrsim.clock.paused")
     x, y, _ = simulator.robot("wall_e")["pose"]
     until(page, _NEAR, [[x, y], 1.0])
-    assert 400 <= x < 470
+    # On a busy machine the simulator is behind the page, which goes on by itself.
+    assert 400 <= x < 495
     assert coloured(page, [x, y], YELLOW) > 20
     assert coloured(page, HOME, YELLOW) == 0
 

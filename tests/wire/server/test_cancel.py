@@ -18,7 +18,7 @@ def running(serve):
 
     free = {**registry(), "wait": replace(registry()["wait"], holds_base=False)}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hmrsim.simulation.simulator.all_actions", lambda: free)
+        patch.setattr("hmrsim.simulation.simulator.installed_actions", lambda: free)
         tester = serve(real_time_factor=1.0)
     # No goal is accepted at 0, which is before all times that a cancel can name.
     while tester.one("_world/clock")["clock"] == {"sec": 0, "nanosec": 0}:

@@ -40,7 +40,7 @@ def broken(serve, monkeypatch):
 
     def make(process, **settings):
         actions = {**registry(), "wait": replace(registry()["wait"], process=process)}
-        monkeypatch.setattr("hmrsim.simulation.simulator.all_actions", lambda: actions)
+        monkeypatch.setattr("hmrsim.simulation.simulator.installed_actions", lambda: actions)
         return serve(**{"real_time_factor": 10.0, "strict": True} | settings)
 
     return make
@@ -110,7 +110,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
         yield from ()
 
     actions = {**registry(), "wait": replace(registry()["wait"], process=stall)}
-    monkeypatch.setattr("hmrsim.simulation.simulator.all_actions", lambda: actions)
+    monkeypatch.setattr("hmrsim.simulation.simulator.installed_actions", lambda: actions)
     tester = serve(real_time_factor=0)
     tester.send(WAIT, wait(1), A)
     assert entered.wait(20.0)
