@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import json
 import platform
 import sqlite3
@@ -93,6 +94,12 @@ class Results:
                 raise ResultsError(
                     f"{folder}: has results of another experiment, or of this file as it was; choose another folder"
                 )
+            if changed := found.changed(plan):
+                found.close()
+                raise ResultsError(
+                    f"{folder}: has results from before {changed} was changed, with which others can't be compared;"
+                    " choose another folder"
+                )
             return found
         begun = folder / f"{FILE}.new"
         try:
@@ -108,6 +115,16 @@ class Results:
             why = reason_of(error) if isinstance(error, OSError) else error
             raise OutputError(f"{folder}: results can't be written: {why}") from None
         return cls(folder)
+
+    def changed(self, plan: Plan) -> str:
+        """Return what has been changed since the first run, of the world and the files of controllers; "" if nothing.
+
+        What those files import is not looked at.
+        """
+        if self.about["world"] != plan.world(0).hash:
+            return "the world"
+        before, now = self.about.get("controllers", {}), _controllers(plan)
+        return next((name for name, digest in before.items() if now.get(name, digest) != digest), "")
 
     def __enter__(self) -> Self:
         """Return the results."""
@@ -250,12 +267,24 @@ def _about(plan: Plan) -> dict[str, Any]:
         "factors": list(plan.scenarios[0]) if plan.scenarios else [],
         "scenarios": len(plan.scenarios),
         "treatments": list(file.treatments),
+        "controllers": _controllers(plan),
         "measures": {name: measure.model_dump() for name, measure in file.measures.items()},
         "replications": file.replications.model_dump(),
         "hmrsim": __version__,
         "python": platform.python_version(),
         "host": platform.node(),
     }
+
+
+def _controllers(plan: Plan) -> dict[str, str]:
+    """Return the SHA-256 of each file that the treatments name, by its name."""
+    found: dict[str, str] = {}
+    for treatment in plan.treatments.values():
+        name = (treatment.tree or treatment.python or "").partition(":")[0]
+        path = plan.path.parent / name
+        if name and path.is_file():
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
 
 
 def _quoted(name: str) -> str:

@@ -178,6 +178,27 @@ def test_results_of_another_experiment_are_not_mixed_in(tmp_path: Path) -> None:
         Results.create(tmp_path / "r", plan_of(tmp_path, seed=2))
 
 
+def test_results_of_another_controller_are_not_mixed_in(tmp_path: Path) -> None:
+    """Nor of another world; what can't be looked at as a file is not known to have changed."""
+    world, controller = tmp_path / "w.yaml", tmp_path / "drive.py"
+    world.write_text("waypoints: {a: [0, 0]}\nrobots: {w: {at: a}}\n")
+    controller.write_text("def drive(client):\n    pass\n")
+    said: dict[str, Any] = {
+        "world": "w.yaml",
+        "factors": {},
+        "treatments": {"a": {"python": "drive.py:drive"}, "b": {"command": "drive.py"}},
+    }
+    Results.create(tmp_path / "r", plan_of(tmp_path, **said)).close()
+    Results.create(tmp_path / "r", plan_of(tmp_path, **said)).close()
+
+    controller.write_text("def drive(client):\n    return True\n")
+    with pytest.raises(ResultsError, match=r"r: has results from before drive\.py was changed, .*another folder"):
+        Results.create(tmp_path / "r", plan_of(tmp_path, **said))
+    world.write_text("waypoints: {a: [0, 1]}\nrobots: {w: {at: a}}\n")
+    with pytest.raises(ResultsError, match=r"r: has results from before the world was changed, "):
+        Results.create(tmp_path / "r", plan_of(tmp_path, **said))
+
+
 def test_one_process_at_a_time_adds_results(tmp_path: Path) -> None:
     """One process at a time adds results."""
     plan = plan_of(tmp_path)
