@@ -105,7 +105,7 @@ def test_client_of_another_distribution(network):
     """The warning has both hashes, the nodes, and how to serve the client."""
     network.declare(hash_=JAZZY)
 
-    (told,) = network.told()
+    (told,) = network.warned(1)
     assert (
         f"ROS domain 7: client /nav_client is incompatible with {NAME}: its hash is {JAZZY} (jazzy), the server's "
         f"{KILTED} (kilted, lyrical); start `hmrsim run --ros2` with --ros-distro jazzy, or without --ros-distro"
@@ -120,7 +120,7 @@ def test_the_same_warning_comes_once(network):
     network.declare(name="/eve/x", hash_=JAZZY)
     network.peers.look(lambda _name: True)
 
-    assert 1 == len(network.told())
+    assert 1 == len(network.warned(1))
 
 
 def test_a_client_from_before_the_name_is_reported_on_a_second_look(network):
@@ -210,7 +210,7 @@ def test_request_of_a_reported_client_is_not_reported_again(network):
     network.told()
     network.peers.wrong_hash(Address(NAME, TYPE, JAZZY), keys.gid(text).hex())
 
-    assert 1 == len(network.told())
+    assert 1 == len(network.warned(1))
 
 
 def test_request_of_a_client_without_a_token(network):
@@ -218,7 +218,7 @@ def test_request_of_a_client_without_a_token(network):
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
 
-    (told,) = network.told()
+    (told,) = network.warned(1)
     assert f"{OTHER} (of an unknown distribution)" in told
     assert told.endswith("build the client's workspace against nav2_msgs of kilted or lyrical")
 
@@ -252,7 +252,7 @@ def test_tokens_from_before_the_watch_are_seen(network):
     token.undeclare()
 
     assert keys.gid(text) == gone.get(timeout=PATIENCE)
-    assert 2 == len(network.told())
+    assert 2 == len(network.warned(2))
     later.close()
 
 
@@ -281,7 +281,7 @@ def test_garbage_is_logged_and_ignored(network, tail):
     """One bad token is logged in one line, and the next good one is read."""
     text = f"@ros2_lv/{DOMAIN}{tail}"
     network.token(text)
-    (told,) = network.told()
+    (told,) = network.warned(1)
 
     assert f"ROS domain 7: ignored {text[:200]!r}, which is not a token of rmw_zenoh" == told
 
@@ -291,7 +291,7 @@ def test_much_garbage_is_not_logged(network):
     for number in range(50):
         network.token(f"@ros2_lv/{DOMAIN}/{number}/0/1/SC")
 
-    assert 20 == len(network.told())
+    assert 20 == len(network.warned(20))
 
 
 def test_invented_sessions_are_not_logged(network):
@@ -300,7 +300,7 @@ def test_invented_sessions_are_not_logged(network):
         ids = (0, number)
         network.token(keys.endpoint_token(DOMAIN, f"{number:x}", ids, NODE, Endpoint(Kind.CLIENT, NAME, TYPE, JAZZY)))
 
-    assert 20 == len(network.told())
+    assert 20 == len(network.warned(20))
 
 
 def test_hashes_of_a_type():
