@@ -16,7 +16,6 @@ from hmrsim.cli.connection import OPERATOR, connected
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_examples import example_of
-from hmrsim.cli.goal_places import with_poses
 from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_flow, yaml_text
 from hmrsim.cli.plain import plain
@@ -25,10 +24,12 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
+from hmrsim_zenoh.client.goal_places import with_poses
 from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -83,7 +84,7 @@ def _send_goal(args: argparse.Namespace) -> int:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {ros_type}")
         if text is None:
             data = _empty(client, name)
-        goal = read_goal(with_poses(data, action.goal, client.places.pose), action.goal)
+        goal = read_goal(_with_poses(client, data, action), action.goal)
         if info.get("clock") == LOCKSTEP:
             _check_that_time_moves(client)
         return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
@@ -94,6 +95,18 @@ def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
     if args.goal is None and args.type is not None and not _TYPE.fullmatch(args.type):
         return None, args.type
     return args.type, args.goal
+
+
+def _with_poses(client: Client, data: object, action: AnyAction) -> object:
+    """Return the plain values of a goal with a pose for each name of a place.
+
+    Raises:
+        WrongUse: There is no such place.
+    """
+    try:
+        return with_poses(data, action.goal, client.places.pose)
+    except ValueError as error:
+        raise WrongUse(str(error)) from None
 
 
 def _empty(client: Client, name: names.ActionName) -> dict[str, Any]:

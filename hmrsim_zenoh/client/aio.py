@@ -251,11 +251,12 @@ class AsyncRobot:
 
         Args:
             action: The action, or its name.
-            goal: The goal, or its plain values; fields that are left out have their defaults.
+            goal: The goal, or its plain values; fields that are left out have their defaults, and a pose may be the
+                name of a place.
             options: As of the other methods.
 
         Raises:
-            ValueError: No action of this name is installed here.
+            ValueError: No action of this name is installed here, or there is no such place.
             RequestError: The simulator does not serve it, or the goal has other fields.
         """
         return await self._do(self._errands.any(action, goal), **options)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from hmrsim.actions import registry
@@ -34,6 +34,7 @@ from hmrsim.interfaces.nav2_msgs import (
     Wait,
 )
 from hmrsim.interfaces.nav_msgs import Goals
+from hmrsim_zenoh.client.goal_places import with_poses
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -176,8 +177,15 @@ class Errands:
         return Errand("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result)
 
     def any(self, action: AnyAction | str, goal: Message | Mapping[str, Any]) -> Errand[Any]:
-        """Return a goal of any action, such as one of a package."""
-        return Errand(action, goal, Message)
+        """Return a goal of any action, such as one of a package.
+
+        Raises:
+            ValueError: No action of this name is installed, or there is no place of a name.
+        """
+        errand = Errand(action, goal, Message)
+        if isinstance(goal, Message):
+            return errand
+        return replace(errand, goal=with_poses(goal, errand.definition.goal, self.pose))
 
     def _goals(self, targets: Sequence[Target]) -> Goals:
         return Goals(goals=[self.pose(target) for target in targets])

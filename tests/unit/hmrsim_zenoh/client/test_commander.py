@@ -23,6 +23,16 @@ def test_a_goal_of_any_action(action, goal):
         assert 3.0 == run.now
 
 
+def test_a_pose_by_name():
+    """As on the command line."""
+    with simulation("cafe") as run:
+        run.commander("mocha").do("navigate_to_pose", {"pose": "counter"})
+
+        assert ["counter"] == run.visited("mocha")
+        with pytest.raises(ValueError, match=r"goal: pose: no place 'conter'; did you mean 'counter'"):
+            run.commander("mocha").do("navigate_to_pose", {"pose": "conter"})
+
+
 def test_a_goal_of_any_action_with_asyncio():
     """With feedback, as with each other method."""
     told = []

@@ -1,11 +1,10 @@
-"""Poses by name: a goal on the command line may have the name of a place wherever its message has a pose."""
+"""Poses by name: a goal in plain values may have the name of a place wherever its message has a pose."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, get_args
 
-from hmrsim.cli.exits import WrongUse
 from hmrsim.diagnostics import dotted
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
 
@@ -24,7 +23,7 @@ def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamp
         pose: Returns the pose of a place; raises `ValueError` for an unknown name.
 
     Raises:
-        WrongUse: There is no such place; one line per error.
+        ValueError: There is no such place; one line per error.
     """
     mistakes: list[str] = []
 
@@ -40,7 +39,7 @@ def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamp
 
     found = _map_poses(data, kind, named)
     if mistakes:
-        raise WrongUse("\n".join(mistakes))
+        raise ValueError("\n".join(mistakes))
     return found
 
 

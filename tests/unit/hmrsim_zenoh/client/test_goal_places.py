@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.goal_places import with_names, with_poses
 from hmrsim.cli.goal_text import read_goal
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
+from hmrsim_zenoh.client.goal_places import with_names, with_poses
 
 COUNTER = PoseStamped(pose=Pose(position=Point(x=2.0, y=3.0)))
 
@@ -46,7 +45,7 @@ def test_a_pose_without_a_stamp():
 
 def test_every_unknown_place_is_told():
     """Two mistakes are two lines, each with its field."""
-    with pytest.raises(WrongUse) as caught:
+    with pytest.raises(ValueError, match="goal") as caught:
         with_poses({"poses": ["kitchen", "counter", "hall"]}, registry()["follow_waypoints"].goal, pose)
 
     assert "goal: poses.0: no place 'kitchen'\ngoal: poses.2: no place 'hall'" == str(caught.value)
