@@ -8,11 +8,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.common import Status
+from pydantic import ValidationError
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
 from bt_controller.world.directory import Directory
+from hmrsim.diagnostics import dotted, shown
 from hmrsim.errors import GoalRejected
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
@@ -100,6 +102,12 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         """Return the code and the message of a result."""
         return result.error_code, result.error_msg
 
+    def _next_goal(self) -> Message | Mapping[str, Any] | None:
+        try:
+            return super()._next_goal()
+        except ValidationError as error:
+            raise PortError("\n".join(f"{self.located}: {each}" for each in _mistakes(self.ACTION, error))) from None
+
     def should_replace_goal(self) -> bool:
         """Return whether to replace the active goal by the one that `goal` returns now."""
         return False
@@ -165,3 +173,12 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         if "error_code_id" in self.OUTPUTS:
             self.write("error_code_id", code)
             self.write("error_msg", message)
+
+
+def _mistakes(action: str, error: ValidationError) -> list[str]:
+    """Return what is wrong with a goal, one text per field."""
+    return [
+        f"the goal of {action!r}: {dotted(each['loc'])}: {each['msg'][:1].lower()}{each['msg'][1:]}"
+        + ("" if each["type"] == "missing" else f", got {shown(each['input'])}")
+        for each in error.errors(include_url=False)
+    ]

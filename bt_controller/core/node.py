@@ -130,9 +130,13 @@ class Node(PortsMixin):
         known = Blackboard.metadata.get(client.remappings[client.absolute_name(port)])
         return known is not None and bool(known.read)
 
+    @property
+    def located(self) -> str:
+        """The node's name, and where it stands in its file, for messages."""
+        return f"{self.name} ({self.origin})" if self.origin else self.name
+
     def _whose(self, port: str) -> str:
-        where = f" ({self.origin})" if self.origin else ""
-        return f"{self.name}{where}: port {port!r}"
+        return f"{self.located}: port {port!r}"
 
 
 class Leaf(Node, Behaviour):

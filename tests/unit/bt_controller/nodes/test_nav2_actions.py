@@ -205,6 +205,20 @@ class TestServer:
         with pytest.raises(PortError, match=r"port 'server_name': 'spin' is not a name of 'wait'"):
             tree(node(Wait, server_name="spin"), **known)
 
+    def test_a_goal_that_its_message_refuses_is_an_error_that_names_the_field(self, node, tree, known):
+        """A node of one's own may make one, of ports that hold each alone."""
+
+        class Tabled(Pickup):
+            """Takes an item of a number, where the message wants a name."""
+
+            def goal(self):
+                """Return it."""
+                return registry()["pickup"].goal(target_name=7)
+
+        wanted = r"^Tabled1: the goal of 'pickup': target_name: input should be a valid string, got 7$"
+        with pytest.raises(PortError, match=wanted):
+            tree(node(Tabled), **known).tick()
+
     def test_a_name_that_is_not_served_is_an_error(self, node, tree, known):
         """Before the first tick."""
         with pytest.raises(NotServed, match=r"robot 'wall_e' has no action 'wait_server'"):
