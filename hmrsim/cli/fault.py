@@ -113,7 +113,10 @@ def _list(args: argparse.Namespace) -> int:
     if args.json:
         show_json(faults)
         return ExitCode.DONE
-    for line in columns([("name", "fault", "state", "settings"), *map(_row, faults)]) if faults else ():
+    if not faults:
+        show("no fault is active or scheduled")
+        return ExitCode.DONE
+    for line in columns([("name", "fault", "state", "settings"), *map(_row, faults)]):
         show(line)
     return ExitCode.DONE
 

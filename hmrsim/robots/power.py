@@ -74,6 +74,10 @@ class PoweredRobot(Protocol):
     def disabled_reasons(self) -> Mapping[str, str]:
         """Why it is disabled, by cause."""
 
+    @property
+    def queue(self) -> str:
+        """In which queue it waits, and for whom, in words; empty if it is in none."""
+
     def pose(self) -> Pose:
         """Return where it is now."""
 
@@ -274,7 +278,7 @@ class Energy:
     def why_empty(self) -> str:
         """Why an empty battery disables its robot, in words."""
         x, y = self._robot.pose().point
-        return f"battery empty at ({x:g}, {y:g})"
+        return ", ".join(filter(None, (f"battery empty at ({x:g}, {y:g})", self._robot.queue)))
 
     @property
     def tags(self) -> list[str]:

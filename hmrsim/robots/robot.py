@@ -62,6 +62,7 @@ class Robot(MobileBase):
         "_errors",
         "_kind",
         "_turn",
+        "_where",
         "components",
         "dock",
         "docks",
@@ -122,6 +123,7 @@ class Robot(MobileBase):
         self.dock: DockBay | None = None
         self.doing: list[str] = []
         self._turn: Event | None = None
+        self._where: Callable[[], str] = str
         self.energy = self._power_up()
 
     def _power_up(self) -> Energy | None:
@@ -307,17 +309,22 @@ class Robot(MobileBase):
         finally:
             self.finish_work()
 
-    def wait_for(self, turn: Event) -> Generator[Any, Any, None]:
-        """Do nothing until an event happens, such as a bay that becomes free.
+    def wait_for(self, turn: Event, where: Callable[[], str] = str) -> Generator[Any, Any, None]:
+        """Do nothing until an event happens, such as a bay that becomes free; *where* says in which queue meanwhile.
 
         Raises:
             GoalAborted: That takes too long; see `within`.
         """
-        self._turn = turn
+        self._turn, self._where = turn, where
         try:
             yield turn
         finally:
-            self._turn = None
+            self._turn, self._where = None, str
+
+    @property
+    def queue(self) -> str:
+        """In which queue it waits, and for whom, in words; empty if it is in none."""
+        return self._where()
 
     @contextmanager
     def within(self, seconds: float, why: GoalAborted) -> Iterator[None]:

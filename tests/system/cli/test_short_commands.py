@@ -43,6 +43,7 @@ def test_a_fault_is_injected_listed_and_cleared(run):
     assert "breakdown" in run("robot", "list")[1]
     assert (0, "cleared: breakdown_1\n", "") == run("fault", "clear", "breakdown")
     assert (0, "there is no fault to clear\n", "") == run("fault", "clear")
+    assert (0, "no fault is active or scheduled\n", "") == run("fault", "list")
 
 
 @pytest.mark.parametrize(

@@ -193,6 +193,25 @@ class TestDocking:
         assert (4.0, 0.0) == run.simulator.robots["eve"].pose().point
         assert (29.0, "SUCCEEDED") == log.changes(B)[-1]
 
+    def test_who_has_the_dock_is_told_when_the_wait_takes_too_long(self, make_run):
+        """Of the robot that is docked there, and of one on its way there."""
+        log = make_run(world(("eve", "wall_e")))(
+            (0.0, dock()), (1.0, dock("wall_e", B, max_staging_time=4.0)), (30.0, dock("wall_e", D, max_staging_time=4))
+        )
+
+        told = "can't line up for 'bay': it takes longer than 4 s, in the queue of 'bay', which eve has"
+        assert told == log.result(B).error_msg
+        assert told == log.result(D).error_msg
+
+    def test_who_has_the_dock_is_told_when_the_battery_runs_down_in_the_queue(self, make_run):
+        """It is not at fault alone."""
+        made = world(("eve", "wall_e"))
+        made["robots"]["wall_e"]["components"]["battery"] = {"capacity": 10, "drain": {"default": 1}}
+        log = make_run(made)((0.0, dock()), (1.0, dock("wall_e", B)))
+
+        assert (10.0, "ABORTED") == log.changes(B)[-1]
+        assert "battery empty at (0, -10), in the queue of 'bay', which eve has" in log.result(B).error_msg
+
     def test_a_dock_that_no_way_leads_to(self, make_run):
         """903 with the planner's words."""
         made = world()

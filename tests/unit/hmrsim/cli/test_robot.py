@@ -1,0 +1,48 @@
+"""The list of robots: what each does, and why it waits."""
+
+from __future__ import annotations
+
+from hmrsim.cli.robot import rows
+
+ROBOT = {
+    "name": "mocha",
+    "type": None,
+    "pose": [1.0, 2.5, 0.0],
+    "battery": None,
+    "goals": [],
+    "ailments": {},
+    "holds": [],
+    "dock": None,
+    "connected": True,
+    "waits": False,
+    "waiting": None,
+}
+DOCK = {"name": "charger", "tags": ["dock", "charger", "full", "docked:latte", "queued:mocha"]}
+
+
+def state(*fixtures, **robot):
+    """Return what is said of a robot."""
+    ((*_, state),) = rows({"robots": [{**ROBOT, **robot}], "fixtures": fixtures})
+    return state
+
+
+def test_the_other_columns():
+    """Of a robot without a type and a battery."""
+    assert [("mocha", "-", "(1, 2.5)", "-", "idle")] == list(rows({"robots": [ROBOT], "fixtures": []}))
+
+
+def test_a_robot_queues_for_a_dock():
+    """Who is there, is told."""
+    assert "dock_robot, queues for charger (docked there: latte)" == state(
+        DOCK, goals=[{"action": "dock_robot", "status": 2}]
+    )
+
+
+def test_a_robot_waits_for_others():
+    """On its way."""
+    assert "waits for latte, chai" == state(waits=True, waiting={"for": ["latte", "chai"]})
+
+
+def test_a_robot_waits_for_something_else():
+    """Such as a door."""
+    assert "waits: kitchen is locked" == state(waits=True, waiting={"why": "kitchen is locked"})
