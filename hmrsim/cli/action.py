@@ -95,7 +95,8 @@ def _info(args: argparse.Namespace) -> int:
         show(f"Aliases: {', '.join(also)}")
     show("Action servers: 1")
     for part, fields in _parts(action).items():
-        show("\n".join((f"{part.title()}:", *(f"    {field}: {kind}" for field, kind in fields.items()))))
+        constants = _constants(getattr(action, part))
+        show("\n".join((f"{part.title()}:", *(f"    {field}: {kind}" for field, kind in fields.items()), *constants)))
     if example is not None:
         show(f"Example: hmrsim action send-goal /{target} {quote(yaml_flow(dict(example)))}")
     return ExitCode.DONE
@@ -104,6 +105,11 @@ def _info(args: argparse.Namespace) -> int:
 def _parts(action: AnyAction) -> dict[str, dict[str, str]]:
     parts = {"goal": action.goal, "result": action.result, "feedback": action.feedback}
     return {part: _fields(message) for part, message in parts.items()}
+
+
+def _constants(message: type[Message]) -> Iterator[str]:
+    """Yield the lines of a message's constants, as ``ros2 interface show`` has them."""
+    return (f"    {name}={value}" for name, value in vars(message).items() if name.isupper())
 
 
 def _fields(message: type[Message]) -> dict[str, str]:

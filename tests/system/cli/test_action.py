@@ -61,6 +61,15 @@ def test_info_of_an_action(endpoint, capsys):
     assert "Example: hmrsim action send-goal /wall_e/pickup '{target_name: medicine}'" == lines[-1]
 
 
+def test_constants_are_listed(endpoint, capsys):
+    """What the numbers of a result and of feedback stand for."""
+    main(["action", "info", "/wall_e/dock_robot", "--connect", endpoint])
+    lines = capsys.readouterr().out.splitlines()
+
+    assert lines.index("Result:") < lines.index("    FAILED_TO_STAGE=903") < lines.index("Feedback:")
+    assert lines.index("Feedback:") < lines.index("    NAV_TO_STAGING_POSE=1")
+
+
 @pytest.mark.parametrize("action", ["compute_path_to_pose", "compute_route", "pickup"])
 def test_an_example_that_can_be_sent(action, endpoint, capsys):
     """An example names places and items of the world that runs."""
