@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -43,9 +45,11 @@ def search(args: argparse.Namespace) -> int:
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
+    line = _Line(quiet=args.json)
     with Evaluator(check, make, workers or 1) as evaluator:
         try:
-            nominal = evaluator.outcomes([Case()])[0]
+            with line.showing("starting: the run without faults"):
+                nominal = evaluator.outcomes([Case()])[0]
         except KeyboardInterrupt:
             warn("interrupted before the run without faults was over: nothing was tried")
             return ExitCode.INTERRUPTED
@@ -55,12 +59,12 @@ def search(args: argparse.Namespace) -> int:
         _warn_of(nominal)
         check = limited(check, nominal)
         evaluator.take(check)
-        teller = _Teller(check, results, quiet=args.json)
+        teller = _Teller(check, results, line, quiet=args.json)
         options = Options(
             first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
         )
-        summary = Campaign(check, evaluator, nominal, options).run()
-        teller.end()
+        with line.showing("searching"):
+            summary = Campaign(check, evaluator, nominal, options).run()
     if summary.complete and not summary.tried.singles:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(teller.files)
@@ -176,6 +180,28 @@ def _earlier(results: ResultsFolder) -> list[Case]:
     return cases
 
 
+class _Line:
+    """A line on a terminal that the next one replaces; nothing where there is no terminal."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self.shown = sys.stderr.isatty() and not quiet
+
+    def show(self, text: str = "") -> None:
+        """Show a text in place of the last one."""
+        if self.shown:
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
+
+    @contextmanager
+    def showing(self, text: str) -> Iterator[None]:
+        """Show a text and those that replace it, and take the last one away."""
+        self.show(text)
+        try:
+            yield
+        finally:
+            self.show()
+
+
 class _Teller:
     """Tells how far a search is, and writes what it finds.
 
@@ -183,21 +209,19 @@ class _Teller:
         files: The file of each failure, by its number from 1.
     """
 
-    def __init__(self, check: Check, results: ResultsFolder, *, quiet: bool) -> None:
+    def __init__(self, check: Check, results: ResultsFolder, line: _Line, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}
-        self._check, self._results, self._quiet = check, results, quiet
-        self._line = sys.stderr.isatty() and not quiet
+        self._check, self._results, self._line, self._quiet = check, results, line, quiet
         self._told = time.monotonic()
 
     def tell(self, progress: Progress) -> None:
         """Tell, if it was not just told."""
-        if self._quiet or time.monotonic() - self._told < (_LOOK if self._line else _QUIET):
+        if self._quiet or time.monotonic() - self._told < (_LOOK if self._line.shown else _QUIET):
             return
         self._told = time.monotonic()
         text = progress_text(progress)
-        if self._line:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
+        if self._line.shown:
+            self._line.show(text)
         else:
             warn(text)
 
@@ -205,14 +229,8 @@ class _Teller:
         """Write the files of a failure, and say that it was found."""
         path = self._results.keep(self._check, finding)
         self.files[len(self.files) + 1] = str(path)
-        self.end()
+        self._line.show()
         if not self._quiet:
             things = len(finding.schedule)
             count = f"{things} thing{'s' * (things != 1)}" if things else "without any fault"
             warn(f"found after {finding.seconds:.1f} s: {finding.failure.property}: {finding.text} ({count})")
-
-    def end(self) -> None:
-        """Take the line away."""
-        if self._line:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()

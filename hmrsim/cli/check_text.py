@@ -22,8 +22,11 @@ def progress_text(progress: Progress) -> str:
     pace = tried.runs / progress.seconds if progress.seconds else 0.0
     singles = tried.singles - tried.singles_left
     found = len(progress.findings)
+    if progress.reducing:
+        made = f"{progress.reduced_in:,} runs, at most {progress.left:.0f} s more"
+        return f"reducing a failure of {progress.reducing}: {made}"
     return (
-        f"{progress.doing}: {tried.runs:,} runs, {pace:.0f}/s, {found} failure{'s' * (found != 1)}, "
+        f"searching: {tried.runs:,} runs, {pace:.0f}/s, {found} failure{'s' * (found != 1)}, "
         f"{singles:,} of {tried.singles:,} single things, {len(progress.search.guide.features):,} features, "
         f"{progress.left:.0f} s left"
     )

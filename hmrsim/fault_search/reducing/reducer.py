@@ -39,7 +39,8 @@ class Reducer:
         evaluator: Runs cases.
         definition: The world of the check, as a native file has it.
         nominal: What comes of the run without faults.
-        over: Returns whether there is no more time; what is found by then is returned.
+        over: Called before each batch of runs; returns whether there is no more time. What is found by then is
+            returned.
     """
 
     def __init__(

@@ -42,15 +42,17 @@ class Progress:
         search: The search.
         findings: What was found so far.
         seconds: Wall seconds that have passed.
-        left: Wall seconds that are left.
-        doing: What is done at the moment: ``searching`` or ``reducing PROPERTY``.
+        left: Wall seconds that are left for what is done.
+        reducing: The property whose failure is being reduced; empty while the search goes on.
+        reduced_in: How many runs that has taken so far.
     """
 
     search: Search
     findings: Sequence[Finding]
     seconds: float
     left: float
-    doing: str = "searching"
+    reducing: str = ""
+    reduced_in: int = 0
 
 
 @dataclass
@@ -62,7 +64,7 @@ class Options:
         first_only: Whether to end with the first failure.
         reduce: Whether failures are reduced.
         earlier: Cases of earlier failures, which come first.
-        tell: Called with the progress, batch by batch.
+        tell: Called with the progress, batch by batch, of the search and of reductions.
         on_finding: Called with each failure, when it was reduced.
     """
 
@@ -119,15 +121,14 @@ class Campaign:
         most = self._check.file.budget.runs
         return 10**9 if most is None else most - self._search.tried.runs
 
-    def _tell(self, doing: str = "searching") -> None:
+    def _tell(self) -> None:
         seconds = time.monotonic() - self._began
-        self._options.tell(Progress(self._search, self._findings, seconds, max(0.0, self._left()), doing))
+        self._options.tell(Progress(self._search, self._findings, seconds, max(0.0, self._left())))
 
     def _take(self, found: Sequence[Found]) -> None:
         for each in found:
             if self._interrupted or (self._options.first_only and self._findings):
                 return
-            self._tell(f"reducing {each.failure.property}")
             finding = self._reduced(each)
             self._findings.append(finding)
             self._search.pass_over(finding.schedule)
@@ -137,9 +138,15 @@ class Campaign:
         """Return a failure as its user gets it: reduced, with its trace and its events."""
         began = time.monotonic()
         until = began + max(_LEAST, _REDUCING * self._check.file.budget.time)
+        runs = self._evaluator.runs
 
         def over() -> bool:
-            return self._interrupted or not self._options.reduce or time.monotonic() > until
+            now = time.monotonic()
+            left, made = max(0.0, until - now), self._evaluator.runs - runs
+            self._options.tell(
+                Progress(self._search, self._findings, now - self._began, left, found.failure.property, made)
+            )
+            return self._interrupted or not self._options.reduce or now > until
 
         reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over)
         try:

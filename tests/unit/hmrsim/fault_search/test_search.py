@@ -259,6 +259,18 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
     assert {"no_vain_goals": 1} == {each.failure.property: len(each.schedule) for each in summary.findings}
 
 
+def test_a_reduction_tells_how_far_it_is():
+    """Its runs come in batches, and it may take as long as the search itself."""
+    told = []
+    check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]})
+    searched(check, first_only=True, tell=told.append)
+
+    steps = [(each.reducing, each.reduced_in) for each in told if each.reducing]
+    assert {"no_vain_goals"} == {name for name, _ in steps}
+    assert [0, *sorted({runs for _, runs in steps} - {0})] == [*dict.fromkeys(runs for _, runs in steps)]
+    assert len({runs for _, runs in steps}) > 2
+
+
 def test_what_a_run_has_exercised_is_told_once_but_of_the_run_without_faults():
     """A search of hours keeps its outcomes, and those of tens of thousands of runs have to fit into memory."""
     check = check_of("careful")
