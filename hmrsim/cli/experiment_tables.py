@@ -10,11 +10,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show as say
 from hmrsim.cli.output import show_json
 from hmrsim.errors import ResultsError, printable
-from hmrsim.experiments.results.groups import Group, groups_of
+from hmrsim.experiments.results.groups import Group, groups_by, groups_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
 from hmrsim.program.outputs import check_outputs
@@ -51,17 +51,19 @@ def show(args: argparse.Namespace) -> int:
     with Results(args.results) as results:
         if args.run is not None:
             return _show_run(args, results)
-        groups = groups_of(results)
-        failed = [*results.rows(["number", "treatment", "ending", "cause"], {"success": 0})]
         about = results.about
+        groups = _groups(results, args)
+        columns = ["number", "treatment", *about["factors"], "ending", "cause"]
+        failed = [*results.rows(columns, {"success": 0})]
     if args.json:
-        show_json({"name": about["name"], "treatments": [_values(group) for group in groups.values()]})
+        show_json({"name": about["name"], "treatments": [_values(group) for group in groups]})
         return ExitCode.DONE
     console = Console(width=None if Console().is_terminal else _WIDTH)
-    console.print(_table(groups, [*about["measures"]]))
+    console.print(_table(groups, [*about["measures"]], args.by))
     for row in failed[:_MAX_FAILED]:
         cause = f": {row['cause']}" if row["cause"] else ""
-        say(printable(f"run {row['number']} ({row['treatment']}) {row['ending']}{cause}"))
+        levels = "".join(f", {factor} {row[factor]}" for factor in about["factors"])
+        say(printable(f"run {row['number']} ({row['treatment']}{levels}) {row['ending']}{cause}"))
         say(f"  hmrsim experiment again {args.results} {row['number']} --trace run_{row['number']}.jsonl")
     if len(failed) > _MAX_FAILED:
         say(f"… and {len(failed) - _MAX_FAILED} more without success; see `hmrsim experiment export {args.results}`")
@@ -77,6 +79,15 @@ def export(args: argparse.Namespace) -> int:
             check_outputs([("--output", args.output)], [args.results / FILE])
             write_table(results, args.output)
     return ExitCode.DONE
+
+
+def _groups(results: Results, args: argparse.Namespace) -> list[Group]:
+    if not args.by:
+        return [*groups_of(results).values()]
+    try:
+        return groups_by(results, args.by)
+    except ValueError as error:
+        raise WrongUse(f"--by: {error}") from None
 
 
 def _show_run(args: argparse.Namespace, results: Results) -> int:
@@ -100,14 +111,17 @@ def printable_lines(text: str) -> str:
     return "\n".join(f"  {printable(line)}" for line in text.splitlines())
 
 
-def _table(groups: dict[str, Group], measures: list[str]) -> Table:
+def _table(groups: list[Group], measures: list[str], factors: list[str]) -> Table:
     table = Table(box=None, pad_edge=False)
+    for factor in factors:
+        table.add_column(Text(factor))
     for heading in ("treatment", "runs", "success", *measures):
         table.add_column(heading, justify="left" if heading == "treatment" else "right")
-    for group in groups.values():
+    for group in groups:
         rate = group.rate()
         means = [_interval(group.mean(measure)) for measure in measures]
-        table.add_row(Text(group.name), f"{group.runs:,}", _interval(rate, share=True), *means)
+        levels = [Text(printable(str(level))) for level in group.levels.values()]
+        table.add_row(*levels, Text(group.name), f"{group.runs:,}", _interval(rate, share=True), *means)
     return table
 
 
@@ -125,6 +139,7 @@ def _values(group: Group) -> dict[str, Any]:
     means = {measure: _plain(group.mean(measure)) for measure in group.values}
     return {
         "name": group.name,
+        **({"levels": dict(group.levels)} if group.levels else {}),
         "runs": group.runs,
         "success": _plain(group.rate()),
         "endings": dict(group.endings),

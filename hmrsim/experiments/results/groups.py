@@ -1,12 +1,13 @@
-"""Results by treatment: rates of success and means, with intervals."""
+"""Results by treatment, and by levels of factors: rates of success and means, with intervals."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import instead
 from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
 
 if TYPE_CHECKING:
@@ -15,11 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass
 class Group:
-    """The runs of a treatment.
+    """The runs of a treatment, or of one under certain levels of factors.
 
     Attributes:
+        name: The treatment.
         endings: How many runs ended in which way.
         values: The values of each measure, in order of the runs' numbers; without those that have none.
+        levels: The levels of the factors by which the runs are grouped.
     """
 
     name: str
@@ -27,6 +30,16 @@ class Group:
     successes: int = 0
     endings: Counter[str] = field(default_factory=Counter)
     values: dict[str, list[float]] = field(default_factory=dict)
+    levels: Mapping[str, Any] = field(default_factory=dict)
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Count a run, with all measures that have values here."""
+        self.runs += 1
+        self.successes += row["success"]
+        self.endings[row["ending"]] += 1
+        for measure, values in self.values.items():
+            if isinstance(row[measure], (int, float)):
+                values.append(row[measure])
 
     def rate(self) -> Interval:
         """Return the rate of success, with Wilson's interval."""
@@ -43,11 +56,31 @@ def groups_of(results: Results, rows: Iterable[Mapping[str, Any]] | None = None)
     groups = {name: Group(name, values={each: [] for each in measures}) for name in results.about["treatments"]}
     columns = ["treatment", "ending", "success", *measures]
     for row in results.rows(columns) if rows is None else rows:
-        group = groups[row["treatment"]]
-        group.runs += 1
-        group.successes += row["success"]
-        group.endings[row["ending"]] += 1
-        for measure in measures:
-            if isinstance(row[measure], (int, float)):
-                group.values[measure].append(row[measure])
+        groups[row["treatment"]].add(row)
     return groups
+
+
+def groups_by(results: Results, factors: Sequence[str]) -> list[Group]:
+    """Return the results of each treatment under each combination of levels of *factors*, in order of the levels.
+
+    Raises:
+        ValueError: The experiment has no such factor.
+    """
+    known, measures = results.about["factors"], results.about["measures"]
+    for factor in factors:
+        if factor not in known:
+            raise ValueError(f"no factor {factor!r}{instead(factor, known)}")
+    groups: dict[tuple[Any, ...], Group] = {}
+    for row in results.rows(["treatment", *factors, "ending", "success", *measures]):
+        levels = {factor: row[factor] for factor in factors}
+        key = (row["treatment"], *levels.values())
+        if key not in groups:
+            groups[key] = Group(row["treatment"], values={each: [] for each in measures}, levels=levels)
+        groups[key].add(row)
+    order = [*results.about["treatments"]]
+
+    def place(group: Group) -> tuple[Any, ...]:
+        levels = group.levels.values()
+        return (*((isinstance(level, str), level) for level in levels), order.index(group.name))
+
+    return sorted(groups.values(), key=place)

@@ -1,0 +1,62 @@
+"""The table on a terminal, as a whole and by factors, and the runs without success."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.cli import main
+from hmrsim.experiments.results.row import Row
+
+
+@pytest.fixture
+def shown(results, capsys):
+    """Return the function that shows results: exit code, output, errors."""
+
+    def show(*words, **changes):
+        folder = results(**changes).folder
+        code = main(["experiment", "show", str(folder), *words])
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return show
+
+
+def test_a_row_for_each_level_of_a_factor(shown):
+    """With the mean of its own runs; the levels are in order, and the treatments as in the file."""
+    _, out, _ = shown("--by", "speed")
+
+    rows = [line.split() for line in out.splitlines()]
+    assert ["speed", "treatment", "runs", "success", "time"] == rows[0]
+    assert [("0.5", "a", "5", "12"), ("0.5", "b", "5", "11"), ("1.0", "a", "5", "6"), ("1.0", "b", "5", "3")] == [
+        (row[0], row[1], row[2], row[6]) for row in rows[1:]
+    ]
+
+
+def test_levels_for_other_programs(shown):
+    """Without a factor they are left out."""
+    treatments = json.loads(shown("--by", "speed", "--json")[1])["treatments"]
+
+    assert [({"speed": 0.5}, "a"), ({"speed": 0.5}, "b"), ({"speed": 1.0}, "a"), ({"speed": 1.0}, "b")] == [
+        (each["levels"], each["name"]) for each in treatments
+    ]
+    assert all("levels" not in each for each in json.loads(shown("--json")[1])["treatments"])
+
+
+def test_a_run_without_success_has_its_levels(shown):
+    """They say under what it failed."""
+
+    def one_crash(run, levels):
+        crashed = levels["speed"] == 1.0 and run.treatment == "b" and run.replication == 0
+        return Row(run, "crashed" if crashed else "succeeded", "it fell", success=not crashed, measures={"time": 1.0})
+
+    _, out, _ = shown(made=one_crash)
+
+    assert "(b, speed 1.0) crashed: it fell" in out
+
+
+def test_a_factor_that_is_none(shown):
+    """With the one that may be meant."""
+    assert (2, "") == (shown("--by", "sped")[0], shown("--by", "sped")[1])
+    assert "--by: no factor 'sped'; did you mean 'speed'?" in shown("--by", "sped")[2]
