@@ -119,6 +119,10 @@ class Idle(HmrsimError):
     """Nothing is scheduled in the simulation and no participant acts: the awaited event can't happen."""
 
 
+class NotCharging(HmrsimError):
+    """A robot is not charged, so that its battery does not reach the charge that is waited for."""
+
+
 class GoalFailed(HmrsimError):
     """A goal did not end with SUCCEEDED.
 

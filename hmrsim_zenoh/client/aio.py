@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.aio_time import AsyncTime
+from hmrsim_zenoh.client.charge import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.client.ended_goals import checked
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
         Wait,
     )
     from hmrsim.interfaces.nav_msgs import Path
+    from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.aio_time import Waiting
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.places import NamedPlaces
@@ -173,6 +175,7 @@ class AsyncRobot:
         self._client = client
         self._time = time
         self._errands = errands
+        self._charge = Charge(client, name)
 
     async def navigate_to(self, target: Target, **options: Any) -> NavigateToPose.Result:
         """Drive to a place."""
@@ -260,6 +263,31 @@ class AsyncRobot:
             RequestError: The simulator does not serve it, or the goal has other fields.
         """
         return await self._do(self._errands.any(action, goal), **options)
+
+    async def battery(self) -> BatteryState:
+        """Return the state of the battery, as of `Commander`; no time passes in lockstep.
+
+        Raises:
+            RequestError, Unreachable: There is no such robot, or it has no battery.
+        """
+        with self._time.held():
+            return await asyncio.to_thread(self._charge.now)
+
+    async def wait_until_charged(self, percentage: float = 0.9) -> BatteryState:
+        """Wait until the battery has a share of its capacity, and return its state.
+
+        Raises:
+            ValueError, NotCharging, RequestError, Unreachable: As of `Commander`.
+        """
+        conditions = self._charge.until(percentage)
+        while not self._charge.reached(state := await self.battery(), percentage):
+            if self._time.stops:
+                wait = self._time.wait()
+                with self._time.watching(conditions, wait):
+                    await wait
+            else:
+                await self._time.sleep(BATTERY_PERIOD)
+        return state
 
     async def _do(self, errand: Errand[R], *, on_feedback: Callable[[Any], object] | None = None) -> R:
         """Send a goal, and return its result once it has ended.

@@ -10,13 +10,14 @@ from __future__ import annotations
 import asyncio
 import math
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.condition import Condition
@@ -47,12 +48,17 @@ class Waiting:
     def happen(self) -> None:
         """Say that it has happened."""
         self._time.woken = True
-        self._loop.call_soon_threadsafe(self.finish)
+        self._in_loop(self.finish)
 
     def fail(self, error: Exception) -> None:
         """Say that it can't happen any more."""
         self._time.woken = True
-        self._loop.call_soon_threadsafe(self.finish, error)
+        self._in_loop(partial(self.finish, error))
+
+    def _in_loop(self, finish: Callable[[], None]) -> None:
+        # A program that ends with an error closes its loop before the goals of its tasks have ended.
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(finish)
 
     def finish(self, error: Exception | None = None) -> None:
         """End the wait, in the loop's thread."""
@@ -88,6 +94,11 @@ class AsyncTime:
         if self._lockstep is None or self._lockstep.over:
             return True
         return round(self._lockstep.now * NANOSECONDS) >= stamp["sec"] * NANOSECONDS + stamp["nanosec"]
+
+    @property
+    def stops(self) -> bool:
+        """Whether time stops for conditions, as in lockstep."""
+        return self._lockstep is not None and not self._lockstep.over
 
     def wait(self) -> Waiting:
         """Return something to await, which happens when somebody says so."""

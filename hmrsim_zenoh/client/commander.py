@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.client.charge import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.ended_goals import checked
 from hmrsim_zenoh.client.errands import Errand, Errands, Target
 
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
         Wait,
     )
     from hmrsim.interfaces.nav_msgs import Path
+    from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.action_client import ActionClient
     from hmrsim_zenoh.client.client import Client
 
@@ -76,6 +78,7 @@ class Commander:
         self._timeout = timeout
         self._sim_timeout = sim_timeout
         self._errands = Errands(client.places)
+        self._charge = Charge(client, robot)
         self._actions: dict[str, ActionClient[Any, Any, Any]] = {}
 
     def go_to_pose(self, x: float, y: float, yaw: float = 0.0) -> NavigateToPose.Result:
@@ -165,6 +168,31 @@ class Commander:
             RequestError: The simulator does not serve it, or the goal has other fields.
         """
         return self._do(self._errands.any(action, goal))
+
+    def battery(self) -> BatteryState:
+        """Return the state of the battery; its *percentage* is from 0 to 1, as in ROS.
+
+        Raises:
+            RequestError, Unreachable: There is no such robot, or it has no battery.
+        """
+        return self._charge.now()
+
+    def wait_until_charged(self, percentage: float = 0.9) -> BatteryState:
+        """Wait, in simulated time, until the battery has a share of its capacity, and return its state.
+
+        Raises:
+            ValueError: The share is not from 0 to 1.
+            NotCharging: It has less, and is not charged, or no longer.
+            RequestError, Unreachable: There is no such robot, or it has no battery.
+        """
+        conditions = self._charge.until(percentage)
+        while not self._charge.reached(state := self._charge.now(), percentage):
+            lockstep = self._client.lockstep
+            if lockstep is None:
+                self._client.sleep(BATTERY_PERIOD)
+            else:
+                lockstep.wait_for(*conditions)
+        return state
 
     def _do(self, errand: Errand[R]) -> R:
         name = errand.name

@@ -9,7 +9,7 @@ import pytest
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import setting
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh import AsyncClient, SessionOptions
+from hmrsim_zenoh import AsyncClient, RequestError, SessionOptions, Unreachable
 from hmrsim_zenoh.hosting.host import Host
 
 
@@ -46,6 +46,23 @@ def test_robots_drive_at_once_and_events_come(options):
     assert asyncio.run(main()) == ["mocha"]
 
 
+def test_a_charge_is_waited_for(options):
+    """Where time does not stop for it, too."""
+
+    async def main():
+        async with AsyncClient(options=options) as client:
+            latte = client.robot("latte")
+            await latte.navigate_to("hall")
+            low = await latte.battery()
+            await latte.dock("charger_2")
+            full = await asyncio.wait_for(latte.wait_until_charged(1.0), 20)
+            return low.percentage, full.percentage
+
+    low, full = asyncio.run(main())
+    assert low < full
+    assert 1.0 == full
+
+
 def test_a_canceled_task_stops_its_robot(options):
     """When the task has ended, the goal has."""
 
@@ -78,3 +95,14 @@ def test_time_goes_on_until_an_event_comes_over_zenoh():
         times = asyncio.run(main(host.endpoints[0]))
 
     assert [("order_1", 30.0), ("order_2", 60.0), ("order_3", 90.0)] == times
+
+
+def test_a_robot_without_a_battery(options):
+    """Nothing answers for one that is not there."""
+
+    async def main():
+        async with AsyncClient(options=options) as client:
+            await client.robot("wally").battery()
+
+    with pytest.raises((RequestError, Unreachable), match="wally"):
+        asyncio.run(main())

@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.testing import simulation
-from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle
+from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging
 
 
 def played(play, changes=None):
@@ -66,6 +66,62 @@ def test_what_tasks_do_at_an_instant_is_done_before_time_goes_on():
         return at
 
     assert played(play).answer == 1.0
+
+
+LOW = {"robots.mocha.components.battery.initial_charge": 1000}
+
+
+async def charge(client):
+    """Charge a robot; return when it has 80 %, and what its battery says before and after."""
+    mocha = client.robot("mocha")
+    before = await mocha.battery()
+    await mocha.dock("charger_1")
+    after = await mocha.wait_until_charged(0.8)
+    return round(before.percentage, 3), round(after.percentage, 3), await client.now()
+
+
+def test_time_goes_on_until_a_battery_is_charged():
+    """It stops there; a run is the same each time."""
+    first, second = played(charge, LOW), played(charge, LOW)
+
+    assert first.said == second.said
+    assert (0.333, 0.8) == first.answer[:2]
+    assert 20 < first.answer[2] < 30
+
+
+def test_a_program_that_fails_tells_its_own_error():
+    """A goal that has not ended by then does not get in its way."""
+
+    async def play(client):
+        async def fail():
+            await client.sleep(1)
+            raise KeyError("mine")
+
+        await asyncio.gather(client.robot("mocha").wait(10), fail())
+
+    with pytest.raises(KeyError, match="mine"):
+        played(play)
+
+
+def test_a_battery_that_is_not_charged_is_not_waited_for():
+    """From the beginning, or as the robot leaves the dock."""
+
+    async def play(client):
+        mocha, chai = client.robot("mocha"), client.robot("chai")
+        await chai.wait(6)
+        with pytest.raises(NotCharging, match="'chai' does not charge: its battery is at 99"):
+            await chai.wait_until_charged(1.0)
+
+        async def leave():
+            await client.sleep(5)
+            await mocha.undock()
+
+        with pytest.raises(NotCharging, match=r"'mocha' does not charge: its battery is at 5\d\.\d%"):
+            await asyncio.gather(mocha.wait_until_charged(), leave())
+        with pytest.raises(ValueError, match="2 is no share of a capacity"):
+            await mocha.wait_until_charged(2)
+
+    played(play, LOW)
 
 
 ORDERS = {"name": "order", "item": "cup", "at": "counter", "to": ["table_1", "table_2"], "arrives": 30, "count": 4}

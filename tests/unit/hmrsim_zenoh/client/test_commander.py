@@ -9,7 +9,7 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.testing import simulation
-from hmrsim_zenoh import AsyncClient, GoalFailed, RequestError
+from hmrsim_zenoh import AsyncClient, GoalFailed, NotCharging, RequestError
 
 
 @pytest.mark.parametrize("action", ["wait", registry()["wait"]])
@@ -72,3 +72,28 @@ def test_a_goal_that_fails():
     """The error is that of each other method."""
     with simulation("cafe") as run, pytest.raises(GoalFailed, match="mocha: pickup ended ABORTED: no item 'tea'"):
         run.commander("mocha").do("pickup", {"target_name": "tea"})
+
+
+def test_a_charge_is_waited_for():
+    """In simulated time, which stops there."""
+    with simulation("cafe", changes={"robots.mocha.components.battery.initial_charge": 1000}) as run:
+        mocha = run.commander("mocha")
+        assert 0.333 == round(mocha.battery().percentage, 3)
+        mocha.dock("charger_1")
+        state = mocha.wait_until_charged(0.8)
+
+        assert 0.8 == round(state.percentage, 6)
+        assert 20 < run.now < 30
+
+
+def test_a_charge_that_does_not_come():
+    """Nothing is waited for in vain."""
+    with simulation("cafe") as run:
+        chai = run.commander("chai")
+        chai.wait(6)
+        with pytest.raises(NotCharging, match="'chai' does not charge"):
+            chai.wait_until_charged(1.0)
+        with pytest.raises(ValueError, match=r"-0.1 is no share of a capacity; expected a number from 0 to 1"):
+            chai.wait_until_charged(-0.1)
+        with pytest.raises(RequestError, match="no robot 'wally'; there are: mocha, latte, chai"):
+            run.commander("wally").battery()
