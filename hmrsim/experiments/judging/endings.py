@@ -6,11 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.actions import error_of
 from hmrsim.events import registry
 from hmrsim.events.entities import Teleported
+from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered
 from hmrsim.events.simulation import RunReported
+from hmrsim.experiments.judging.livelock import Livelock
+from hmrsim.experiments.results.row import HUNG
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
@@ -35,16 +39,18 @@ class Judge:
 
     Attributes:
         label: How it has ended; empty while it has not.
+        cause: What the label does not say, such as why the run hangs; mostly empty.
         at: When, in simulated seconds.
         reported: What controllers have reported: values by name, and the last label under ``label``.
         counts: How many goals have ended, by status, and how many were accepted.
     """
 
     def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
-        self.label = ""
+        self.label = self.cause = ""
         self.at = 0.0
         self.reported: dict[str, Any] = {}
         self.counts: dict[str, int] = {"accepted": 0, **{status.name.lower(): 0 for status in _ENDED}}
+        self._livelock = Livelock()
         self._endings = endings
         self._checks = [
             (label, kinds, check)
@@ -87,13 +93,23 @@ class Judge:
         """Look at what has happened."""
         if isinstance(output, GoalChanged):
             self._count(output.status)
+            if output.status is GoalStatus.ABORTED:
+                self._note_failure(output.stamp, output, error_of(output.result) if output.result else "")
             if output.status.terminal:
                 self._look(output)
         elif isinstance(output, EventStamped) and not self.label:
             event = output.event
+            if isinstance(event, SendGoalRejected):
+                self._note_failure(output.stamp, event, event.error_msg)
             if isinstance(event, RunReported):
                 self.reported |= {**event.values, "label": event.label}
             self._look(event)
+
+    def _note_failure(self, stamp: int, goal: GoalChanged | SendGoalRejected, why: str) -> None:
+        if self._simulator is not None and not self.label:
+            self.cause = self._livelock.failed(stamp, goal.robot, goal.action, why)
+            if self.cause:
+                self.end(HUNG, self._simulator.now)
 
     def _look(self, event: Any) -> None:
         """Look which endings hold where an event, or the end of a goal, may have brought one."""

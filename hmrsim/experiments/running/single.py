@@ -101,7 +101,7 @@ def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: 
     return Row(
         run,
         judge.label,
-        "; ".join(flaws),
+        "; ".join(filter(None, [judge.cause, *flaws])),
         judge.label in plan.file.successes,
         judge.at,
         measures=measures,

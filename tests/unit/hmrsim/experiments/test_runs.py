@@ -24,11 +24,12 @@ WORLD = {
 CONTROLLER = """\
 import sys
 import time
+from contextlib import suppress
 
 from py_trees.composites import Sequence
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
-from hmrsim_zenoh import Commander
+from hmrsim_zenoh import Commander, GoalFailed, GoalRejectedError
 
 
 def bring(robot, item="box"):
@@ -68,6 +69,18 @@ def exits(client):
 
 def sleeps(client):
     time.sleep(60)
+
+
+def insists(client):
+    while True:
+        with suppress(GoalFailed):
+            Commander(client, "w").do("dock_robot", {"dock_id": "nowhere"})
+
+
+def insists_on_what_is_rejected(client):
+    while True:
+        with suppress(GoalRejectedError):
+            Commander(client, "v").wait(1)
 
 
 def goes_on(client):
@@ -170,6 +183,20 @@ def test_a_controller_that_takes_too_long_is_ended(row):
     found = row("sleeps", limits={"wall": 0.3})
     assert (found.ending, found.at) == (HUNG, 0.0)
     assert "it takes longer than 0.3 wall seconds" in found.cause
+
+
+@pytest.mark.parametrize(
+    ("controller", "cause"),
+    [
+        ("insists", "1,000 goals of w/dock_robot failed within one instant; the last one: no dock 'nowhere'"),
+        ("insists_on_what_is_rejected", "1,000 goals of v/wait failed within one instant; the last one: no robot 'v'"),
+    ],
+)
+def test_a_controller_that_lets_no_time_pass_is_ended(row, controller, cause):
+    """Long before the limit of wall time, and with the goal that it insists on."""
+    found = row(controller, limits={"wall": 20})
+    assert (found.ending, found.at, found.success) == (HUNG, 0.0, False)
+    assert f"time stands still: {cause}" in found.cause
 
 
 def test_a_controller_that_raises_an_error_is_a_row_with_its_cause(row):
