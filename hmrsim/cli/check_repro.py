@@ -11,7 +11,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
-from hmrsim.experiments.results.row import ERROR
+from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.story import events_of
 from hmrsim.fault_search.running.outcome import Failure

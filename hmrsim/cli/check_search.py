@@ -15,7 +15,7 @@ from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
-from hmrsim.experiments.results.row import ERROR
+from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder

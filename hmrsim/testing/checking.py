@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from hmrsim.experiments.results.row import ERROR
+from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of

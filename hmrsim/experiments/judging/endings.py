@@ -13,8 +13,8 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered
 from hmrsim.events.simulation import RunReported
+from hmrsim.experiments.judging.labels import HUNG
 from hmrsim.experiments.judging.livelock import Livelock
-from hmrsim.experiments.results.row import HUNG
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged

@@ -4,24 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Run
     from hmrsim.experiments.judging.measures import Value
-
-CRASHED: Final = "crashed"
-"""The ending of a run whose controller raised an error, or ended with an exit code other than 0 and 1."""
-TIMEOUT: Final = "timeout"
-"""The ending of a run that reached the limit of simulated time."""
-HUNG: Final = "hung"
-"""The ending of a run that took too long by the wall's clock, or whose time stood still."""
-MEMORY: Final = "out_of_memory"
-"""The ending of a run that took too much memory."""
-DIED: Final = "died"
-"""The ending of a run whose worker has died, as of a segmentation fault."""
-ERROR: Final = "error"
-"""The ending of a run that could not be made, as its world or its controller can't be loaded."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
+from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import needs_report
-from hmrsim.experiments.results.row import ERROR, TIMEOUT, Row
+from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.processes import ControllerProcess, follow
 from hmrsim.experiments.running.single import keeps_trace, result_of, unwatched, with_report
 from hmrsim.report.live import LiveReport

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import hmrsim
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.results.row import CRASHED, HUNG, MEMORY
+from hmrsim.experiments.judging.labels import CRASHED, HUNG, MEMORY
 from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:

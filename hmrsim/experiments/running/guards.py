@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from typing import Any, Final, Protocol
 
-from hmrsim.experiments.results.row import DIED, HUNG
+from hmrsim.experiments.judging.labels import DIED, HUNG
 from hmrsim.experiments.running.controlling import WallLimit
 
 _PATIENCE: Final = 1.5

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Final, Self
 
-from hmrsim.experiments.results.row import CRASHED, HUNG, TIMEOUT
+from hmrsim.experiments.judging.labels import CRASHED, HUNG, TIMEOUT
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED
 from hmrsim.experiments.running.guards import Tail
 

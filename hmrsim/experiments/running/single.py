@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 from bt_controller.coverage import TreeCoverage
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
+from hmrsim.experiments.judging.labels import CRASHED, ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import measures_of, needs_report
-from hmrsim.experiments.results.row import CRASHED, ERROR, TIMEOUT, Row
+from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, control
 from hmrsim.experiments.running.coverages import packed

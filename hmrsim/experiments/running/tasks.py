@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import ERROR, HUNG, MEMORY, Row
+from hmrsim.experiments.judging.labels import ERROR, HUNG, MEMORY
+from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.commands import run_command
 from hmrsim.experiments.running.controlling import WallLimit, described
 from hmrsim.experiments.running.guards import guarded

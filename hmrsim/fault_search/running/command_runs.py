@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.experiments.results.row import TIMEOUT
+from hmrsim.experiments.judging.labels import TIMEOUT
 from hmrsim.experiments.running.processes import (
     POLL,
     TOO_LONG,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.results.row import CRASHED, HUNG
+from hmrsim.experiments.judging.labels import CRASHED, HUNG
 from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, WallLimit
 from hmrsim.fault_search.disturbances import Disturber
 from hmrsim.fault_search.running.actors import GRACE, Actor

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, MEMORY
+from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, MEMORY
 from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.running.controlling import WallLimit, described

@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError, ResultsError, WriteError
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import DIED, Row
+from hmrsim.experiments.judging.labels import DIED
+from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.results.table import write_table
 from hmrsim.experiments.running.campaign import Campaign

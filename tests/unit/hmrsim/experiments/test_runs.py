@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
 
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import CRASHED, ERROR, HUNG, TIMEOUT, Row
+from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.experiments.running.tasks import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.results.row import Row
 
 WORLD = {
     "name": "two",
