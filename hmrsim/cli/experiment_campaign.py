@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     plan = _checked(args)
     folder = args.output or Path(plan.file.name)
     with Results.create(folder, plan) as results:
-        teller = _JsonLines() if args.json else (_Line() if sys.stderr.isatty() else _Minutes())
+        teller = _JsonLines() if args.json else (_Line if sys.stderr.isatty() else _Minutes)(folder)
         campaign = Campaign(plan, results, make, workers, teller.tell)
         if campaign.progress.done and not args.json:
             warn(f"{folder}: goes on; {campaign.progress.done} of {campaign.progress.expected} runs have results")
@@ -107,14 +107,36 @@ def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> N
     show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
 
 
-class _Minutes:
-    """Tells how far it is once a minute."""
+class _Mishap:
+    """Tells of the first run that has crashed or hung: all runs may, and there may be many."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._told = False
+
+    def is_new(self, progress: Progress) -> bool:
+        """Return whether there is something to tell."""
+        return progress.mishap is not None and not self._told
+
+    def tell(self, progress: Progress) -> None:
+        """Tell, once."""
+        if (row := progress.mishap) is not None and not self._told:
+            self._told = True
+            cause = f": {row.cause}" if row.cause else ""
+            warn(f"warning: run {row.run.number} ({row.run.treatment}) {row.ending}{cause}")
+            warn(f"  hmrsim experiment show {self._folder} {row.run.number}")
+
+
+class _Minutes:
+    """Tells how far it is once a minute, and of the first mishap at once."""
+
+    def __init__(self, folder: Path) -> None:
         self._told = time.monotonic()
+        self._mishap = _Mishap(folder)
 
     def tell(self, progress: Progress) -> None:
         """Tell, if a minute is over."""
+        self._mishap.tell(progress)
         if time.monotonic() - self._told >= _MINUTE:
             self._told = time.monotonic()
             warn(_text(progress))
@@ -124,13 +146,17 @@ class _Minutes:
 
 
 class _Line:
-    """Tells how far it is on one line of a terminal."""
+    """Tells how far it is on one line of a terminal, and of the first mishap above it."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path) -> None:
         self._told = 0.0
+        self._mishap = _Mishap(folder)
 
     def tell(self, progress: Progress) -> None:
         """Write the line again, if it was not just written."""
+        if self._mishap.is_new(progress):
+            self.end(progress)
+            self._mishap.tell(progress)
         if time.monotonic() - self._told >= _LOOK:
             self._told = time.monotonic()
             sys.stderr.write(f"\r\x1b[K{_text(progress)}")
@@ -147,18 +173,22 @@ class _JsonLines:
 
     def tell(self, progress: Progress) -> None:
         """Write a line."""
-        show_json({"done": progress.done, "expected": progress.expected, "failed": progress.failed})
+        show_json(_counts(progress))
 
     def end(self, progress: Progress) -> None:
         """Write the last line."""
-        show_json({"done": progress.done, "expected": progress.expected, "failed": progress.failed, "over": True})
+        show_json({**_counts(progress), "over": True})
+
+
+def _counts(progress: Progress) -> dict[str, int]:
+    return {"done": progress.done, "expected": progress.expected, "failed": progress.failed.total()}
 
 
 def _text(progress: Progress) -> str:
     left = progress.seconds_left
     time_left = "" if left is None else f", {_duration(left)} left"
     share = f"{progress.done / progress.expected:.0%}" if progress.expected else ""
-    failed = f", {progress.failed:,} without success" if progress.failed else ""
+    failed = "".join(f", {count:,} {ending}" for ending, count in progress.failed.most_common())
     return f"{progress.done:,} of {progress.expected:,} runs ({share}){failed}{time_left}"
 
 

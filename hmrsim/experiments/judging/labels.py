@@ -16,3 +16,5 @@ DIED: Final = "died"
 """The ending of a run whose worker has died, as of a segmentation fault."""
 ERROR: Final = "error"
 """The ending of a run that could not be made, as its world or its controller can't be loaded."""
+MISHAPS: Final = frozenset({CRASHED, HUNG, MEMORY, DIED, ERROR})
+"""The endings that say more about a controller, or the machine, than about the mission."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack
@@ -10,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
+from hmrsim.experiments.judging.labels import MISHAPS
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import Coverages
 from hmrsim.experiments.running.executors import stop
@@ -41,14 +43,16 @@ class Progress:
         done: Runs that have a result.
         expected: How many there will be, as far as is known.
         made: Runs that were made by this process.
-        failed: Runs that did not end as a success, of those.
+        failed: How many of those did not end as a success, by their endings.
+        mishap: The first of those that ended by a mistake, as it crashed or hung; None while there is none.
         began: When it began, by the wall's clock.
     """
 
     done: int = 0
     expected: int = 0
     made: int = 0
-    failed: int = 0
+    failed: Counter[str] = field(default_factory=Counter)
+    mishap: Row | None = None
     began: float = field(default_factory=time.monotonic)
 
     @property
@@ -182,7 +186,9 @@ class Campaign:
         progress = self.progress
         progress.done, progress.expected = self._schedule.done, self._schedule.expected
         progress.made += len(rows)
-        progress.failed += sum(not row.success for row in rows)
+        progress.failed.update(row.ending for row in rows if not row.success)
+        mishaps = (row for row in rows if row.ending in MISHAPS and not row.success)
+        progress.mishap = progress.mishap or next(mishaps, None)
         pace = sum(row.wall for row in rows) / len(rows)
         self._chunk = max(1, min(_MAX_CHUNK, int(_TASK_SECONDS / max(pace, 1e-3))))
         left = (progress.expected - progress.done) // (self._workers * _AHEAD)

@@ -103,6 +103,20 @@ def test_all_runs_are_made_once(tmp_path: Path) -> None:
     assert made(tmp_path / "r", plan) == rows
 
 
+def test_the_first_mishap_is_told_while_runs_go_on(tmp_path: Path) -> None:
+    """Runs that fail are counted by their endings; each mishap is one of them, and a mission that fails is none."""
+    plan, told = plan_of(tmp_path), []
+    with Results.create(tmp_path / "r", plan) as results:
+        campaign = Campaign(
+            plan, results, lambda: Inline(plan, frozenset({3, 5})), 1, lambda now: told.append(now.mishap)
+        )
+        progress = campaign.run()
+
+    assert {DIED: 2} == progress.failed
+    assert None is told[0]
+    assert [3] == [*{row.run.number for row in told if row is not None}]
+
+
 @settings(max_examples=30, deadline=None)
 @given(deadly=st.frozensets(st.integers(0, 19)), workers=st.integers(1, 5))
 def test_runs_that_break_the_executor_are_rows_and_harm_no_others(
