@@ -106,22 +106,23 @@ class Reducer:
         """Return in which worlds a case fails because of its schedule: without it the run ends as it did in the first.
 
         A world in which the mission can't be done at all says nothing about the schedule. Nor does one in which it
-        fails by what is not there, such as the dock at which it was to charge: then goals are aborted for reasons for
-        which none was in the whole world, or the run ends otherwise.
+        fails by what is not there, such as the dock at which it was to charge, or the robot: then goals are aborted or
+        rejected for reasons for which none was in the whole world, or the run ends otherwise.
         """
         cases = [replace(case, definition=world) for world in worlds]
         failed = [
             failure in outcome.failures and outcome.ending == whole.ending and {*outcome.aborts} <= {*whole.aborts}
             for outcome in self._evaluator.outcomes(cases)
         ]
-        if not case.schedule or self._nominal.failure is not None:
+        if not case.schedule or failure in self._nominal.failures:
             return failed
         failing = [each.with_schedule(()) for each, fails in zip(cases, failed, strict=True) if fails]
         sound = iter([self._is_sound(outcome) for outcome in self._evaluator.outcomes(failing)])
         return [fails and next(sound) for fails in failed]
 
     def _is_sound(self, outcome: Outcome) -> bool:
-        return outcome.failure is None and outcome.ending == self._nominal.ending
+        """Return whether a run without faults is as that of the whole world: it fails for no other reason."""
+        return {*outcome.failures} <= {*self._nominal.failures} and outcome.ending == self._nominal.ending
 
     def _simpler_values(self, case: Case, failure: Failure) -> Case:
         number = 0

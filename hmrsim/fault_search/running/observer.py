@@ -6,6 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
+from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.participants import ParticipantEvent
 from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -48,7 +49,7 @@ class Observer:
 
     @property
     def aborts(self) -> tuple[str, ...]:
-        """Why goals were aborted: action, cause and code."""
+        """Why goals were aborted or rejected: action, cause and code, or action and reason."""
         return tuple(self._aborts)
 
     @property
@@ -97,6 +98,8 @@ class Observer:
             return
         if isinstance(event, ParticipantEvent):
             return
+        if isinstance(event, SendGoalRejected):
+            self._aborts[f"{event.action}:rejected/{event.reason}"] = None
         robot = getattr(event, "robot", "")
         self._exercise(robot, event.kind)
         self._note_moment(at, "", event.kind, robot, "")

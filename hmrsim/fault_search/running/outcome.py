@@ -40,7 +40,7 @@ class Outcome:
         features: What it has exercised, as texts, for the guidance of the search.
         moments: What happened that a fault may be anchored to.
         missed: The numbers of the things of its schedule that never began.
-        aborts: Why goals were aborted, each reason once.
+        aborts: Why goals were aborted or rejected, each reason once.
         wall: Wall seconds that it took.
         trace: The trace, if it was asked for.
         story: Its events in words, if they were asked for: time in seconds, text.

@@ -60,6 +60,19 @@ def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
     assert [*result.case.definition["docks"]] == ["berth"]
 
 
+def test_a_robot_that_is_missing_does_not_stand_for_one_that_is_broken():
+    """Also where the run without faults violates another property: goals were not rejected for that reason before."""
+    never = {"properties": {"no_box": {"never": {"event": "picked"}}}}
+    check = check_of("vain", properties=never)
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        assert ["no_box"] == [failure.property for failure in nominal.failures]
+        result = Reducer(evaluator, check.definition, nominal).reduce(Case((BREAKDOWN,)), VAIN)
+
+    assert [thing.kind for thing in result.case.schedule] == ["breakdown"]
+    assert [*result.case.definition["robots"]] == ["porter"]
+
+
 def test_values_become_simple():
     """A second is enough, from the first moment on."""
     (thing,) = reduced(Case((BREAKDOWN,))).case.schedule
