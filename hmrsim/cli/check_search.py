@@ -15,7 +15,7 @@ from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
-from hmrsim.experiments.judging.labels import ERROR
+from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
 from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
@@ -77,6 +77,8 @@ def _warn_of(nominal: Outcome) -> None:
     if nominal.ending != "succeeded":
         said = nominal.cause or nominal.output.rpartition("\n")[2]
         why = f": {said}" if said else ""
+        if nominal.ending == TIMEOUT:
+            why += "; for a controller that never ends, put `built_in: {mission_ends: false}` into its properties"
         warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")
 
 
