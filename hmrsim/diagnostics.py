@@ -20,6 +20,9 @@ _SHOWN = 60
 _COMPARED = 300
 """Maximum number of names that are compared to find a similar one, as comparing is slow."""
 
+_MIN_BEGINNING = 3
+"""Characters of a name that may be the beginning of the one that is meant."""
+
 _MAX_STEP = 200
 """Characters of a name that a path shows; a longer one is not compared with others."""
 
@@ -94,13 +97,16 @@ def _cut(text: str, most: int) -> str:
 
 
 def meant(wanted: str, known: Iterable[str]) -> str | None:
-    """Return the most similar name; None if none is similar."""
+    """Return the most similar name, or the only one that begins so; None if there is none."""
     if len(wanted) > _MAX_STEP:
         return None
     names = list(known)
     near = [name for name in names if abs(len(name) - len(wanted)) <= 3 and name[:1] == wanted[:1]]  # noqa: PLR2004
     alike = difflib.get_close_matches(wanted, near[:_COMPARED] or names[:_COMPARED], n=1)
-    return alike[0] if alike else None
+    if alike:
+        return alike[0]
+    longer = [name for name in names if name.startswith(wanted)] if len(wanted) >= _MIN_BEGINNING else []
+    return longer[0] if len(longer) == 1 else None
 
 
 def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> str:

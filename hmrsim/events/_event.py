@@ -165,6 +165,11 @@ class Event(tuple[Any, ...], metaclass=_EventType):
             raise ValueError("; ".join(wrong)) from None
         return cls(**{field: getattr(values, field.rstrip("_") + "_") for field in cls._fields})
 
+    @classmethod
+    def fields(cls) -> tuple[str, ...] | None:
+        """Return the names of its fields in JSON; None if it may have any further ones."""
+        return None if cls.rest else cls._names
+
     def _spread(self, fields: dict[str, Any]) -> dict[str, Any]:
         """Return fields with the entries of `rest` in its place."""
         spread: dict[str, Any] = {}

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any, Self
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.run_tree import run_tree
-from hmrsim.diagnostics import listed
+from hmrsim.actions import registry as actions
+from hmrsim.diagnostics import instead, listed
+from hmrsim.events import registry as events
 from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
 from hmrsim.fault_search.schedules.thing import DISTURBANCE
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.late import LateTrace
 from hmrsim.world.model import World
@@ -179,8 +182,16 @@ class Run:
     def goals(
         self, robot: str | None = None, action: str | None = None, status: GoalStatus | str | None = None
     ) -> list[Goal]:
-        """Return the goals that were accepted, in order; those of a robot, of an action, or in a status."""
-        wanted = GoalStatus[status] if isinstance(status, str) else status
+        """Return the goals that were accepted, in order; those of a robot, of an action, or in a status.
+
+        Raises:
+            ValueError: There was no such robot, or there is no such action or status.
+        """
+        wanted = GoalStatus[_known("status", status, GoalStatus.__members__)] if isinstance(status, str) else status
+        if robot is not None:
+            self._check_robot(robot)
+        if action is not None:
+            _known("action", action, [*actions(), *(goal.action for goal in self._record.goals.values())])
         return [
             goal
             for goal in self._record.goals.values()
@@ -192,8 +203,15 @@ class Run:
 
         ::
 
-            run.happened("docked", robot="wall_e")
+            run.happened("dock_docked", robot="wall_e")
+
+        Raises:
+            ValueError: There is no such event, or it has no such field.
         """
+        if kind is not None:
+            there = events()[_known("event", kind, events())].fields()
+            for name in fields if there is not None else ():
+                _known(f"field of {kind}", name, there or ())
         return [
             each
             for each in self._record.happenings(lambda event: kind in {None, event.kind})
@@ -204,7 +222,12 @@ class Run:
         """Return the orders of the demand in the order in which they came; those ``open``, or in a state.
 
         Of those that have ended these are the last 1,000.
+
+        Raises:
+            ValueError: There is no such state.
         """
+        if state not in {None, "open"}:
+            _known("state of an order", str(state), ["open", *OrderState])
         demand = self.simulator.demand
         found = sorted([*demand.closed, *demand.open.values()], key=lambda order: order.placed)
         return [order for order in found if state in {None, order.state} or (state == "open" and order.state.open)]
@@ -246,12 +269,21 @@ class Run:
         return self._named[1:]
 
     def carrier(self, item: str) -> str | None:
-        """Return the robot that carries an item; None if it lies somewhere."""
-        carrier = self.simulator.roster.items[item].carrier
+        """Return the robot that carries an item; None if it lies somewhere.
+
+        Raises:
+            ValueError: There is no such item.
+        """
+        items = self.simulator.roster.items
+        carrier = items[_known("item", item, items)].carrier
         return carrier.name if carrier else None
 
     def visited(self, robot: str) -> list[str]:
-        """Return where a robot's goals ended, in order, without repetitions in a row."""
+        """Return where a robot's goals ended, in order, without repetitions in a row.
+
+        Raises:
+            ValueError: There was no such robot.
+        """
         places: list[str] = []
         for goal in sorted(self.goals(robot), key=lambda each: math.inf if each.ended is None else each.ended):
             if goal.where and places[-1:] != [goal.where]:
@@ -264,6 +296,7 @@ class Run:
         Raises:
             AssertionError: Not all have; the text has the story of the run.
         """
+        __tracebackhide__ = True
         if self.outcome is None:
             raise AssertionError("the run has not come to its end; call `to_the_end`")
         failed = [robot for robot, status in self.outcome.statuses.items() if status.name != "SUCCESS"]
@@ -276,25 +309,47 @@ class Run:
 
         Raises:
             AssertionError: They did not; the text has the story of the run.
+            ValueError: There was no such robot, or there is no such place, dock or waypoint.
         """
-        visited = iter(self.visited(robot))
-        missed = [place for place in places if place not in visited]
-        if missed:
-            raise AssertionError(
-                f"{robot} did not visit {missed[0]!r} after that; it visited {', '.join(self.visited(robot))}"
-                f"{self._told()}"
-            )
+        __tracebackhide__ = True
+        for place in places:
+            _known("place", place, self._places()[0])
+        visited, before = iter(self.visited(robot)), ""
+        for place in places:
+            if place not in visited:
+                there = ", ".join(self.visited(robot)) or "nothing"
+                after = f" after {before!r}" if before else ""
+                raise AssertionError(f"{robot} did not visit {place!r}{after}; it visited {there}{self._told()}")
+            before = place
 
     def story(self) -> list[str]:
         """Return what happened, a line each."""
         return [f"{each.at:9.3f} s  {each.text}" for each in self.happened()]
 
+    def _check_robot(self, robot: str) -> None:
+        # One that was deleted may have had goals.
+        known = [*self.simulator.robots, *dict.fromkeys(goal.robot for goal in self._record.goals.values())]
+        if robot != WORLD:
+            _known("robot", robot, [*dict.fromkeys(known)])
+
     def _told(self) -> str:
         return "".join(f"\n  {line}" for line in _shortened(self.story()))
 
 
+def _known(what: str, name: str, names: Iterable[str]) -> str:
+    """Return a name of something that there is.
+
+    Raises:
+        ValueError: It is none: a question about what can't be would always have the same answer.
+    """
+    names = [*names]
+    if name not in names:
+        raise ValueError(f"no {what} {name!r}{instead(name, names)}")
+    return name
+
+
 def _shortened(lines: Iterable[str]) -> list[str]:
-    """Return the last lines, and how many were before."""
+    """Return the last lines, and how many were before, which `Run.story` returns."""
     lines = [*lines]
     left = len(lines) - _SHOWN
-    return lines if left <= 0 else [f"... {left} before", *lines[-_SHOWN:]]
+    return lines if left <= 0 else [f"... {left} before; run.story() has all", *lines[-_SHOWN:]]

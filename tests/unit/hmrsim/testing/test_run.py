@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -159,3 +160,43 @@ def test_a_tree_in_xml_with_nodes_of_its_own(simulation, tmp_path, monkeypatch):
     assert not run.to_the_end().succeeded
     with pytest.raises(AssertionError, match=r"^mocha failed\n  mocha: Is it so\?: it never is\n"):
         run.check_succeeded()
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (lambda run: run.happened("battery_emtpy"), "no event 'battery_emtpy'; did you mean 'battery_empty'?"),
+        (lambda run: run.happened("dock_docked", robt="chai"), "no field of dock_docked 'robt'; did you mean 'robot'?"),
+        (lambda run: run.goals("mcha"), "no robot 'mcha'; did you mean 'mocha'?"),
+        (lambda run: run.goals("mocha", "dock"), "no action 'dock'; did you mean 'dock_robot'?"),
+        (lambda run: run.goals(status="ABORTTED"), "no status 'ABORTTED'; did you mean 'ABORTED'?"),
+        (lambda run: run.visited("chia"), "no robot 'chia'; did you mean 'chai'?"),
+        (lambda run: run.check_visited("chai", "conter"), "no place 'conter'; did you mean 'counter'?"),
+        (lambda run: run.carrier("cofee"), "no item 'cofee'; did you mean 'coffee'?"),
+        (lambda run: run.orders("opn"), "no state of an order 'opn'; did you mean 'open'?"),
+    ],
+)
+def test_a_question_about_what_can_not_be_is_an_error(simulation, ask, said):
+    """Its answer would be the same for ever, and so would be a test that asks it."""
+    with pytest.raises(ValueError, match=re.escape(said)):
+        ask(simulation("cafe"))
+
+
+def test_a_robot_that_was_deleted_can_be_asked_about(simulation):
+    """It had goals."""
+    run = simulation("cafe")
+    run.commander("chai").wait(1)
+    run.client.get("hmrsim/_world/delete_entity", payload=b'{"entity": "chai"}')
+
+    assert ["wait"] == [goal.action for goal in run.goals("chai")]
+
+
+def test_a_place_that_was_not_visited_is_named_with_the_one_before(simulation):
+    """If there is one."""
+    run = simulation("cafe")
+    run.commander("chai").navigate_to("counter")
+
+    with pytest.raises(AssertionError, match=r"^chai did not visit 'hall'; it visited counter\n"):
+        run.check_visited("chai", "hall")
+    with pytest.raises(AssertionError, match=r"^chai did not visit 'hall' after 'counter'; it visited counter\n"):
+        run.check_visited("chai", "counter", "hall")
