@@ -18,7 +18,9 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError
+from hmrsim.events import registry
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.charge import BATTERY_PERIOD, Charge
@@ -129,8 +131,10 @@ class AsyncClient:
             kinds: Of these kinds, such as ``order_placed``, at which time stops; of all if there are none.
 
         Raises:
+            ValueError: There is no event of such a kind.
             SimulationEnded, SimulatorGone, Dropped, Idle: Time does not go on.
         """
+        _check_kinds(kinds)
         loop = asyncio.get_running_loop()
         come: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         waits: list[Waiting] = []
@@ -319,6 +323,12 @@ class AsyncRobot:
                     await ends[1]
             raise
         return checked(self.name, errand, handle)
+
+
+def _check_kinds(kinds: Sequence[str]) -> None:
+    for kind in kinds:
+        if kind not in registry():
+            raise ValueError(f"no event {kind!r}{instead(kind, registry())}")
 
 
 def _load(places: NamedPlaces) -> None:

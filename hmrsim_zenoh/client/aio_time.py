@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -22,8 +23,11 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.condition import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.client.sim_clock import SimClock
     from hmrsim_zenoh.errors import RequestError
 
+_LOOK_AROUND: Final = 0.5
+"""Wall seconds between two looks whether the simulator is still there, where time moves by itself."""
 _PASSES: Final = 100
 """How often an event loop that does not tell what is ready is left to its tasks before time goes on."""
 
@@ -36,6 +40,7 @@ class Waiting:
         self._time = time
         self._loop = asyncio.get_running_loop()
         self._future: asyncio.Future[None] = self._loop.create_future()
+        self._alarm: SimClock | None = None
 
     def __await__(self) -> Generator[Any, None, None]:
         """Wait until it has happened."""
@@ -44,6 +49,12 @@ class Waiting:
             yield from self._future
         finally:
             self._time.remove(self)
+            if self._alarm is not None:
+                self._alarm.close()
+
+    def set_alarm(self, client: Client, seconds: float) -> None:
+        """Have it happen after so many simulated seconds, where time moves by itself."""
+        self._alarm = client.alarm(seconds, self.happen)
 
     def happen(self) -> None:
         """Say that it has happened."""
@@ -88,6 +99,8 @@ class AsyncTime:
         self._looking = False
         self._driving = False
         self._holds = 0
+        self._ended: Exception | None = None
+        self._looks_around = False
 
     def has_come(self, stamp: Mapping[str, int]) -> bool:
         """Return whether it is a time, or later; in lockstep by what has been granted."""
@@ -119,20 +132,24 @@ class AsyncTime:
         """
         if not 0 <= seconds < math.inf:
             raise ValueError(f"{seconds} s is no time to sleep for; expected a number of seconds of at least 0")
+        if self._ended is not None:
+            raise self._ended
         if self._lockstep is not None and not self._lockstep.over:
             await Waiting(self, self._lockstep.now + seconds)
             return
         wait = self.wait()
-        alarm = self._client.alarm(seconds, wait.happen)
-        try:
-            await wait
-        finally:
-            alarm.close()
+        wait.set_alarm(self._client, seconds)
+        await wait
 
     def add(self, wait: Waiting) -> None:
         """Note that a task waits."""
         self._waits.append(wait)
-        self._look_later()
+        if self._ended is not None:
+            wait.finish(self._ended)
+        elif self._lockstep is None:
+            self._look_around_later()
+        else:
+            self._look_later()
 
     def remove(self, wait: Waiting) -> None:
         """Note that it does no longer."""
@@ -144,7 +161,9 @@ class AsyncTime:
         lockstep = self._lockstep
 
         def then(error: RequestError | None) -> None:
-            if error is None or lockstep is None or lockstep.over:
+            if lockstep is not None and lockstep.ended is not None:
+                wait.fail(lockstep.ended)
+            elif error is None or lockstep is None or lockstep.over:
                 wait.happen()
             else:
                 wait.fail(error)
@@ -168,8 +187,10 @@ class AsyncTime:
                 self._look_later()
 
     def close(self) -> None:
-        """End the thread, once it has come back."""
+        """End the thread, once it has come back; nothing is waited for any more."""
         self.woken = True
+        self._ended = self._ended or ClientClosed("the client was closed")
+        self._fail(self._ended)
         self._thread.shutdown(wait=False)
 
     def _look_later(self) -> None:
@@ -204,14 +225,43 @@ class AsyncTime:
         """Wake who waits for the time that it is, or tell all why time does not go on."""
         self._driving = False
         if error := driven.exception():
-            for wait in list(self._waits):
-                wait.finish(error if isinstance(error, Exception) else RuntimeError(str(error)))
+            self._fail(error if isinstance(error, Exception) else RuntimeError(str(error)))
             return
         for wait in sorted(self._waits, key=lambda each: each.until):
             if wait.until <= driven.result():
                 wait.finish()
         if self._lockstep is not None and self._lockstep.over:
-            self._lockstep = None
-            return
-        if self._waits:
+            self._leave_lockstep(self._lockstep, driven.result())
+        elif self._waits:
             self._look_later()
+
+    def _leave_lockstep(self, lockstep: Lockstep, now: float) -> None:
+        """Go on where time moves by itself, if it still moves."""
+        self._lockstep = None
+        if lockstep.ended is not None:
+            # Whoever asks for anything meanwhile has lockstep closed, so that the drive ends without an error.
+            self._ended = lockstep.ended
+            self._fail(self._ended)
+            return
+        for wait in self._waits:
+            if wait.until < math.inf:
+                wait.set_alarm(self._client, max(wait.until - now, 0.0))
+        self._look_around_later()
+
+    def _fail(self, error: Exception) -> None:
+        for wait in list(self._waits):
+            wait.finish(error)
+
+    def _look_around_later(self) -> None:
+        if not self._looks_around:
+            self._looks_around = True
+            self._loop.call_later(_LOOK_AROUND, self._look_around)
+
+    def _look_around(self) -> None:
+        """Tell all who wait that nothing will happen any more, if the simulator is gone."""
+        self._looks_around = False
+        if self._waits:
+            if absence := self._client.absence:
+                self._fail(absence)
+            else:
+                self._look_around_later()

@@ -47,6 +47,7 @@ from hmrsim_zenoh.wire.session import enclave_of, open_client
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
+    from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.client.subscription import Subscription
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
@@ -137,6 +138,11 @@ class Client:
     def alive(self) -> bool:
         """Whether the simulator is alive; the first call waits for an answer."""
         return not self._link.closed and self._link.presence.alive(self._timeout)
+
+    @property
+    def absence(self) -> HmrsimError | None:
+        """Why nothing will be answered any more; None while the simulator is there, or may still come back."""
+        return self._link.absence()
 
     def wait_for_simulator(self, timeout: float) -> None:
         """Wait until the simulator is alive.

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import ExitStack
 
 import pytest
 
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import setting
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh import AsyncClient, RequestError, SessionOptions, Unreachable
+from hmrsim_zenoh import AsyncClient, RequestError, SessionOptions, SimulatorGone, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.hosting.host import Host
 
 
@@ -95,6 +96,24 @@ def test_time_goes_on_until_an_event_comes_over_zenoh():
         times = asyncio.run(main(host.endpoints[0]))
 
     assert [("order_1", 30.0), ("order_2", 60.0), ("order_3", 90.0)] == times
+
+
+def test_a_simulator_that_is_gone_is_not_waited_for():
+    """Where time moves by itself, nothing else would tell."""
+    listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    stack = ExitStack()
+    host = stack.enter_context(Host(load_world("cafe"), listen, RunSettings()))
+    host.start()
+
+    async def main():
+        async with AsyncClient(options=SessionOptions(connect=(host.endpoints[0],))) as client:
+            sleep = asyncio.create_task(client.sleep(1000))
+            await client.sleep(0.1)
+            await asyncio.to_thread(stack.close)
+            await sleep
+
+    with stack, pytest.raises((SimulatorGone, SimulatorNotFound)):
+        asyncio.run(main())
 
 
 def test_a_robot_without_a_battery(options):

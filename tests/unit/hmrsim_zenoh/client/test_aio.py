@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
 from hmrsim.actions import registry
+from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
-from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging
+from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging, SimulationEnded
 
 
 def played(play, changes=None):
@@ -66,6 +68,49 @@ def test_what_tasks_do_at_an_instant_is_done_before_time_goes_on():
         return at
 
     assert played(play).answer == 1.0
+
+
+def test_all_who_wait_are_told_that_the_run_is_over():
+    """Also where another task was told before, and has asked for something since."""
+
+    async def play(client):
+        async def work():
+            while True:
+                try:
+                    await client.robot("mocha").wait(1)
+                except SimulationEnded:
+                    with suppress(SimulationEnded):
+                        await client.robot("mocha").wait(1)
+                    return "told"
+
+        async def until_late():
+            with pytest.raises(SimulationEnded, match="the run is over"):
+                await client.sleep(100)
+            with pytest.raises(SimulationEnded, match="the run is over"):
+                await client.sleep(1)
+            with pytest.raises(SimulationEnded, match="the run is over"):
+                await anext(client.events("order_placed"))
+            return "told"
+
+        return await asyncio.gather(work(), until_late(), until_late())
+
+    with simulation("cafe", settings=RunSettings(duration=10)) as run:
+
+        async def main():
+            async with AsyncClient(run.client) as client:
+                return await play(client)
+
+        assert ["told"] * 3 == asyncio.run(main())
+
+
+def test_an_event_that_does_not_exist():
+    """It is not waited for."""
+
+    async def play(client):
+        with pytest.raises(ValueError, match=r"no event 'order_placd'; did you mean 'order_placed'\?"):
+            await anext(client.events("order_placd"))
+
+    played(play)
 
 
 LOW = {"robots.mocha.components.battery.initial_charge": 1000}
