@@ -1,15 +1,15 @@
-"""Importing the user's modules, and reporting their errors."""
+"""Importing the user's modules, whatever is wrong with them."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
 import sys
-import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_controller.errors import TreeError
+from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -65,13 +65,3 @@ def imported_file(name: str, path: str) -> ModuleType:
         del sys.modules[module_name]
         raise TreeError(f"{name}: {described(error)}") from error
     return module
-
-
-def described(error: Exception) -> str:
-    """Return an error of the user's code as one line: the error and its place."""
-    if isinstance(error, SyntaxError):
-        return f"{type(error).__name__}: {error.msg} ({error.filename}:{error.lineno})"
-    text = f"{type(error).__name__}: {error}".splitlines()[0]
-    trace = traceback.extract_tb(error.__traceback__)
-    frames = [frame for frame in trace if not frame.filename.startswith("<frozen")]
-    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})" if frames else text

@@ -14,8 +14,8 @@ from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
 from bt_controller.world.directory import Directory
-from hmrsim.diagnostics import dotted, shown
 from hmrsim.errors import GoalRejected
+from hmrsim.program.users_code import mistakes_in
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
@@ -106,7 +106,8 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         try:
             return super()._next_goal()
         except ValidationError as error:
-            raise PortError("\n".join(f"{self.located}: {each}" for each in _mistakes(self.ACTION, error))) from None
+            goal = f"{self.located}: the goal of {self.ACTION!r}"
+            raise PortError("\n".join(f"{goal}: {each}" for each in mistakes_in(error))) from None
 
     def should_replace_goal(self) -> bool:
         """Return whether to replace the active goal by the one that `goal` returns now."""
@@ -173,12 +174,3 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         if "error_code_id" in self.OUTPUTS:
             self.write("error_code_id", code)
             self.write("error_msg", message)
-
-
-def _mistakes(action: str, error: ValidationError) -> list[str]:
-    """Return what is wrong with a goal, one text per field."""
-    return [
-        f"the goal of {action!r}: {dotted(each['loc'])}: {each['msg'][:1].lower()}{each['msg'][1:]}"
-        + ("" if each["type"] == "missing" else f", got {shown(each['input'])}")
-        for each in error.errors(include_url=False)
-    ]

@@ -15,8 +15,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 
 from bt_controller.errors import TreeError
-from bt_controller.imports import described
 from bt_controller.loading.named_functions import find_function
+from hmrsim.program.users_code import described
 
 B = TypeVar("B", bound="Callable[..., Behaviour]")
 

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import logging
 import threading
+import traceback
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.action_node import ActionNode
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.imports import described
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
+from hmrsim.program.users_code import described
 from hmrsim_zenoh.client.warm_up import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
@@ -149,7 +151,10 @@ class Mission:
         except (SimulatorNotFound, SimulatorGone):
             raise
         except Exception as error:
-            raise TreeCrashed(f"the tree of {self.robot!r} broke: {told(error)}") from error
+            # An error of ours names what it is about itself.
+            at = "" if isinstance(error, HmrsimError) else _ticked(error)
+            where = f" at {at!r}" if at else ""
+            raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {told(error)}") from error
         if self.status is Status.SUCCESS:
             self._successes_due -= 1
             self._over = self._successes_due == 0
@@ -228,6 +233,16 @@ class Mission:
 def told(error: Exception) -> str:
     """Return an error as one line; with the place, unless it is one of ours."""
     return str(error) if isinstance(error, HmrsimError) else described(error)
+
+
+def _ticked(error: Exception) -> str:
+    """Return the name of the behaviour that raised an error, the deepest one; empty if it came from none."""
+    name = ""
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        behaviour = frame.f_locals.get("self")
+        if isinstance(behaviour, Behaviour):
+            name = str(behaviour.name)
+    return name
 
 
 def missions_for(

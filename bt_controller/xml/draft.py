@@ -14,7 +14,7 @@ from py_trees.common import Status
 from py_trees.parsers.behaviour_tree_xml import build_tree_from_xml
 
 from bt_controller.errors import TreeError
-from bt_controller.imports import described
+from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
     from bt_controller.xml.translation import Translation

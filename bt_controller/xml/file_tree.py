@@ -11,7 +11,6 @@ from py_trees.blackboard import Blackboard
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Node
 from bt_controller.errors import TreeError
-from bt_controller.imports import described
 from bt_controller.xml.check import check
 from bt_controller.xml.document import document
 from bt_controller.xml.draft import drafted
@@ -19,6 +18,7 @@ from bt_controller.xml.faults import Faults
 from bt_controller.xml.source import Element, read
 from bt_controller.xml.translation import SUBTREE, in_order, translate
 from bt_controller.xml.wiring import examine, unread
+from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

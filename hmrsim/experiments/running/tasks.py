@@ -16,10 +16,11 @@ from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.judging.labels import ERROR, HUNG, MEMORY
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.commands import run_command
-from hmrsim.experiments.running.controlling import WallLimit, described
+from hmrsim.experiments.running.controlling import WallLimit
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.experiments.running.single import run_in_process, unwatched
 from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run

@@ -16,7 +16,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, MEMORY
 from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.controlling import WallLimit, described
+from hmrsim.experiments.running.controlling import WallLimit
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
 from hmrsim.fault_search.running.cast import KILLED
@@ -27,6 +27,7 @@ from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
 from hmrsim.fault_search.running.outcome import Outcome
 from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
+from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace

@@ -329,14 +329,16 @@ class TestEnds:
         assert (outcome.gone, outcome.succeeded) == (True, False)
 
     def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
-        """The error names the robot and the place; no goal is left behind."""
+        """The error names the robot, the behaviour and the place; no goal is left behind."""
 
         def tree():
             policy = ParallelPolicy.SuccessOnAll()
             children = [Sequence("Inner", memory=True, children=[wait()]), Broken("Broken")]
             return Parallel("Both", policy=policy, children=children)
 
-        with pytest.raises(TreeCrashed, match=r"the tree of 'wall_e' broke: KeyError: 'whoops' \(.*test_runner\.py:"):
+        with pytest.raises(
+            TreeCrashed, match=r"the tree of 'wall_e' broke at 'Broken': KeyError: 'whoops' \(.*test_runner\.py:"
+        ):
             stage.run(tree, grace=0.0)
 
         assert stage.goal().canceled is True

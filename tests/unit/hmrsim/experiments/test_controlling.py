@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hmrsim.experiments.running.controlling import WallLimit, control
+from hmrsim.interfaces.nav2_msgs import Spin
 from hmrsim_zenoh.errors import GoalRejectedError, SimulationEnded
 
 if TYPE_CHECKING:
@@ -50,12 +51,34 @@ def raises_in_a_task(error: BaseException) -> Callable[..., Any]:
         (SimulationEnded("the run is over"), "failed", ""),
         (WallLimit("too long"), "hung", "too long"),
         (MemoryError(), "out_of_memory", "it takes more memory than its limit"),
-        (REJECTED, "crashed", "GoalRejectedError: not_ready: eve has broken down"),
     ],
 )
 def test_an_error_is_the_ending(controller: Callable[..., Any], error: BaseException, ending: str, cause: str) -> None:
     """Also one that asyncio has put into a group."""
     assert (ending, cause) == control(controller(error), CLIENT, WORLD)
+
+
+@pytest.mark.parametrize("controller", [raises, raises_in_a_task])
+def test_a_goal_that_fails_is_told_with_its_place(controller: Callable[..., Any]) -> None:
+    """A controller sends many."""
+    ending, cause = control(controller(REJECTED), CLIENT, WORLD)
+
+    assert "crashed" == ending
+    assert cause.startswith("GoalRejectedError: not_ready: eve has broken down (")
+    assert "test_controlling.py:" in cause
+
+
+def test_a_message_that_can_not_be_is_told_with_its_fields() -> None:
+    """On one line, where pydantic has one for each."""
+
+    def controller(*_: object) -> bool:
+        return bool(Spin.Goal.model_validate({"target_yaw": "left", "yaw": 1}))
+
+    _, cause = control(controller, CLIENT, WORLD)
+
+    fields = "target_yaw: input should be a valid number, got 'left'; yaw: extra inputs are not permitted, got 1"
+    assert cause.startswith(f"ValidationError: Goal: {fields} (")
+    assert "test_controlling.py:" in cause
 
 
 @pytest.mark.parametrize("controller", [raises, raises_in_a_task])
