@@ -16,16 +16,23 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
+from pydantic import ValidationError
+from pydantic_core import to_json
 
 from bt_controller.core.resume import Resumption, place_of
-from bt_controller.world.directory import Directory
+from bt_controller.errors import TreeError
+from bt_controller.world.directory import Directory, NotServed
 from hmrsim.actions import Action, F, G, R, error_of, registry
+from hmrsim.diagnostics import instead
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.program.users_code import mistakes_in
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.goal_places import with_poses
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.action_client import ActionClient
     from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -41,7 +48,8 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
     Args:
         action: The action, its name, its full name ``robot/action`` or an alias of that, as the world has it.
-        goal: The goal, evaluated upon each initialise. A leaf without a goal fails.
+        goal: The goal, evaluated upon each initialise. A leaf without a goal fails. In plain values a pose may be the
+            name of a place: ``{"pose": "kitchen"}``.
         robot: The robot that serves the action; None for the one that the tree is run for.
         describe: Formats feedback as the feedback message; None for its plain fields.
         on_success: Values to write on the blackboard when the goal has succeeded, by key.
@@ -76,6 +84,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self._describe = describe or _plain_fields
         self._on_success = dict(on_success or {})
         self._client: ActionClient[G, R, F] | None = None
+        self._place_pose: Callable[[str], PoseStamped] | None = None
         self._handle: GoalHandle[R, F] | None = None
         self._open: list[GoalHandle[R, F]] = []
         self._sent: G | None = None
@@ -115,12 +124,13 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
         Args:
             **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, whom the tree is run for; *directory*,
-                what the simulator serves (asked for if left out); *wake*, called from any thread when the leaf
-                should be ticked; *resume*, under which name goals are found again in the next life of the controller
-                (not at all if left out).
+                what the simulator serves (asked for if left out); *places*, those of the world by name; *wake*, called
+                from any thread when the leaf should be ticked; *resume*, under which name goals are found again in the
+                next life of the controller (not at all if left out).
 
         Raises:
-            NotServed: There is no such robot, or it has no such action.
+            NotServed: There is no such robot, it has no such action, or the goal names a place that does not exist.
+            TreeError: The goal has other fields than the action's.
             SimulatorNotFound: No simulator answers.
         """
         client = kwargs["client"]
@@ -130,6 +140,15 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         action = _named(name) if isinstance(self._action, str) else self._action
         self._client = client.action_client(robot, action)
         self._wake = kwargs.get("wake") or _let_be
+        self._place_pose = kwargs["places"].pose if kwargs.get("places") is not None else None
+        if isinstance(self._goal, Mapping):
+            try:
+                self._checked(self._goal)
+            except ValidationError as error:
+                mistakes = "\n".join(f"{self.name!r}: goal: {each}" for each in mistakes_in(error))
+                raise TreeError(mistakes) from None
+            except ValueError as error:
+                raise NotServed(f"{self.name!r}: {error}") from None
         if kwargs.get("resume"):
             self._resumption = Resumption(f"{kwargs['resume']}/{place_of(self)}", robot, action)
 
@@ -230,16 +249,32 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
             handle.cancel()
 
     def _next_goal(self) -> G | None:
-        source = self._goal
+        source: Any = self._goal
         if isinstance(source, str):
-            return self._blackboard.get(source) if self._blackboard.exists(source) else None
-        return source() if callable(source) else source
+            source = self._blackboard.get(source) if self._blackboard.exists(source) else None
+        goal: G | None = self._checked(source() if callable(source) else source)
+        return goal
+
+    def _checked(self, goal: Any) -> Any:
+        """Return a goal; one in plain values with poses for the names of places.
+
+        Raises:
+            ValueError: There is no such place.
+            ValidationError: It is not a goal of this action.
+        """
+        if self._client is None or self.PLAIN or not isinstance(goal, Mapping):
+            return goal
+        kind = self._client.action.goal
+        plain = goal if self._place_pose is None else with_poses(goal, kind, self._place_pose)
+        # As the simulator reads it.
+        kind.model_validate_json(to_json(plain))
+        return plain
 
 
 def _named(name: str) -> Action[Any, Any, Any]:
     actions = registry()
     if name not in actions:
-        raise ValueError(f"no action {name!r}; there are {', '.join(actions)}")
+        raise ValueError(f"no action {name!r}{instead(name, actions)}")
     return actions[name]
 
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Generic
 from pydantic_core import to_json
 
 from hmrsim.actions import F, G, R
+from hmrsim.diagnostics import shown
+from hmrsim.interfaces.message import Message
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim_zenoh.client.goal_exchange import ActionPorts, GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
@@ -121,7 +123,7 @@ class ActionClient(Generic[G, R, F]):
         elif isinstance(goal, self.action.goal):
             body = encoding.message(goal)
         else:
-            raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {goal!r}")
+            raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {_kind(goal)}")
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         next_id = wire.next_goal_id()
         exchange: GoalExchange[R, F] = GoalExchange(
@@ -190,3 +192,8 @@ class ActionClient(Generic[G, R, F]):
             return
         if exchange := self._listening.get(message.goal_id):
             exchange.take_feedback(message.feedback)
+
+
+def _kind(goal: object) -> str:
+    """Return a goal of another kind for a message: its type, if it is a message, as those are long."""
+    return goal.ros_type if isinstance(goal, Message) else shown(goal)

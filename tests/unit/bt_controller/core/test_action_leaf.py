@@ -10,6 +10,7 @@ from py_trees.composites import Sequence
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.world.directory import Directory, NotServed
+from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
@@ -40,7 +41,7 @@ class TestSetup:
 
     def test_an_action_of_no_name_is_refused_when_the_tree_is_built(self):
         """A misspelt action is a mistake in the tree, found without a simulator."""
-        with pytest.raises(ValueError, match=r"no action 'wiat'; there are .*wait"):
+        with pytest.raises(ValueError, match=r"no action 'wiat'; did you mean 'wait'\?"):
             ActionLeaf("Wait", "wiat", WAIT)
 
     def test_an_unknown_robot_is_an_error_that_names_the_robots(self, client):
@@ -52,6 +53,32 @@ class TestSetup:
         """Robots differ: eve can't pick anything up."""
         with pytest.raises(NotServed, match="robot 'eve' has no action 'pickup'; there are navigate_to_pose"):
             ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="x")).setup(client=client, robot="eve")
+
+    def test_a_goal_in_plain_values_may_name_a_place(self, simulation):
+        """As on the command line; one that does not exist is an error before the first tick."""
+
+        def to(place):
+            return simulation(
+                "cafe", tree=lambda: ActionLeaf("Go", "navigate_to_pose", {"pose": place}), robots=["chai"]
+            )
+
+        run = to("counter")
+        assert run.to_the_end().succeeded
+        assert ["counter"] == run.visited("chai")
+        with pytest.raises(NotServed, match=r"'Go': goal: pose: no place 'conter'; did you mean 'counter'\?"):
+            to("conter").to_the_end()
+
+    @pytest.mark.parametrize("later", [False, True])
+    def test_a_goal_with_other_fields_is_an_error(self, simulation, later):
+        """Not a failure, which a Retry would hide."""
+        goal = {"time": {"sec": "long"}, "tiem": 3}
+        leaf = ActionLeaf("Stay", "wait", (lambda: goal) if later else goal)
+
+        with pytest.raises(HmrsimError) as error:
+            simulation("cafe", tree=lambda: leaf, robots=["chai"]).to_the_end()
+        assert "'Stay'" in str(error.value)
+        assert "time.sec: input should be a valid integer, got 'long'" in str(error.value)
+        assert "tiem: extra inputs are not permitted, got 3" in str(error.value)
 
     def test_a_leaf_may_name_another_robot_than_the_trees(self, client):
         """A tree may ask a helper."""
