@@ -22,7 +22,7 @@ from py_trees.common import Status
 from bt_controller.core.topics import Topics
 from bt_controller.running.alarms import Alarms
 from bt_controller.running.mailbox import RESET, STOP
-from bt_controller.running.snapshot import nodes_of, reasons
+from bt_controller.running.snapshot import nodes_of, reasons, tip
 from bt_controller.running.tick_schedule import Due, next_period
 from bt_controller.running.timer_queue import TimerQueue
 from bt_controller.world.directory import Directory
@@ -54,7 +54,8 @@ class Outcome:
         interrupted: Whether the user stopped it.
         gone: Whether it was given up because the simulator is gone.
         left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
-        reasons: By robot whose tree failed, the behaviours that made it fail, each with its ``node`` and ``message``.
+        reasons: By robot whose tree failed, the behaviours that made it fail; where it had not ended, the one that was
+            running. Each with its ``node``, its ``message`` and, if it comes from a file, its ``origin`` there.
     """
 
     statuses: dict[str, Status]
@@ -69,9 +70,9 @@ class Outcome:
         return all(status is Status.SUCCESS for status in self.statuses.values())
 
     def why(self, robot: str) -> str:
-        """Return what made the tree of a robot fail, in words; empty if it has not failed."""
+        """Return what made the tree of a robot fail, or what was running, in words; empty if it has succeeded."""
         told = self.reasons.get(robot, ())
-        return "; ".join(f"{each['node']}: {each['message']}" if each["message"] else each["node"] for each in told)
+        return "; ".join(map(_in_words, told))
 
     def to_json(self) -> dict[str, Any]:
         """Return the outcome as JSON values."""
@@ -257,9 +258,19 @@ class Runner:
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
         statuses = {mission.robot: mission.status for mission in self._missions}
-        failed = {mission.robot: _reasons(mission) for mission in self._missions if mission.status is Status.FAILURE}
-        return Outcome(statuses, interrupted, gone, reasons=failed)
+        unfit = {Status.FAILURE, Status.RUNNING}
+        why = {mission.robot: _reasons(mission) for mission in self._missions if mission.status in unfit}
+        return Outcome(statuses, interrupted, gone, reasons=why)
 
 
 def _reasons(mission: Mission) -> list[dict[str, str]]:
-    return [{"node": node.name, "message": node.message} for node in reasons(nodes_of(mission.root))]
+    nodes = nodes_of(mission.root)
+    return [
+        {"node": node.name, "message": node.message, **({"origin": node.origin} if node.origin else {})}
+        for node in (reasons(nodes) or (tip(nodes),))
+    ]
+
+
+def _in_words(reason: Mapping[str, str]) -> str:
+    node = f"{reason['node']} ({reason['origin']})" if "origin" in reason else reason["node"]
+    return f"{node}: {reason['message']}" if reason["message"] else node

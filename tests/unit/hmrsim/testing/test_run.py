@@ -7,12 +7,14 @@ import subprocess
 import sys
 
 import pytest
+from py_trees.behaviours import Running
 from py_trees.composites import Sequence
 
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from hmrsim.errors import WorldError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh import GoalFailed
 
 WORLD = {
@@ -158,7 +160,17 @@ def test_a_tree_in_xml_with_nodes_of_its_own(simulation, tmp_path, monkeypatch):
     run = simulation("cafe", tree=tmp_path / "never.xml", robots=["mocha"], nodes=["nodes_of_its_own"])
 
     assert not run.to_the_end().succeeded
-    with pytest.raises(AssertionError, match=r"^mocha failed\n  mocha: Is it so\?: it never is\n"):
+    with pytest.raises(AssertionError, match=r"^mocha failed\n  mocha: Is it so\? \(.*never\.xml:1\): it never is\n"):
+        run.check_succeeded()
+
+
+def test_a_tree_that_does_not_end(simulation):
+    """A run may have a limit, at which the behaviour is named that goes on."""
+    run = simulation("cafe", tree=lambda: Running("Rest"), robots=["mocha"], settings=RunSettings(duration=30))
+    run.to_the_end()
+
+    assert 30 == run.now
+    with pytest.raises(AssertionError, match=r"^mocha failed\n  mocha: Rest: running\n"):
         run.check_succeeded()
 
 
