@@ -18,36 +18,59 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bt_controller.loading.trees import Plan
-    from bt_controller.running.mission import Mission
+    from bt_controller.running.snapshot import Node
 
 
 def check(args: argparse.Namespace) -> int:
     """Build the tree that the options select, and print it; return the exit code."""
     plan = tree_of(args)
     check_files(args, plan)
-    nodes = _built(plan, args.robot).snapshot(None).nodes
+    trees = _trees(args.tree, plan, args.robot)
     for line in plan.unset:
         print(f"bt-controller: {printable(line)}", file=sys.stderr)
-    draw(args, {args.tree: nodes}, statuses=False)
+    draw(args, trees, statuses=False)
     if args.dot == "-":
         return DONE
     if args.json:
         wanted = ("depth", "symbol", "kind", "name")
-        print(json.dumps({"tree": args.tree, "nodes": [{key: getattr(node, key) for key in wanted} for node in nodes]}))
+        plain = {name: [{key: getattr(node, key) for key in wanted} for node in nodes] for name, nodes in trees.items()}
+        told = {"nodes": next(iter(plain.values()))} if len(trees) == 1 else {"robots": plain}
+        print(json.dumps({"tree": args.tree, **told}))
         return DONE
-    for node in nodes:
-        print(node.line(status=False))
+    for name, nodes in trees.items():
+        if len(trees) > 1:
+            print(f"{name}:")
+        for node in nodes:
+            print(node.line(status=False))
     return DONE
 
 
-def _built(plan: Plan, robots: Sequence[str]) -> Mission:
-    """Return the mission of some robots, or of one of any name.
+def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node, ...]]:
+    """Return the tree by its name, or those of the robots, if they differ.
+
+    Raises:
+        TreeError: One can't be built.
+    """
+    if plan.takes_robots or len(robots) < 2:  # noqa: PLR2004 - one has no other to differ from
+        return {name: _built(plan, robots)}
+    trees = {}
+    for robot in robots:
+        try:
+            trees[robot] = _built(plan, [robot])
+        except TreeError as error:
+            raise TreeError(f"{error} (for {robot!r})") from None
+    first, *others = trees.values()
+    return trees if any(other != first for other in others) else {name: first}
+
+
+def _built(plan: Plan, robots: Sequence[str]) -> tuple[Node, ...]:
+    """Return the tree of some robots, or of one of any name.
 
     Raises:
         TreeError: The tree can't be built.
     """
     try:
-        return missions_for(robots or ["robot"], plan)[0]
+        return missions_for(robots or ["robot"], plan)[0].snapshot(None).nodes
     except TreeError as error:
         if plan.takes_robots and not robots:
             raise TreeError(f"{error}; it was given one robot, others are named by --robot") from None

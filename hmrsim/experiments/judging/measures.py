@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.experiments.judging.labels import MISHAPS, TIMEOUT
 from hmrsim.report.orders import quantile
 from hmrsim.world.overlays.expressions import evaluate, names_in
 
@@ -35,7 +36,7 @@ def measures_of(
         simulator: The simulator, as it is at the end.
         report: Makes the run's report.
     """
-    names = _Names(judge, simulator, report, [*file.ends])
+    names = names_of(judge, simulator, report, [*file.ends])
     found: dict[str, Value] = {}
     flaws: list[str] = []
     for name, measure in file.measures.items():
@@ -46,6 +47,13 @@ def measures_of(
             flaws.append(f"{name}: {error}")
         found[name] = _plain(value)
     return found, flaws
+
+
+def names_of(
+    judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]], labels: list[str]
+) -> Mapping[str, Any]:
+    """Return the values that expressions may ask for, each made when it is asked for; *labels* are those of endings."""
+    return _Names(judge, simulator, report, labels)
 
 
 def needs_report(file: ExperimentFile) -> bool:
@@ -106,7 +114,7 @@ class _Reported(dict[str, Any]):
         return None
 
 
-_BUILT_IN: Final = ("succeeded", "failed", "timeout")
+_BUILT_IN: Final = ("succeeded", "failed", TIMEOUT, *sorted(MISHAPS))
 
 
 def _energy(simulator: Simulator) -> Iterator[float]:

@@ -11,9 +11,10 @@ from hmrsim.diagnostics import Finding, dotted, instead
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
 from hmrsim.experiments.judging.measures import NAMES
+from hmrsim.experiments.judging.unknown_parts import unknown_parts
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.world.files import read_text
-from hmrsim.world.overlays.expressions import names_in, substituted
+from hmrsim.world.overlays.expressions import names_asked_for, names_in, substituted
 from hmrsim.world.yaml_text import line_of, read
 
 if TYPE_CHECKING:
@@ -46,14 +47,21 @@ def check_plan(plan: Plan, tell: Callable[[int], None] = lambda _scenario: None)
                     problems[replace(problem, message=place)] = None
         tell(scenario)
     world = None if problems else plan.world(0).world
+    unknown = [*unknown_parts(plan.file, world)] if world is not None else []
     findings = [*_treatments(plan), *_measures(plan), *_endings(plan, world)]
+    findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
     if findings or problems:
         _, lines, _ = read(read_text(plan.path, str(plan.path)))
         line = partial(line_of, lines)
         found = [Problem(str(plan.path), dotted(each.path), each.message, line(each.path)) for each in findings]
         ordered = sorted([*problems, *found], key=lambda problem: (problem.file != str(plan.path), problem.line or 0))
         raise ExperimentError(ordered)
-    return [*warnings, *_without_success(plan)]
+    doubtful = [
+        Problem(str(plan.path), f"measures.{each.measure}", each.text, severity="warning")
+        for each in unknown
+        if not each.certain
+    ]
+    return [*warnings, *_without_success(plan), *_without_effect(plan), *doubtful]
 
 
 def _without_success(plan: Plan) -> Iterator[Problem]:
@@ -63,6 +71,17 @@ def _without_success(plan: Plan) -> Iterator[Problem]:
         names = ", ".join(file.ends)
         message = f"a run that ends as {names} is no success; if it should be one, add successes: [{names}]"
         yield Problem(str(plan.path), "ends", message, severity="warning")
+
+
+def _without_effect(plan: Plan) -> Iterator[Problem]:
+    """Yield a warning for each factor that nothing asks for, as the runs of all its levels are alike."""
+    file = plan.file
+    treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
+    used = names_asked_for([file.overlay, file.variants, treatments])
+    for factor in file.factors:
+        if factor not in used:
+            message = f"nothing asks for ${factor}, so that its levels differ by chance alone; use it in the overlay"
+            yield Problem(str(plan.path), f"factors.{factor}", message, severity="warning")
 
 
 def _alike(problem: Problem, other: Problem) -> bool:

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from hmrsim.diagnostics import instead, shortened, shown
-from hmrsim.world.overlays.flaw import OverlayFlaw
+from hmrsim.world.overlays.flaw import OverlayFlaw, UnknownPart
 
 Names = Mapping[str, Any]
 """The values that an expression can ask for."""
@@ -79,6 +79,41 @@ def names_in(expression: str) -> frozenset[str]:
         OverlayFlaw: It is none.
     """
     return frozenset(node.id for node in ast.walk(_parsed(expression)) if isinstance(node, ast.Name))
+
+
+def names_asked_for(value: Any) -> frozenset[str]:
+    """Return the names that the expressions in the texts of a value ask for, also inside lists and mappings.
+
+    Raises:
+        OverlayFlaw: One is no expression.
+    """
+    if isinstance(value, str):
+        found = [match["name"] or match["expression"] for match in _REFERENCE.finditer(value) if not match["escaped"]]
+        return frozenset().union(*map(names_in, found))
+    if isinstance(value, Mapping):
+        return frozenset().union(*map(names_asked_for, value), *map(names_asked_for, value.values()))
+    if isinstance(value, (list, tuple)):
+        return frozenset().union(*map(names_asked_for, value))
+    return frozenset()
+
+
+def parts_in(expression: str) -> list[str]:
+    """Return what an expression asks for by a name and keys, such as ``orders.lead_time.mean``.
+
+    Raises:
+        OverlayFlaw: It is none.
+    """
+    found: list[str] = []
+
+    def look(node: ast.AST) -> None:
+        if isinstance(node, (ast.Attribute, ast.Subscript)):
+            found.append(ast.unparse(node))
+        if not isinstance(node, ast.Attribute):
+            for child in ast.iter_child_nodes(node):
+                look(child)
+
+    look(_parsed(expression))
+    return found
 
 
 def _in_text(text: str, names: Names) -> Any:
@@ -156,7 +191,7 @@ def _part(whole: object, key: object, said: str) -> Any:
         for each in (key, str(key)):
             if each in whole:
                 return whole[each]
-        raise OverlayFlaw(f"{said} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
+        raise UnknownPart(f"{said} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
     if isinstance(whole, list):
         if isinstance(key, bool) or not isinstance(key, int):
             raise OverlayFlaw(f"{said} is a list, of which {shown(key)} is no index")

@@ -70,6 +70,41 @@ def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, A
     assert [said] * told == [str(problem) for problem in check_plan(read_plan(path))]
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"factors": {"speed": [1], "load": [1]}, "overlay": {"robots.*.base.speed": "${speed * load}"}}, []),
+        (
+            {"factors": {"speed": [1], "load": [1, 2]}, "overlay": {"robots.*.base.speed": "$speed"}},
+            ["factors.load: nothing asks for $load, so that its levels differ by chance alone; use it in the overlay"],
+        ),
+        (
+            {"factors": {}, "measures": {"m": "robots.marvin.energy"}},
+            ["measures.m: robots has no 'marvin'; it has eastbound, northbound, southbound, westbound"],
+        ),
+        (
+            {
+                "factors": {},
+                "measures": {
+                    "energy": "1 / energy",
+                    "lead": "orders.lead_time.mean",
+                    "told": "reported.rounds",
+                    "docked": "report.events.dock_docked",
+                    "first": "report.robots[0].distance",
+                    "crashed": "ends.crashed",
+                },
+            },
+            [],
+        ),
+    ],
+)
+def test_what_may_be_meant_otherwise_is_a_warning(tmp_path: Path, changes: dict[str, Any], said: list[str]) -> None:
+    """A factor without effect, and a robot that only a run can bring; what has no value yet is neither."""
+    path = written(tmp_path, **changes)
+
+    assert [f"{path}: {each}" for each in said] == [str(problem) for problem in check_plan(read_plan(path))]
+
+
 def scenarios(**changes: Any) -> list[dict[str, Any]]:
     """Return the scenarios of a file."""
     return scenarios_of(ExperimentFile.model_validate({**FILE, **changes}))
@@ -213,6 +248,9 @@ def test_all_mistakes_of_the_form_are_told_at_once_with_their_lines(tmp_path: Pa
         ({"treatments": {"a": {"python": "${lod}"}}}, "treatments.a.python: ${lod}: there is no 'lod'"),
         ({"measures": {"m": "ends.success +"}}, "measures.m: is no expression"),
         ({"measures": {"m": "enrgy"}}, "measures.m: there is no 'enrgy'; did you mean 'energy'?"),
+        ({"measures": {"m": "1 / orders.latte"}}, "measures.m: orders has no 'latte'; did you mean 'late'?"),
+        ({"measures": {"m": "ends.suceeded"}}, "measures.m: ends has no 'suceeded'; did you mean 'succeeded'?"),
+        ({"measures": {"m": "report.summary.distnce"}}, "report.summary has no 'distnce'; did you mean 'distance'?"),
         ({"ends": {"e": {"event": "dockd"}}}, "ends.e.event: there is no kind of event 'dockd'"),
         ({"ends": {"e": {"robot": "x", "at": "nowhere"}}}, "ends.e.at: no waypoint, place or dock 'nowhere'"),
         ({"ends": {"e": [{"item": "x", "at": "a"}, {"orders": "served"}]}}, "ends.e.1.orders: the world has no demand"),
