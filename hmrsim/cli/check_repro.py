@@ -13,7 +13,7 @@ from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
 from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import read_repro
-from hmrsim.fault_search.results.story import events_of
+from hmrsim.fault_search.results.story import LONG, events_of
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.running.single import Wanted, run_case
 from hmrsim.program.garbage import collect_rarely
@@ -72,7 +72,7 @@ def _tell(repro: Repro, outcome: Outcome) -> None:
     for number, thing in enumerate(repro.case.schedule, 1):
         show(f"{number}. {thing.describe()}")
     show("")
-    for at, text in events_of(outcome):
+    for at, text in events_of(outcome, LONG):
         show(f"{at:10.3f} s  {text}")
     cause = f" ({outcome.cause})" if outcome.cause else ""
     show(f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}")

@@ -11,7 +11,7 @@ from hmrsim.errors import OutputError, reason_of
 from hmrsim.fault_search.results.junit import junit_text
 from hmrsim.fault_search.results.page import page_of
 from hmrsim.fault_search.results.repro import repro_text
-from hmrsim.fault_search.results.story import story_of
+from hmrsim.fault_search.results.story import LONG, story_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,7 +64,7 @@ class ResultsFolder:
         """
         path = self.folder / FAILURES / f"{_name_of(finding)}.yaml"
         self._write(path, repro_text(check, finding, path))
-        self._write(path.with_suffix(".txt"), "\n".join(story_of(finding)) + "\n")
+        self._write(path.with_suffix(".txt"), "\n".join(story_of(finding, LONG)) + "\n")
         if finding.told.trace:  # one that hangs has none
             self._write(path.with_suffix(".jsonl"), finding.told.trace)
         return path

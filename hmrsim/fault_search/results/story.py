@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -9,15 +11,25 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.running.outcome import Outcome
 
-_MAX_LINES: Final = 60
+SHORT: Final = 60
+"""Events of a story among others, such as on a page."""
+LONG: Final = 1000
+"""Events of a story in a file of its own, or that was asked for."""
+_VIOLATED: Final = "VIOLATED"
+_WORD: Final = re.compile(r"\w+")
+_RARE: Final = 0.25
+"""Share of the events at most in which a word stands that says what a failure is about."""
 _TAIL: Final = 20
 """Events before the violation that are told in any case."""
 
 
-def story_of(finding: Finding) -> list[str]:
-    """Return the story, a line each: the failure, the schedule, what is without each thing of it, and the events."""
+def story_of(finding: Finding, most: int = SHORT) -> list[str]:
+    """Return the story, a line each: the failure, the schedule, what is without each thing of it, and the events.
+
+    Of many events *most* are told.
+    """
     lines = [f"{finding.failure.property}: {finding.text}", "", *_schedule(finding), ""]
-    lines += [f"{at:10.3f} s  {text}" for at, text in events_of(finding.told)]
+    lines += [f"{at:10.3f} s  {text}" for at, text in events_of(finding.told, most)]
     cause = f" ({finding.told.cause})" if finding.told.cause else ""
     lines.append(f"{finding.told.at:10.3f} s  the run ends: {finding.told.ending}{cause}")
     return lines
@@ -42,24 +54,32 @@ def passes(outcome: Outcome) -> str:
     return f"it fails otherwise: {outcome.failure}"
 
 
-def events_of(outcome: Outcome) -> list[tuple[float, str]]:
+def events_of(outcome: Outcome, most: int = SHORT) -> list[tuple[float, str]]:
     """Return the events up to the end, with the violations among them; of many, the ones around what went wrong."""
-    marks = [(each.at / 1e9, f"VIOLATED {each.property}: {each.text}") for each in outcome.violations]
+    marks = [(each.at / 1e9, f"{_VIOLATED} {each.property}: {each.text}") for each in outcome.violations]
     lines = sorted([*outcome.story, *marks], key=lambda line: line[0])
-    if len(lines) <= _MAX_LINES:
-        return lines
-    return _cut(lines)
+    return lines if len(lines) <= most else _cut(lines, most)
 
 
-def _cut(lines: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
-    """Return the lines around faults and violations, and say how many are left out between them."""
+def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str]]:
+    """Return so many lines, and say how many are left out between them.
+
+    First come those at the end and those around faults and violations, then those with a robot, an order, an item or
+    another word of faults and violations, the latest first.
+    """
+    texts = [text for _, text in lines]
+    marked = [i for i, text in enumerate(texts) if "fault" in text or text.startswith(_VIOLATED)]
     wanted = dict.fromkeys(range(max(0, len(lines) - _TAIL), len(lines)))
-    for i, (_, text) in enumerate(lines):
-        if "fault" in text or text.startswith("VIOLATED"):
-            wanted |= dict.fromkeys(range(max(0, i - 3), min(len(lines), i + 6)))
+    for i in marked:
+        wanted |= dict.fromkeys(range(max(0, i - 3), min(len(lines), i + 6)))
+    # A word that is told of all the time distinguishes nothing.
+    words = Counter(word for text in texts for word in {*_WORD.findall(text)})
+    about = {word for i in marked for word in _WORD.findall(texts[i])}
+    names = {word for word in about if words[word] <= len(texts) * _RARE}
+    wanted |= dict.fromkeys(i for i in reversed(range(len(lines))) if names & {*_WORD.findall(texts[i])})
     found: list[tuple[float, str]] = []
     before = -1
-    for i in sorted(wanted)[-_MAX_LINES:]:
+    for i in sorted([*wanted][:most]):
         if i > before + 1:
             found.append((lines[i][0], f"… {i - before - 1} events …"))
         found.append(lines[i])

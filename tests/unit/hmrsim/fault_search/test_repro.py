@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,7 +11,8 @@ from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.junit import junit_text
 from hmrsim.fault_search.results.page import page_of
-from hmrsim.fault_search.results.story import story_of
+from hmrsim.fault_search.results.story import LONG, events_of, story_of
+from hmrsim.fault_search.running.outcome import Outcome
 from hmrsim.fault_search.running.single import Wanted, run_case
 from hmrsim.trace.replay import replay
 from tests.porters import check_of, searched
@@ -72,6 +74,23 @@ def test_the_story_says_what_it_needs_and_what_happened(found):
     assert story[4].startswith("Without it it passes: the run ends as succeeded at ")
     assert any("has the fault breakdown_1" in line for line in story)
     assert any("VIOLATED no_vain_goals" in line for line in story)
+
+
+def test_of_many_events_those_are_told_that_a_failure_is_about():
+    """What its robot and its item did long before, rather than what the others did meanwhile."""
+    drives = [(float(at), f"{'eve' if at % 2 else 'chai'} navigate_to_pose accepted") for at in range(300)]
+    cause = [(100.0, "mocha moves aside for eve"), (101.0, "mocha puts down box_1")]
+    late = SimpleNamespace(at=290.5e9, property="orders_in_time", text="order_1 is late: box_1 is not there")
+    outcome = Outcome("timeout", "", 300.0, (late,), story=tuple(sorted([*drives, *cause])))
+
+    told = [text for _, text in events_of(outcome)]
+    assert "mocha puts down box_1" in told
+    assert told.index("mocha puts down box_1") < told.index(
+        "VIOLATED orders_in_time: order_1 is late: box_1 is not there"
+    )
+    assert told[-9:] == [text for _, text in drives[-9:]]
+    assert told[0].startswith("… ")
+    assert 303 == len(events_of(outcome, LONG))
 
 
 def test_junit_has_a_test_case_for_each_property(found):
