@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from bt_controller.behaviours.docks import missing_dock
 from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
+from bt_controller.core.node import PortError
 from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces import nav2_msgs
@@ -31,6 +33,20 @@ class DockRobot(ActionNode):
         "success": _SUCCESS,
         "num_retries": output_port(INT, "Number of retries"),
     }
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look up the action, and the dock if the file names it.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            PortError: A port's value in the file is invalid, or there is no such dock.
+            SimulatorNotFound: No simulator answers.
+        """
+        super().setup(**kwargs)
+        client = self.blackboard_client
+        dock = client.get("dock_id") if client.exists("dock_id") else ""
+        if isinstance(dock, str) and dock and (why := missing_dock(dock, kwargs.get("places"))):
+            raise PortError(f"{self.located}: port 'dock_id': {why}")
 
     def goal(self) -> nav2_msgs.DockRobot.Goal:
         """Return the goal of the input ports."""

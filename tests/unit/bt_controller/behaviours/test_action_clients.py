@@ -69,7 +69,7 @@ class TestFromBlackboard:
         (lambda: Pickup("cup"), "Pick up cup", moveit_msgs.Pickup.Goal(target_name="cup")),
         (lambda: Place("cup"), "Place cup", moveit_msgs.Place.Goal(attached_object_name="cup")),
         (lambda: Wait(2.5), "Wait 2.5 s", nav2_msgs.Wait.Goal(time=Duration.from_seconds(2.5))),
-        (lambda: Dock("left"), "Dock at left", nav2_msgs.DockRobot.Goal(dock_id="left", max_staging_time=0.0)),
+        (lambda: Dock("kitchen"), "Dock at kitchen", nav2_msgs.DockRobot.Goal(dock_id="kitchen", max_staging_time=0.0)),
         (Undock, "Undock", nav2_msgs.UndockRobot.Goal()),
         (lambda: GoTo("kitchen"), "Go to kitchen", nav2_msgs.NavigateToPose.Goal(pose=pose_at(3.0, 4.0))),
         (

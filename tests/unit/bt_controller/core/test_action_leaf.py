@@ -8,7 +8,9 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
+from bt_controller.behaviours.docks import Dock
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import PortError
 from bt_controller.world.directory import Directory, NotServed
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
@@ -67,6 +69,17 @@ class TestSetup:
         assert ["counter"] == run.visited("chai")
         with pytest.raises(NotServed, match=r"'Go': goal: pose: no place 'conter'; did you mean 'counter'\?"):
             to("conter").to_the_end()
+
+    def test_a_dock_that_does_not_exist_is_an_error(self, simulation, tmp_path):
+        """Before the first tick, in Python and in XML."""
+        with pytest.raises(NotServed, match=r"'Dock at chrger_1': no place 'chrger_1'; did you mean 'charger_1'\?"):
+            simulation("cafe", tree=lambda: Dock("chrger_1"), robots=["mocha"]).to_the_end()
+        tree = tmp_path / "dock.xml"
+        tree.write_text(
+            '<root BTCPP_format="4"><BehaviorTree ID="a"><DockRobot dock_id="chrger_1"/></BehaviorTree></root>'
+        )
+        with pytest.raises(PortError, match=r"port 'dock_id': no place 'chrger_1'; did you mean 'charger_1'\?"):
+            simulation("cafe", tree=tree, robots=["mocha"]).to_the_end()
 
     @pytest.mark.parametrize("later", [False, True])
     def test_a_goal_with_other_fields_is_an_error(self, simulation, later):
