@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 _LOOSE: Final = (object, str)
 """The types that match every kind: text is parsed by the port that reads it."""
 _NUMBERS: Final = (int, float)
+_GENERATED: Final = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+"""A part of the keys that py_trees makes for ports that a file does not connect."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +63,18 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
     _read(ends, faults)
     written = {end.key for end in ends if end.written and not end.renewed} | set(Blackboard.storage)
     unset = [end.origin.says(_unset(end)) for end in ends if end.needed and end.key not in written]
+    outputs = [end.key.rpartition("/") for end in ends if end.written]
     for end in ends:
-        if end.scripted and end.key not in written:
+        if end.written or end.needed or end.key in written:
+            continue
+        if end.scripted:
             faults.warn(end.origin, f"nothing writes {_shown(end.key)!r}, which a script reads")
+        elif not _GENERATED.search(end.key):
+            # A port with a default: it is no mistake unless another key of the same tree was meant.
+            tree, _, key = end.key.rpartition("/")
+            near = [name for place, _, name in outputs if place == tree]
+            if key != end.port and (alike := meant(key, near)):
+                faults.warn(end.origin, f"port {end.port!r}: nothing writes {key!r}; did you mean {alike!r}?")
     return tuple(dict.fromkeys(unset))
 
 

@@ -118,6 +118,22 @@ def test_what_is_given_and_not_read_is_doubted(files, values, doubts):
 
 
 @pytest.mark.parametrize(
+    ("key", "doubts"),
+    [
+        ("serverd", ("tree.xml:2: <Go>: port 'speed': nothing writes 'serverd'; did you mean 'served'?",)),
+        ("served", ()),
+        ("elsewhere", ()),
+    ],
+)
+def test_a_key_that_nothing_writes_and_that_is_like_one_is_doubted(files, key, doubts):
+    """The port has a default, so that the tree would run with that."""
+    body = f'<All><Script code="served := 2"/><Go goal="1;2" speed="{{{key}}}"/></All>'
+    files.load(_tree(body).replace("<root", '<root BTCPP_format="4"'))
+
+    assert doubts == files.doubts
+
+
+@pytest.mark.parametrize(
     ("script", "doubts"),
     [
         ("a := b", ("tree.xml:2: <Script>: nothing writes 'b', which a script reads",)),
