@@ -31,7 +31,7 @@ def again(args: argparse.Namespace) -> int:
     """Repeat a run; return the exit code."""
     with Results(args.results) as results:
         before = next(results.rows(where={"number": args.run}), None)
-        plan = _plan(results)
+        plan = _plan(results, args.results)
     outputs = [("--trace", args.trace), ("--report", args.report), ("--record", args.record)]
     check_outputs(outputs, [plan.path, args.results / FILE])
     run = plan.run_of(args.run)
@@ -73,11 +73,14 @@ def _with(plan: Plan, file: Any) -> Plan:
     return Plan(plan.path, file, plan.scenarios, plan.overlays, plan.tables, plan.source, plan.variant)
 
 
-def _plan(results: Results) -> Plan:
+def _plan(results: Results, folder: Path) -> Plan:
     about = results.about
     plan = read_plan(about["path"], about["variant"])
     if plan.hash != about["hash"]:
-        raise ResultsError(f"{about['path']}: has changed since these results; repeat them, or take the file as it was")
+        was = f"`hmrsim experiment show {folder} --file` prints it"
+        raise ResultsError(
+            f"{about['path']}: has changed since these results; repeat them, or take the file as it was ({was})"
+        )
     return plan
 
 

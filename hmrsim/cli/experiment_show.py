@@ -26,5 +26,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--by", metavar="FACTOR", action="append", default=[], help="a row for each level of a factor; may be repeated"
     )
+    parser.add_argument("--file", action="store_true", help="print the file of the experiment as it was")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(function=Later("hmrsim.cli.experiment_tables", "show"))

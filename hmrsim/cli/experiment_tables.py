@@ -52,6 +52,9 @@ def show(args: argparse.Namespace) -> int:
         if args.run is not None:
             return _show_run(args, results)
         about = results.about
+        if args.file:
+            say(about["text"].rstrip("\n"))
+            return ExitCode.DONE
         groups = _groups(results, args)
         columns = ["number", "treatment", *about["factors"], "ending", "cause"]
         failed = [*results.rows(columns, {"success": 0})]

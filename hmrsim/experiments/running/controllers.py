@@ -13,8 +13,10 @@ from bt_controller.loading.named_functions import NamedFunction, find_function
 from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
+from hmrsim.program.users_code import described
 from hmrsim.world.overlays.expressions import substituted
 from hmrsim_zenoh.client.aio import AsyncClient
+from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -58,9 +60,25 @@ def controller_of(
 
 
 async def _played(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:
-    """Run a coroutine function, which is given the client for asyncio."""
+    """Run a coroutine function, which is given the client for asyncio.
+
+    Where the run ends before it, the error has a note of each task that has died unseen.
+    """
+    died: list[str] = []
+
+    def note(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        if isinstance(context.get("future"), asyncio.Task) and (error := context.get("exception")) is not None:
+            died.append(f"a task of the controller had died of {described(error)}")
+        loop.default_exception_handler(context)
+
+    asyncio.get_running_loop().set_exception_handler(note)
     async with AsyncClient(client) as robots:
-        return await function(robots)
+        try:
+            return await function(robots)
+        except SimulatorGone as gone:
+            for each in died:
+                gone.add_note(each)
+            raise
 
 
 def _text(value: object) -> str:

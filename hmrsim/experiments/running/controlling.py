@@ -32,7 +32,7 @@ def control(controller: Controller, client: Client, simulator: Simulator) -> tup
 def _ending(error: BaseException) -> tuple[str, str]:
     match error:
         case SimulatorGone():
-            return FAILED, ""
+            return FAILED, "; ".join(getattr(error, "__notes__", ()))
         case WallLimit():
             return HUNG, str(error)
         case MemoryError():

@@ -69,7 +69,8 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         # What the judge has found counts, and so does the limit, also where a controller is confused by the end.
         judged = bool(judge.label)
         confused = host.pacing.over and ending == CRASHED
-        ending, cause = (TIMEOUT, "") if confused or ending in {SUCCEEDED, FAILED} else (ending, cause)
+        if confused or ending in {SUCCEEDED, FAILED}:
+            ending, cause = TIMEOUT, "" if confused else cause
         judge.end(ending, simulator.now)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)

@@ -25,6 +25,7 @@ WORLD = {
 }
 
 CONTROLLER = """\
+import asyncio
 import sys
 import time
 from contextlib import suppress
@@ -84,6 +85,15 @@ def insists_on_what_is_rejected(client):
     while True:
         with suppress(GoalRejectedError):
             Commander(client, "v").wait(1)
+
+
+async def dies_unseen(robots):
+    async def work():
+        raise KeyError("mine")
+
+    asyncio.create_task(work())
+    while True:
+        await robots.sleep(10)
 
 
 def goes_on(client):
@@ -179,6 +189,14 @@ def test_a_run_that_reaches_its_limit_ends_there(row):
     """A run that reaches its limit ends there."""
     found = row("goes_on", limits={"simulated": 100, "wall": 20})
     assert (found.ending, found.at, found.success) == (TIMEOUT, 100.0, False)
+
+
+def test_a_task_that_has_died_is_the_cause_of_what_comes_of_it(row):
+    """Nobody has waited for it, and nothing else tells why the run came to its limit."""
+    found = row("dies_unseen", limits={"simulated": 100, "wall": 20})
+    assert (found.ending, found.at) == (TIMEOUT, 100.0)
+    assert "a task of the controller had died of KeyError: 'mine' (" in found.cause
+    assert ".py:" in found.cause
 
 
 def test_a_controller_that_takes_too_long_is_ended(row):

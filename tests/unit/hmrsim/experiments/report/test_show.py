@@ -60,3 +60,8 @@ def test_a_factor_that_is_none(shown):
     """With the one that may be meant."""
     assert (2, "") == (shown("--by", "sped")[0], shown("--by", "sped")[1])
     assert "--by: no factor 'sped'; did you mean 'speed'?" in shown("--by", "sped")[2]
+
+
+def test_the_file_as_it_was(shown):
+    """To repeat a run after it was changed."""
+    assert shown("--file")[1].startswith("name: pace\nworld: zoo/crossing\n")
