@@ -93,8 +93,13 @@ class LaneClosures:
         return f"{lane[0]}-{lane[1]} is closed: {'; '.join(self.lanes[lane].values())}"
 
     def descriptions(self) -> list[str]:
-        """Return which lanes are closed, and why, in words."""
-        return [f"{a}-{b} is closed ({'; '.join(why.values())})" for (a, b), why in self.lanes.items()]
+        """Return which lanes are closed, and why, in words; both directions as one if the reason is the same."""
+        told: dict[tuple[str, str], str] = {}
+        for (a, b), causes in self.lanes.items():
+            why = "; ".join(causes.values())
+            if told.get((b, a)) != why:
+                told[a, b] = why
+        return [f"{a}-{b} is closed ({why})" for (a, b), why in told.items()]
 
     def _update(self) -> None:
         before, now = self._graph.closed, frozenset(self.lanes)

@@ -162,7 +162,7 @@ def test_no_robot_enters_a_closed_lane():
         (2.0, go(9, 2))
     )
 
-    assert "door-shelf is closed (wet)" in log.result(A).error_msg
+    assert "shelf-door is closed (wet)" in log.result(A).error_msg
     assert 208 == log.result(A).error_code
 
 
