@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard, get_args
 
 from pydantic import BaseModel
 
-from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, instead, shown
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, shown
 from hmrsim.distributions import Distribution
 from hmrsim.world.model import (
     Base,
@@ -149,6 +149,8 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     elif kind == "string_pattern_mismatch":
         wrong = path[-1] if "[key]" in details["loc"] else value
         text = f"{shown(wrong)} is not a ROS name; use a letter, then letters, digits and _"
+        if str(wrong).startswith("-"):
+            text += f"; in an overlay, ~{dotted((*path[:-1], str(wrong)[1:]))} takes it away"
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text

@@ -55,6 +55,10 @@ def test_all_errors_are_told_at_once_with_their_lines(errors_of):
         ("robots: {eve: {}}", "1: robots.eve.at: is missing; expected [x, y] or a name"),
         ("robots: {eve: {at: [1]}}", "1: robots.eve.at: expected [x, y], got 1"),
         ("robots: {eve: {at: [1, 2, 3]}}", "1: robots.eve.at: expected 2 values, got 3"),
+        (
+            "robots: {-eve: {at: [1, 2]}}",
+            "1: robots.-eve: '-eve' is not a ROS name; use a letter, then letters, digits and _; in an overlay, ~rob",
+        ),
         ("robots: {_eve: {at: [1, 2]}}", "1: robots._eve: '_eve' is not a ROS name; use a letter, then letters,"),
         ("robots: {eve: {at: [1, 2], sped: 1}}", "1: robots.eve.sped: unknown key 'sped'"),
         ("robots: {eve: {at: [1, 2], base: {sped: 1}}}", "1: robots.eve.base.sped: unknown key 'sped'; did"),
