@@ -12,6 +12,10 @@ _SECONDS: Final = (1.0, 5.0, 10.0, 30.0, 60.0)
 """Durations that are easy to read."""
 
 
+_EARLIER: Final = 10
+"""Up to which of its kind an earlier event is tried, one after the other."""
+
+
 def simpler(thing: Thing) -> Iterator[Thing]:
     """Yield the same thing with one simpler value, the simplest first."""
     when = dict(thing.anchor)
@@ -33,5 +37,8 @@ def _anchors(when: dict[str, Any]) -> Iterator[dict[str, Any]]:
             rounded = round(after, digits)
             if rounded not in (0.0, after):
                 yield {**when, "after": rounded}
-    if when.get("nth", 1) > 1:
+    nth = when.get("nth", 1)
+    if nth > 1:
         yield {key: value for key, value in when.items() if key != "nth"}
+    # At an earlier one the thing may be enough alone.
+    yield from ({**when, "nth": earlier} for earlier in range(2, min(nth, _EARLIER)))

@@ -98,3 +98,10 @@ def test_simpler_values_come_one_at_a_time():
     assert {**DRIVE, "nth": 2, "after": 1.0} in whens
     assert {**DRIVE, "after": 1.25} in whens
     assert [each.said.get("count") for each in simpler(thing)][-1] == 1
+
+
+def test_each_earlier_event_of_its_kind_is_tried():
+    """The first of all comes first; one of the others may need no second thing."""
+    thing = Thing({"type": "slip", "robot": "eve", "when": {**DRIVE, "nth": 4}})
+
+    assert [1, 2, 3] == [each.anchor.get("nth", 1) for each in simpler(thing)]
