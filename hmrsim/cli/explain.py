@@ -48,7 +48,10 @@ def _explain(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     found = known.get(args.code)
     if found is None:
-        raise UnknownName(f"no code {shown(args.code)}{instead(args.code, known)}; `hmrsim explain` lists all")
+        # A number is not misspelled; an action of a package has its own.
+        of_package = "; `hmrsim action info` lists those of an action of a package"
+        other = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
+        raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain` lists all")
     if args.json:
         show_json(asdict(found))
     else:

@@ -72,8 +72,14 @@ def test_a_code_is_explained_on_the_terminal(code, capsys):
     assert "\nWhat to do:\n" in out
 
 
-def test_an_unknown_code_is_told(capsys):
-    """With the most similar one."""
-    assert 1 == main(["explain", "not_redy"])
-
-    assert "no code 'not_redy'; did you mean 'not_ready'?" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("not_redy", "no code 'not_redy'; did you mean 'not_ready'?; `hmrsim explain` lists all"),
+        ("3001", "no code '3001'; `hmrsim action info` lists those of an action of a package; `hmrsim explain` lists"),
+    ],
+)
+def test_a_code_that_is_none(capsys, code, said):
+    """One number is not meant for another."""
+    assert main(["explain", code]) != 0
+    assert said in capsys.readouterr().err
