@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.report.model import Column, Ending, Estimate, Histogram, Treatment
-from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
+from hmrsim.experiments.results.groups import interval_of
+from hmrsim.experiments.statistics.intervals import Interval, proportion_interval
 from hmrsim.experiments.statistics.libraries import arrays
 from hmrsim.experiments.statistics.summaries import summary
 
@@ -58,7 +59,7 @@ def _column(values: Numbers) -> Column:
     known = values[~arrays().isnan(values)].tolist()
     found = summary(known)
     return Column(
-        mean=estimate_of(mean_interval(known)),
+        mean=estimate_of(interval_of(known)),
         missing=len(values) - len(known),
         stddev=found.stddev,
         least=found.least,

@@ -46,8 +46,18 @@ class Group:
         return proportion_interval(self.successes, self.runs)
 
     def mean(self, measure: str) -> Interval:
-        """Return the mean of a measure, with Student's interval."""
-        return mean_interval(self.values[measure])
+        """Return the mean of a measure; see `interval_of`."""
+        return interval_of(self.values[measure])
+
+
+def interval_of(values: Sequence[float]) -> Interval:
+    """Return the mean with Student's interval; of a measure that is 0 in some runs and 1 in all others with Wilson's.
+
+    Student's would reach below 0 or beyond 1 where one of both is rare.
+    """
+    if {*values} == {0.0, 1.0}:
+        return proportion_interval(round(sum(values)), len(values))
+    return mean_interval(values)
 
 
 def groups_of(results: Results, rows: Iterable[Mapping[str, Any]] | None = None) -> dict[str, Group]:

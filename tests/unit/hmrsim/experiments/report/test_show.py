@@ -65,3 +65,16 @@ def test_a_factor_that_is_none(shown):
 def test_the_file_as_it_was(shown):
     """To repeat a run after it was changed."""
     assert shown("--file")[1].startswith("name: pace\nworld: zoo/crossing\n")
+
+
+def test_a_measure_of_yes_and_no_has_the_interval_of_a_share(shown):
+    """Which does not reach below 0."""
+
+    def late_once(run, _levels):
+        return Row(run, "succeeded", success=True, measures={"time": float(run.number == 3)})
+
+    (_, treatment) = json.loads(shown("--json", made=late_once)[1])["treatments"]
+
+    mean = treatment["measures"]["time"]
+    assert (0.1, 10) == (mean["estimate"], mean["n"])
+    assert (0.018, 0.404) == (round(mean["low"], 3), round(mean["high"], 3))
