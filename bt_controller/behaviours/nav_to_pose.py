@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.world.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
+from hmrsim.diagnostics import shown
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim_zenoh.client.errands import pose_at
 
 if TYPE_CHECKING:
     from bt_controller.core.action_leaf import GoalSource
+
+
+_LENGTHS: Final = (2, 3)
+"""Of x and y, and of yaw beside."""
 
 
 class NavToPoseActionClient(ActionLeaf[NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback]):
@@ -41,6 +46,9 @@ class GoTo(NavToPoseActionClient):
         target: The place's name; or x, y and, if it matters, yaw, in the world's unit of length and radians.
         name: The behaviour's name; says the target if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
+
+    Raises:
+        TypeError: The target is neither.
     """
 
     def __init__(
@@ -50,10 +58,12 @@ class GoTo(NavToPoseActionClient):
         name: str | None = None,
         robot: str | None = None,
     ) -> None:
+        if not isinstance(target, str) and not (isinstance(target, Sequence) and len(target) in _LENGTHS):
+            raise TypeError(f"GoTo takes the name of a place, (x, y) or (x, y, yaw), got {shown(target)}")
         self._place = target if isinstance(target, str) else None
-        shown = target if isinstance(target, str) else "({})".format(", ".join(f"{part:g}" for part in target))
+        words = target if isinstance(target, str) else "({})".format(", ".join(f"{part:g}" for part in target))
         goal = None if isinstance(target, str) else NavigateToPose.Goal(pose=pose_at(*target))
-        super().__init__(name or f"Go to {shown}", lambda: goal, robot=robot)
+        super().__init__(name or f"Go to {words}", lambda: goal, robot=robot)
 
     def setup(self, **kwargs: Any) -> None:
         """Look up the action and the place.

@@ -9,6 +9,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from bt_controller.behaviours.docks import Dock
+from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import PortError
 from bt_controller.world.directory import Directory, NotServed
@@ -69,6 +70,12 @@ class TestSetup:
         assert ["counter"] == run.visited("chai")
         with pytest.raises(NotServed, match=r"'Go': goal: pose: no place 'conter'; did you mean 'counter'\?"):
             to("conter").to_the_end()
+
+    @pytest.mark.parametrize("target", [7, (1.0,), None])
+    def test_a_target_that_is_none(self, target):
+        """When the tree is built."""
+        with pytest.raises(TypeError, match=r"GoTo takes the name of a place, \(x, y\) or \(x, y, yaw\), got "):
+            GoTo(target)
 
     def test_a_dock_that_does_not_exist_is_an_error(self, simulation, tmp_path):
         """Before the first tick, in Python and in XML."""
