@@ -51,7 +51,8 @@ def test_a_failure_is_printed_with_its_reasons(capsys):
 
     out = capsys.readouterr().out
     assert 1 == code
-    assert ["wall_e: FAILURE: No more; Far away", "eve: FAILURE: No more; Far away"] == [
+    why = "FAILURE: No more (tree.xml:6); Far away (tree.xml:10)"
+    assert [f"wall_e: {why}", f"eve: {why}"] == [
         line.partition(": aborted")[0].partition(": rejected")[0] for line in out.splitlines()
     ]
     assert "outside" in out
