@@ -78,7 +78,10 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
             builder.take(event)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise Unreadable(f"is not valid YAML: {error.problem}", mark.line + 1 if mark else None) from None
+        # From 6.0.4 on PyYAML has a bound of its own, which its parser meets before the events reach ours.
+        deep = "nesting depth" in (error.problem or "")
+        why = f"is nested deeper than {MAX_DEPTH}" if deep else f"is not valid YAML: {error.problem}"
+        raise Unreadable(why, mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
         raise Unreadable(f"is not valid YAML: {str(error).splitlines()[0]}", None) from None
     if builder.root is None:
