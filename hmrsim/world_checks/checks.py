@@ -16,8 +16,9 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, war
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world_checks.batteries import check_batteries
 from hmrsim.world_checks.demand import check_demand
-from hmrsim.world_checks.docks import check_docks, check_drains
+from hmrsim.world_checks.docks import check_docks
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.facilities import check_fixtures
 from hmrsim.world_checks.faults import check_faults
@@ -64,7 +65,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         _check_items(world, lost),
         check_fixtures(world, lost),
         _check_inside(world),
-        check_drains(world),
+        check_batteries(world),
         check_traffic(world),
         check_faults(world, lost),
         check_demand(world, lost),

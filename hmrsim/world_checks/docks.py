@@ -1,4 +1,4 @@
-"""The checks of docks, and of the drain of robots' batteries."""
+"""The checks of docks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from hmrsim.actions import registry
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
@@ -147,17 +146,3 @@ class _Ways:
 
 def _may_dock(dock: Dock, name: str, robot: RobotSpec) -> bool:
     return dock.reserved_for is None or name in dock.reserved_for or robot.type in dock.reserved_for
-
-
-def check_drains(world: World) -> Iterator[Finding]:
-    """Yield the actions that drain a battery and that there are not."""
-    carriers = (("robot_types", world.robot_types), ("robots", world.robots))
-    for key, things in carriers:
-        for name, thing in things.items():
-            settings = thing.components.get("battery") or {}
-            drain = settings.get("drain")
-            actions = drain.get("actions") if isinstance(drain, dict) else None
-            for action in actions if isinstance(actions, dict) else ():
-                if action not in registry():
-                    path: Path = (key, name, "components", "battery", "drain", "actions", action)
-                    yield Finding(path, f"no action {action!r}{instead(str(action), registry())}", action)
