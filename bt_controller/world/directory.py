@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hmrsim.actions import registry
 from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError
 
@@ -63,7 +64,9 @@ class Directory:
             robot, _, action = self.aliases.get(name, name).partition("/")
         self.check_robot(robot)
         if action not in self.actions[robot]:
-            raise NotServed(f"robot {robot!r} has no action {action!r}{_instead(action, self.actions[robot])}")
+            known = registry().get(action)
+            needs = f", which needs the component {known.component!r}" if known and known.component else ""
+            raise NotServed(f"robot {robot!r} has no action {action!r}{needs}{_instead(action, self.actions[robot])}")
         return robot, action
 
 

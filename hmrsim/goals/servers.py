@@ -218,7 +218,10 @@ class ActionServers:
             raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
         offers = self._offers(self._robots[robot])
         if action not in offers:
-            raise GoalRejected("unknown_action", f"{robot} has no action {action!r}; it has: {', '.join(offers)}")
+            known = self._actions.get(action)
+            needs = f", which needs the component {known.component!r}" if known and known.component else ""
+            there = ", ".join(offers)
+            raise GoalRejected("unknown_action", f"{robot} has no action {action!r}{needs}; it has: {there}")
         server = self._servers[robot, action] = ActionServer(self._robots[robot], offers[action], next(self._numbers))
         return server
 

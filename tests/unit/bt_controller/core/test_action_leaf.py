@@ -54,7 +54,9 @@ class TestSetup:
 
     def test_an_action_that_the_robot_lacks_is_an_error(self, client):
         """Robots differ: eve can't pick anything up."""
-        with pytest.raises(NotServed, match="robot 'eve' has no action 'pickup'; there are navigate_to_pose"):
+        with pytest.raises(
+            NotServed, match="has no action 'pickup', which needs the component 'claw'; there are navigate_to_pose"
+        ):
             ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="x")).setup(client=client, robot="eve")
 
     def test_a_goal_in_plain_values_may_name_a_place(self, simulation):

@@ -101,7 +101,12 @@ class TestAccept:
             (go(goal_id="0" * 32), "invalid_goal_id", 1, "zero"),
             (go(goal_id="no id"), "invalid_goal_id", 1, "'no id' is not a UUID"),
             (go(robot="nobody"), "unknown_robot", 1, "no robot 'nobody'; there are: cart, eve, wall_e"),
-            (grab(robot="cart"), "unknown_action", 99999, "cart has no action 'pickup'; it has: "),
+            (
+                grab(robot="cart"),
+                "unknown_action",
+                99999,
+                "cart has no action 'pickup', which needs the component 'claw'; it has: ",
+            ),
             (SendGoal("wall_e", "fly", None, A, A), "unknown_action", 1, "wall_e has no action 'fly'"),
             (go(frame="odom"), "invalid_goal", 1, "unknown frame_id 'odom'; use 'map'"),
         ],
