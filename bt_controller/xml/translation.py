@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element
 
 from bt_controller.core.node import Decoration, Ticks
 from bt_controller.xml.source import MAX_NODES
+from hmrsim.diagnostics import meant
 from hmrsim.safe_xml import MAX_DEPTH
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ def translate(calls: Mapping[str, Call], faults: Faults) -> Translation:
     result = Translation()
     sizes: dict[str, tuple[int, int]] = {}
     for tree in in_order(calls, faults):
-        _Translator(result, tree).add(calls[tree])
+        _Translator(result, tree, faults).add(calls[tree])
         sizes[tree] = count, depth = _size(result.trees[tree][0], sizes)
         if excess := _excess(count, depth, len(result.keys[tree])):
             faults.add(calls[tree].origin, f"{tree!r} would {excess}, with its subtrees")
@@ -141,8 +142,9 @@ def _size(part: Element, sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int
 class _Translator:
     """Translates one tree; its subtrees are translated already."""
 
-    def __init__(self, result: Translation, tree: str) -> None:
+    def __init__(self, result: Translation, tree: str, faults: Faults) -> None:
         self._result = result
+        self._faults = faults
         self._tree = tree
         self._keys: dict[str, None] = {}
         self._namespaces: set[str] = set()
@@ -190,6 +192,7 @@ class _Translator:
         return self._part(tag, origin, name, {**(ports or {}), **used})
 
     def _subtree(self, call: Call) -> Part:
+        self._look_at_shared(call)
         shared = {port: text for port, text in call.ports.items() if text.startswith("{")}
         for key in self._result.keys[call.tree]:
             if key.startswith("@") or (call.autoremap and not key.startswith("_") and key not in call.ports):
@@ -201,6 +204,13 @@ class _Translator:
         outer = self._part(_SHOWN_SUBTREE, call.origin, call.origin.name or call.tree, {})
         outer.append(inner)
         return outer
+
+    def _look_at_shared(self, call: Call) -> None:
+        """Warn of what is shared with a subtree that does not use it, if it uses something like it."""
+        used = [key for key in self._result.keys[call.tree] if key not in call.ports]
+        for port in call.ports:
+            if port not in self._result.keys[call.tree] and (alike := meant(port, used)):
+                self._faults.warn(call.origin, f"{call.tree!r} uses no {port!r}; did you mean {alike!r}?")
 
     def _namespace(self, call: Call) -> str:
         """Return a unique name within this tree for a subtree's namespace on the blackboard."""

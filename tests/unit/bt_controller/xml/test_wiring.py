@@ -85,6 +85,22 @@ def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
         files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))
 
 
+@pytest.mark.parametrize(
+    ("shared", "doubts"),
+    [
+        ('gaol="1;2"', ("tree.xml:2: <SubTree>: 'S' uses no 'gaol'; did you mean 'goal'?",)),
+        ('goal="1;2"', ()),
+        ('goal="1;2" elsewhere="x"', ()),
+    ],
+)
+def test_what_is_shared_with_a_subtree_under_another_name_is_doubted(files, shared, doubts):
+    """It says where the mistake is, beside what is missing because of it."""
+    subtree = '<BehaviorTree ID="S"><Go goal="{goal}"/></BehaviorTree>'
+    files.load(_tree(f'<SubTree ID="S" {shared}/>', subtree).replace("<root", '<root BTCPP_format="4"'))
+
+    assert doubts == files.doubts
+
+
 def test_a_switch_needs_no_variable(files):
     """Without a value the last child is meant."""
     files.nodes = registry()
