@@ -69,6 +69,9 @@ _WANTED = {
     "finite_number": "a finite number",
 }
 
+_TINY = 1e-9
+"""The least value of what has to be greater than 0: who gives a negative one need not hear of it."""
+
 _LIMITS = {
     "greater_than": ("greater than", "gt"),
     "greater_than_equal": ("at least", "ge"),
@@ -140,8 +143,7 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     elif kind == "missing":
         text = f"is missing{_example(path)}"
     elif kind in _LIMITS:
-        words, key = _LIMITS[kind]
-        text = f"must be {words} {context[key]:g}, got {shown(value)}"
+        text = f"must be {_limit(kind, context, value)}, got {shown(value)}"
     elif kind in _WANTED:
         text = f"expected {_wanted(kind, path, value)}"
     elif kind in _PHRASES:
@@ -154,6 +156,14 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text
+
+
+def _limit(kind: str, context: Mapping[str, Any], value: object) -> str:
+    words, key = _LIMITS[kind]
+    bound = context[key]
+    if key == "ge" and 0 < bound <= _TINY and isinstance(value, (int, float)) and value <= 0:
+        return "greater than 0"
+    return f"{words} {bound:g}"
 
 
 def _wanted(kind: str, path: Path, value: object) -> str:

@@ -39,7 +39,7 @@ def test_all_errors_are_told_at_once_with_their_lines(errors_of):
     assert errors_of(MANY) == [
         f"2: colour: unknown key 'colour'; there are {KEYS} and 12 more",
         "3: waypoints.door.1: expected a number, got 'x'",
-        "6: lanes.1.speed_limit: must be at least 1e-09, got -1",
+        "6: lanes.1.speed_limit: must be greater than 0, got -1",
         "6: lanes.1.to: no waypoint 'shelv'; did you mean 'shelf'?",
         "8: robots.wall_e.base.speed: expected a number, got 'fast'",
         "8: robots.wall_e.type: no robot type 'nurze'; there are carrier, fetcher",
