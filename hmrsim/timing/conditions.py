@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.engine.sim_time import end_of_instant, nanoseconds
+from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 from hmrsim.protocol.answers import Refused
@@ -281,7 +281,8 @@ def _reached(energy: Energy, comparison: Comparison, now: float, *, looked: bool
     reached = battery.reaches(level) if ahead else math.inf
     if reached == math.inf:
         return math.inf
-    instant = nanoseconds(now)
+    # The first instant is two nanoseconds long: within it time does not advance.
+    instant = stamp(now)
     high = max(math.ceil(reached * NANOSECONDS), instant + 1)
     return _first(lambda at: holds(at / NANOSECONDS), instant, high) / NANOSECONDS
 

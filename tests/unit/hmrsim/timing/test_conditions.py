@@ -117,6 +117,11 @@ class TestBatteries:
             steps, battery(AT_LEAST, 0.7, name="full"), epoch=1
         )
 
+    def test_a_full_battery_is_full_no_longer_after_the_first_instant(self):
+        """Which is two nanoseconds long: time does not advance within it, and has to, to look again."""
+        assert (2 * NANOSECOND, ("low",)) == ends(joined(), battery("<", 1.0), until=5.0)
+        assert (2 * NANOSECOND, ("low",)) == ends(joined(), battery("<", 1.0), go(5), until=5.0)
+
     def test_other_fields_are_looked_at_with_each_message(self):
         """As with `power_supply_status`, which is DISCHARGING from the beginning, and never CHARGING."""
         never = battery("==", 1, name="charges", field="power_supply_status")
