@@ -15,6 +15,7 @@ from hmrsim.experiments.judging.unknown_parts import unknown_parts
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.expressions import names_asked_for, names_in, substituted
+from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.yaml_text import line_of, read
 
 if TYPE_CHECKING:
@@ -77,7 +78,11 @@ def _without_effect(plan: Plan) -> Iterator[Problem]:
     """Yield a warning for each factor that nothing asks for, as the runs of all its levels are alike."""
     file = plan.file
     treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
-    used = names_asked_for([file.overlay, file.variants, treatments])
+    try:
+        used = names_asked_for([file.overlay, file.variants, treatments])
+    except OverlayFlaw:
+        # In a variant that was not chosen; nobody knows what is meant there.
+        return
     for factor in file.factors:
         if factor not in used:
             message = f"nothing asks for ${factor}, so that its levels differ by chance alone; use it in the overlay"

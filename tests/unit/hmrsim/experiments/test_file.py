@@ -79,6 +79,10 @@ def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, A
             ["factors.load: nothing asks for $load, so that its levels differ by chance alone; use it in the overlay"],
         ),
         (
+            {"factors": {"load": [1]}, "variants": {"odd": {"robots.*.base.speed": "${1 +}"}}},
+            [],
+        ),
+        (
             {"factors": {}, "measures": {"m": "robots.marvin.energy"}},
             ["measures.m: robots has no 'marvin'; it has eastbound, northbound, southbound, westbound"],
         ),
