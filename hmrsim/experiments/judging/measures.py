@@ -36,7 +36,7 @@ def measures_of(
         simulator: The simulator, as it is at the end.
         report: Makes the run's report.
     """
-    names = names_of(judge, simulator, report, [*file.ends])
+    names = Names(judge, simulator, report, [*file.ends])
     found: dict[str, Value] = {}
     flaws: list[str] = []
     for name, measure in file.measures.items():
@@ -47,13 +47,6 @@ def measures_of(
             flaws.append(f"{name}: {error}")
         found[name] = _plain(value)
     return found, flaws
-
-
-def names_of(
-    judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]], labels: list[str]
-) -> Mapping[str, Any]:
-    """Return the values that expressions may ask for, each made when it is asked for; *labels* are those of endings."""
-    return _Names(judge, simulator, report, labels)
 
 
 def needs_report(file: ExperimentFile) -> bool:
@@ -69,8 +62,8 @@ def _plain(value: Any) -> Value:
     return value if isinstance(value, str) else None
 
 
-class _Names(Mapping[str, Any]):
-    """The values of expressions, each made when it is asked for."""
+class Names(Mapping[str, Any]):
+    """The values that expressions may ask for, each made when it is asked for; *labels* are those of endings."""
 
     def __init__(
         self, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]], labels: list[str]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import BaseModel
 
 from hmrsim.experiments.judging.endings import Judge
-from hmrsim.experiments.judging.measures import NAMES, names_of
+from hmrsim.experiments.judging.measures import NAMES, Names
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -43,9 +43,7 @@ def unknown_parts(file: ExperimentFile, world: World) -> Iterator[Unknown]:
     settings = RunSettings()
     report = LiveReport(world, settings)
     simulator = Simulator(world, settings, watchers=lambda made: [report.sink(made)])
-    judge = Judge({})
-    judge.watch(simulator, lambda _reason: None)
-    names = names_of(judge, simulator, lambda: _outline(report.report(simulator)), [*file.ends])
+    names = Names(Judge({}), simulator, lambda: _outline(report.report(simulator)), [*file.ends])
     for name, part in parts:
         try:
             evaluate(part, names)
