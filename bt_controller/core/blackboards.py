@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.blackboard import Blackboard
 
@@ -13,6 +14,10 @@ if TYPE_CHECKING:
     import uuid
 
     from py_trees.blackboard import KeyMetaData
+
+
+GENERATED: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
+"""A part of the keys that py_trees generates for values in a file and for unconnected ports."""
 
 
 class Entries(dict[str, Any]):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -13,6 +12,7 @@ from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 from pydantic_core import PydanticSerializationError, to_jsonable_python
 
+from bt_controller.core.blackboards import GENERATED
 from bt_controller.core.node import Node as XmlNode
 
 if TYPE_CHECKING:
@@ -43,8 +43,6 @@ _OF_TAGS: Final = {
 """The symbols of XML trees' controls that correspond to py_trees' composites."""
 
 _OTHER_CONTROL: Final = "{*}"
-_INTERNAL: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
-"""A part of the keys that py_trees generates for values in a file and for unconnected ports."""
 
 
 class NodeCounts(NamedTuple):
@@ -238,7 +236,7 @@ def board_values(storage: Mapping[str, Any]) -> dict[str, Any]:
 
 def _said(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key in sorted(storage):
-        if not _INTERNAL.search(key):
+        if not GENERATED.search(key):
             try:
                 yield key.removeprefix("/"), to_jsonable_python(storage[key], inf_nan_mode="null")
             except (PydanticSerializationError, ValueError):

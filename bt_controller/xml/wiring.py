@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.blackboard import Blackboard
 from py_trees.ports import PortsMixin
 
+from bt_controller.core.blackboards import GENERATED
 from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 _LOOSE: Final = (object, str)
 """The types that match every kind: text is parsed by the port that reads it."""
 _NUMBERS: Final = (int, float)
-_GENERATED: Final = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
-"""A part of the keys that py_trees makes for ports that a file does not connect."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
             continue
         if end.scripted:
             faults.warn(end.origin, f"nothing writes {_shown(end.key)!r}, which a script reads")
-        elif not _GENERATED.search(end.key):
+        elif not GENERATED.search(end.key):
             # A port with a default: it is no mistake unless another key of the same tree was meant.
             tree, _, key = end.key.rpartition("/")
             near = [name for place, _, name in outputs if place == tree]
