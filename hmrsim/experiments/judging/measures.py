@@ -85,15 +85,19 @@ class Names(Mapping[str, Any]):
         self._get = cache(lambda name: self._made[name]())
 
     def __getitem__(self, name: str) -> Any:
+        """Return the value of a name."""
         return self._get(name)
 
     def __contains__(self, name: object) -> bool:
+        """Return whether expressions may ask for a name."""
         return name in self._made
 
     def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
         return iter(self._made)
 
     def __len__(self) -> int:
+        """Return how many names there are."""
         return len(self._made)
 
 
