@@ -72,11 +72,11 @@ def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str
     wanted = dict.fromkeys(range(max(0, len(lines) - _TAIL), len(lines)))
     for i in marked:
         wanted |= dict.fromkeys(range(max(0, i - 3), min(len(lines), i + 6)))
+    words = [{*_WORD.findall(text)} for text in texts]
     # A word that is told of all the time distinguishes nothing.
-    words = Counter(word for text in texts for word in {*_WORD.findall(text)})
-    about = {word for i in marked for word in _WORD.findall(texts[i])}
-    names = {word for word in about if words[word] <= len(texts) * _RARE}
-    wanted |= dict.fromkeys(i for i in reversed(range(len(lines))) if names & {*_WORD.findall(texts[i])})
+    counts = Counter(word for each in words for word in each)
+    names = {word for i in marked for word in words[i] if counts[word] <= len(texts) * _RARE}
+    wanted |= dict.fromkeys(i for i in reversed(range(len(lines))) if names & words[i])
     found: list[tuple[float, str]] = []
     before = -1
     for i in sorted([*wanted][:most]):
