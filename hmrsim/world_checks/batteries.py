@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components.battery import BatterySettings
@@ -43,11 +45,14 @@ def _missing_actions(path: Path, drain: object) -> Iterator[Finding]:
 
 
 def _doubtful_charge(path: Path, own: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[Finding]:
-    charge, capacity = own.get("initial_charge"), settings.get("capacity", BatterySettings().capacity)
-    if _is_number(charge) and _is_number(capacity) and 0 < charge <= 1 < capacity * _NEXT_TO_NOTHING:
+    if own.get("initial_charge") is None:
+        return
+    try:
+        battery = BatterySettings.model_validate(settings)
+    except ValidationError:
+        # That is told elsewhere.
+        return
+    charge, capacity = battery.initial_charge, battery.capacity
+    if charge is not None and 0 < charge <= 1 < capacity * _NEXT_TO_NOTHING:
         message = f"{charge:g} of {capacity:g} units is next to nothing; {charge:.0%} of it are {charge * capacity:g}"
         yield warning((*path, "initial_charge"), message, charge)
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
