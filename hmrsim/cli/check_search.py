@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,6 +11,7 @@ from hmrsim.cli.check import CONTROLLERS
 from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.terminal_line import TerminalLine
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
 from hmrsim.experiments.running.executors import factory_of
@@ -45,7 +43,7 @@ def search(args: argparse.Namespace) -> int:
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
-    line = _Line(quiet=args.json)
+    line = TerminalLine(quiet=args.json)
     with Evaluator(check, make, workers or 1) as evaluator:
         try:
             with line.showing("starting: the run without faults"):
@@ -182,28 +180,6 @@ def _earlier(results: ResultsFolder) -> list[Case]:
     return cases
 
 
-class _Line:
-    """A line on a terminal that the next one replaces; nothing where there is no terminal."""
-
-    def __init__(self, *, quiet: bool) -> None:
-        self.shown = sys.stderr.isatty() and not quiet
-
-    def show(self, text: str = "") -> None:
-        """Show a text in place of the last one."""
-        if self.shown:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
-
-    @contextmanager
-    def showing(self, text: str) -> Iterator[None]:
-        """Show a text and those that replace it, and take the last one away."""
-        self.show(text)
-        try:
-            yield
-        finally:
-            self.show()
-
-
 class _Teller:
     """Tells how far a search is, and writes what it finds.
 
@@ -211,7 +187,7 @@ class _Teller:
         files: The file of each failure, by its number from 1.
     """
 
-    def __init__(self, check: Check, results: ResultsFolder, line: _Line, *, quiet: bool) -> None:
+    def __init__(self, check: Check, results: ResultsFolder, line: TerminalLine, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}
         self._check, self._results, self._line, self._quiet = check, results, line, quiet
         self._told = time.monotonic()
@@ -221,11 +197,7 @@ class _Teller:
         if self._quiet or time.monotonic() - self._told < (_LOOK if self._line.shown else _QUIET):
             return
         self._told = time.monotonic()
-        text = progress_text(progress)
-        if self._line.shown:
-            self._line.show(text)
-        else:
-            warn(text)
+        self._line.tell(progress_text(progress))
 
     def on_finding(self, finding: Finding) -> None:
         """Write the files of a failure, and say that it was found."""

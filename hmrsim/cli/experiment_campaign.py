@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.terminal_line import TerminalLine
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
@@ -18,6 +18,7 @@ from hmrsim.experiments.running.executors import factory_of
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan
+    from hmrsim.experiments.results.row import Row
 
 _MINUTE: Final = 60.0
 _LOOK: Final = 0.2
@@ -41,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     plan = _checked(args)
     folder = args.output or Path(plan.file.name)
     with Results.create(folder, plan) as results:
-        teller = _JsonLines() if args.json else (_Line if sys.stderr.isatty() else _Minutes)(folder)
+        teller = _JsonLines() if args.json else _Lines(folder)
         campaign = Campaign(plan, results, make, workers, teller.tell)
         if campaign.progress.done and not args.json:
             warn(f"{folder}: goes on; {campaign.progress.done} of {campaign.progress.expected} runs have results")
@@ -107,65 +108,33 @@ def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> N
     show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
 
 
-class _Mishap:
-    """Tells of the first run that has crashed or hung: all runs may, and there may be many."""
+class _Lines:
+    """Tells how far it is, on one line of a terminal or once a minute, and of the first run that crashed or hung."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._told = False
-
-    def is_new(self, progress: Progress) -> bool:
-        """Return whether there is something to tell."""
-        return progress.mishap is not None and not self._told
+        self._line = TerminalLine()
+        self._told = 0.0 if self._line.shown else time.monotonic()
+        self._mishap_told = False
 
     def tell(self, progress: Progress) -> None:
-        """Tell, once."""
-        if (row := progress.mishap) is not None and not self._told:
-            self._told = True
-            cause = f": {row.cause}" if row.cause else ""
-            warn(f"warning: run {row.run.number} ({row.run.treatment}) {row.ending}{cause}")
-            warn(f"  hmrsim experiment show {self._folder} {row.run.number}")
-
-
-class _Minutes:
-    """Tells how far it is once a minute, and of the first mishap at once."""
-
-    def __init__(self, folder: Path) -> None:
-        self._told = time.monotonic()
-        self._mishap = _Mishap(folder)
-
-    def tell(self, progress: Progress) -> None:
-        """Tell, if a minute is over."""
-        self._mishap.tell(progress)
-        if time.monotonic() - self._told >= _MINUTE:
+        """Tell, if it was not just told."""
+        if progress.mishap is not None and not self._mishap_told:
+            self._mishap_told = True
+            self._tell_mishap(progress.mishap)
+        if time.monotonic() - self._told >= (_LOOK if self._line.shown else _MINUTE):
             self._told = time.monotonic()
-            warn(_text(progress))
-
-    def end(self, _progress: Progress) -> None:
-        """Tell nothing more."""
-
-
-class _Line:
-    """Tells how far it is on one line of a terminal, and of the first mishap above it."""
-
-    def __init__(self, folder: Path) -> None:
-        self._told = 0.0
-        self._mishap = _Mishap(folder)
-
-    def tell(self, progress: Progress) -> None:
-        """Write the line again, if it was not just written."""
-        if self._mishap.is_new(progress):
-            self.end(progress)
-            self._mishap.tell(progress)
-        if time.monotonic() - self._told >= _LOOK:
-            self._told = time.monotonic()
-            sys.stderr.write(f"\r\x1b[K{_text(progress)}")
-            sys.stderr.flush()
+            self._line.tell(_text(progress))
 
     def end(self, _progress: Progress) -> None:
         """Take the line away."""
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
+        self._line.show()
+
+    def _tell_mishap(self, row: Row) -> None:
+        self._line.show()
+        cause = f": {row.cause}" if row.cause else ""
+        warn(f"warning: run {row.run.number} ({row.run.treatment}) {row.ending}{cause}")
+        warn(f"  hmrsim experiment show {self._folder} {row.run.number}")
 
 
 class _JsonLines:
