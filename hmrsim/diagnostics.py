@@ -117,6 +117,18 @@ def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> st
     return f"; {verb} {listed(names)}"
 
 
+def known_name(what: str, name: str, known: Iterable[str]) -> str:
+    """Return a name of something that there is.
+
+    Raises:
+        ValueError: There is no *what* of this name; the text has the one that may be meant, or those that there are.
+    """
+    names = list(known)
+    if name not in names:
+        raise ValueError(f"no {what} {name!r}{instead(name, names)}")
+    return name
+
+
 def listed(names: Sequence[str]) -> str:
     """Return names for a message: the first ones of many, or "none"."""
     if len(names) > _LISTED:

@@ -23,7 +23,7 @@ from bt_controller.core.resume import Resumption, place_of
 from bt_controller.errors import TreeError
 from bt_controller.world.directory import Directory, NotServed
 from hmrsim.actions import Action, F, G, R, error_of, registry
-from hmrsim.diagnostics import instead
+from hmrsim.diagnostics import known_name
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.program.users_code import mistakes_in
@@ -273,9 +273,7 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
 
 def _named(name: str) -> Action[Any, Any, Any]:
     actions = registry()
-    if name not in actions:
-        raise ValueError(f"no action {name!r}{instead(name, actions)}")
-    return actions[name]
+    return actions[known_name("action", name, actions)]
 
 
 def _verdict(handle: GoalHandle[Any, Any]) -> str:

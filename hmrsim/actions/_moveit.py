@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import Codes
-from hmrsim.diagnostics import instead
+from hmrsim.diagnostics import known_name
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes
 
 if TYPE_CHECKING:
@@ -26,6 +26,4 @@ def item_ordered(text: str, world: World) -> str:
     Raises:
         ValueError: There is no such item.
     """
-    if text not in world.items:
-        raise ValueError(f"no item {text!r}{instead(text, world.items)}")
-    return text
+    return known_name("item", text, world.items)

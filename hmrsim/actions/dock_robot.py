@@ -10,7 +10,7 @@ from hmrsim.actions import Action, Codes, Order, Report
 from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, no_planner, plan, point_of
 from hmrsim.actions._places import pose
-from hmrsim.diagnostics import instead, listed
+from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
@@ -153,9 +153,7 @@ def _nearest(robot: Robot, goal: DockRobot.Goal) -> DockBay:
 
 
 def _ordered(text: str, world: World) -> DockRobot.Goal:
-    if text not in world.docks:
-        raise ValueError(f"no dock {text!r}{instead(text, world.docks)}")
-    return DockRobot.Goal(dock_id=text)
+    return DockRobot.Goal(dock_id=known_name("dock", text, world.docks))
 
 
 ACTION = Action(

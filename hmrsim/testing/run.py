@@ -13,7 +13,7 @@ from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.run_tree import run_tree
 from hmrsim.actions import registry as actions
-from hmrsim.diagnostics import instead, listed
+from hmrsim.diagnostics import known_name, listed
 from hmrsim.events import registry as events
 from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
 from hmrsim.fault_search.schedules.thing import DISTURBANCE
@@ -187,11 +187,11 @@ class Run:
         Raises:
             ValueError: There was no such robot, or there is no such action or status.
         """
-        wanted = GoalStatus[_known("status", status, GoalStatus.__members__)] if isinstance(status, str) else status
+        wanted = GoalStatus[known_name("status", status, GoalStatus.__members__)] if isinstance(status, str) else status
         if robot is not None:
             self._check_robot(robot)
         if action is not None:
-            _known("action", action, [*actions(), *(goal.action for goal in self._record.goals.values())])
+            known_name("action", action, [*actions(), *(goal.action for goal in self._record.goals.values())])
         return [
             goal
             for goal in self._record.goals.values()
@@ -209,9 +209,9 @@ class Run:
             ValueError: There is no such event, or it has no such field.
         """
         if kind is not None:
-            there = events()[_known("event", kind, events())].fields()
+            there = events()[known_name("event", kind, events())].fields()
             for name in fields if there is not None else ():
-                _known(f"field of {kind}", name, there or ())
+                known_name(f"field of {kind}", name, there or ())
         return [
             each
             for each in self._record.happenings(lambda event: kind in {None, event.kind})
@@ -227,7 +227,7 @@ class Run:
             ValueError: There is no such state.
         """
         if state not in {None, "open"}:
-            _known("state of an order", str(state), ["open", *OrderState])
+            known_name("state of an order", str(state), ["open", *OrderState])
         demand = self.simulator.demand
         found = sorted([*demand.closed, *demand.open.values()], key=lambda order: order.placed)
         return [order for order in found if state in {None, order.state} or (state == "open" and order.state.open)]
@@ -275,7 +275,7 @@ class Run:
             ValueError: There is no such item.
         """
         items = self.simulator.roster.items
-        carrier = items[_known("item", item, items)].carrier
+        carrier = items[known_name("item", item, items)].carrier
         return carrier.name if carrier else None
 
     def visited(self, robot: str) -> list[str]:
@@ -313,7 +313,7 @@ class Run:
         """
         __tracebackhide__ = True
         for place in places:
-            _known("place", place, self._places()[0])
+            known_name("place", place, self._places()[0])
         visited, before = iter(self.visited(robot)), ""
         for place in places:
             if place not in visited:
@@ -330,22 +330,10 @@ class Run:
         # One that was deleted may have had goals.
         known = [*self.simulator.robots, *dict.fromkeys(goal.robot for goal in self._record.goals.values())]
         if robot != WORLD:
-            _known("robot", robot, [*dict.fromkeys(known)])
+            known_name("robot", robot, [*dict.fromkeys(known)])
 
     def _told(self) -> str:
         return "".join(f"\n  {line}" for line in _shortened(self.story()))
-
-
-def _known(what: str, name: str, names: Iterable[str]) -> str:
-    """Return a name of something that there is.
-
-    Raises:
-        ValueError: It is none: a question about what can't be would always have the same answer.
-    """
-    names = [*names]
-    if name not in names:
-        raise ValueError(f"no {what} {name!r}{instead(name, names)}")
-    return name
 
 
 def _shortened(lines: Iterable[str]) -> list[str]:

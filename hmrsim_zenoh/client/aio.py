@@ -18,7 +18,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from hmrsim.diagnostics import instead
+from hmrsim.diagnostics import known_name
 from hmrsim.errors import HmrsimError
 from hmrsim.events import registry
 from hmrsim.interfaces.message import Message
@@ -134,7 +134,8 @@ class AsyncClient:
             ValueError: There is no event of such a kind.
             SimulationEnded, SimulatorGone, Dropped, Idle: Time does not go on.
         """
-        _check_kinds(kinds)
+        for kind in kinds:
+            known_name("event", kind, registry())
         loop = asyncio.get_running_loop()
         come: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         waits: list[Waiting] = []
@@ -323,12 +324,6 @@ class AsyncRobot:
                     await ends[1]
             raise
         return checked(self.name, errand, handle)
-
-
-def _check_kinds(kinds: Sequence[str]) -> None:
-    for kind in kinds:
-        if kind not in registry():
-            raise ValueError(f"no event {kind!r}{instead(kind, registry())}")
 
 
 def _load(places: NamedPlaces) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import instead
+from hmrsim.diagnostics import known_name
 from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
 
 if TYPE_CHECKING:
@@ -78,8 +78,7 @@ def groups_by(results: Results, factors: Sequence[str]) -> list[Group]:
     """
     known, measures = results.about["factors"], results.about["measures"]
     for factor in factors:
-        if factor not in known:
-            raise ValueError(f"no factor {factor!r}{instead(factor, known)}")
+        known_name("factor", factor, known)
     groups: dict[tuple[Any, ...], Group] = {}
     for row in results.rows(["treatment", *factors, "ending", "success", *measures]):
         levels = {factor: row[factor] for factor in factors}
