@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from hmrsim.errors import NoRoute
@@ -172,7 +173,7 @@ class Lanes:
         self._kept_feet: Kept[Point, tuple[bool, Mapping[int, Foot]]] = Kept(points)
         self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
         self._kept_seen: Kept[tuple[Point, int], Sequence[Foot]] = Kept(_KEPT_LINES)
-        self._kept_entrances: Kept[bytes, Point] = Kept(_KEPT_POINTS)
+        self._kept_entrances: Kept[bytes, tuple[float, Point]] = Kept(_KEPT_POINTS)
         self._derived: Kept[Hashable, Any] = Kept(_KEPT_DERIVED)
 
     @cached_property
@@ -195,6 +196,10 @@ class Lanes:
     @cached_property
     def _grid(self) -> SegmentGrid:
         return SegmentGrid([self.segment(number) for number in self.driven])
+
+    def driven_near(self, point: Point, reach: float) -> list[Edge]:
+        """Return the driven edges around a point, in order: all that are within *reach*, and some farther away."""
+        return [self.edges[self.driven[i]] for i in sorted(self._grid.within(point, reach))]
 
     def crossed_by(self, a: Point, b: Point) -> list[Edge]:
         """Return the driven edges that a straight line meets, in order."""
@@ -287,15 +292,23 @@ class Lanes:
     def route(self, legs: Sequence[Leg], goal: Point | None = None) -> Route:
         """Return the route of these legs, without those that lead nowhere.
 
-        One off the lanes takes the slot of what it ends on: a waypoint, the lane that is driven next, or any lane.
+        One off the lanes takes the slots of what it ends on: a waypoint, the lane that is driven next with what that
+        takes, or any lane. A lane that is left for a point off the lanes also takes that point, so that robots wait for
+        it before they are in the way.
         """
         long = [leg for leg in legs if leg.length > 0.0 or leg.ride]
-        for i, leg in enumerate(long):
+        for i in reversed(range(len(long))):
+            leg, after = long[i], long[i + 1] if i + 1 < len(long) else None
             if leg.lane is None:
                 at = self.at.get(leg.end)
-                after = long[i + 1].slots[:1] if i + 1 < len(long) else self._track_at(leg.end)
-                slots = after if at is None else (at,)
-                long[i] = replace(leg, slots=slots) if slots else leg
+                if at is not None:
+                    long[i] = replace(leg, slots=(at,))
+                elif after is not None and after.lane is not None:
+                    long[i] = replace(leg, slots=after.slots, leaves_for=after.leaves_for)
+                elif slots := self._track_at(leg.end):
+                    long[i] = replace(leg, slots=slots)
+            elif after is not None and not after.slots:
+                long[i] = replace(leg, leaves_for=after.end)
         return Route(tuple(long), goal)
 
     def _track_at(self, point: Point) -> tuple[int, ...]:
@@ -363,14 +376,48 @@ class Lanes:
 
         That is the point itself where it is on a lane, too.
         """
-        return self._kept_entrances.get(exact(*point), lambda: self._nearest_seen(point))
+        return self._nearest_joint(point)[1]
 
-    def _nearest_seen(self, point: Point) -> Point:
+    def away(self, point: Point) -> float:
+        """Return how far the nearest point of a lane with a free line of sight is; infinitely far if there is none."""
+        return self._nearest_joint(point)[0]
+
+    def _nearest_joint(self, point: Point) -> tuple[float, Point]:
+        return self._kept_entrances.get(exact(*point), lambda: self._find_joint(point))
+
+    def _find_joint(self, point: Point) -> tuple[float, Point]:
+        if self.approaches(point)[0]:
+            return 0.0, point
+        foot = next(self.joints(point), [None])[0]
+        return (foot.away, foot.at) if foot else (math.inf, point)
+
+    def joints(self, point: Point, skip: Callable[[int], bool] = lambda _number: False) -> Iterator[list[Foot]]:
+        """Yield the lane points that see a point, the nearest first; lanes that are equally near come together.
+
+        These are where robots enter the lanes from the point, and leave them for it. A point on a lane is its own.
+
+        Args:
+            point: The point.
+            skip: Whether a lane is of no interest, by its number; asked when its turn has come.
+        """
         on_lane, feet = self.approaches(point)
-        if on_lane:
-            return point
-        nearest = sorted((foot.away, foot.at) for foot in feet.values())
-        return next((at for _, at in nearest if self.clear(at, point)), point)
+        heap = [(foot.away, foot.number, foot) for foot in feet.values()]
+        heapify(heap)
+        joint: list[Foot] = []
+        while heap:
+            away, number, foot = heappop(heap)
+            if joint and away > joint[0].away + SAME_PLACE:
+                yield joint
+                joint = []
+            if skip(number):
+                continue
+            if on_lane or self.clear(foot.at, point):
+                joint.append(foot)
+            else:
+                for seen in self.seen(point, foot):
+                    heappush(heap, (seen.away, seen.number, seen))
+        if joint:
+            yield joint
 
     def _on(self, point: Point) -> list[tuple[int, Point]]:
         """Return the lanes on which a point is, by their numbers, with their points that are nearest to it."""

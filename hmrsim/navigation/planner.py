@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import count
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
@@ -135,59 +134,55 @@ class Planner:
         return legs[::-1]
 
     def _straight(self, start: Point, goal: Point) -> bool:
-        """Return whether both see each other and have a nearest lane in common, one of them being off the lanes."""
+        """Return whether both see each other and the lanes are of no use between them.
+
+        That is where the straight line is no longer than the ways to the lanes and back, and where both are beside the
+        same lane, with none nearer to either.
+        """
+        lanes, reach = self._lanes, self._lanes.away(start) + self._lanes.away(goal)
+        if distance(start, goal) > reach + SAME_PLACE and not self._share_lane(start, goal):
+            return False
+        return lanes.clear(start, goal)
+
+    def _share_lane(self, start: Point, goal: Point) -> bool:
         away, lanes = self._lanes.nearest(start)
         goal_away, goal_lanes = self._lanes.nearest(goal)
-        if away <= SAME_PLACE and goal_away <= SAME_PLACE:
-            return False
-        return (not self._lanes.driven or not lanes.isdisjoint(goal_lanes)) and self._lanes.clear(start, goal)
+        return min(away, goal_away) > SAME_PLACE and not lanes.isdisjoint(goal_lanes)
 
     def _enter(self, start: Point, goal: Point, speed: float) -> list[Leg] | None:
-        """Return the legs from a point that is no waypoint; None when no way leads to the destination."""
+        """Return the legs from a point that is no waypoint; None when no way leads to the destination.
+
+        The lanes are entered at the nearest point that sees it and from which a way leads there.
+        """
         tree = self._trees.to(goal, speed)
-        on_lanes, feet = self._lanes.approaches(start)
-        ways: list[tuple[float, int, Foot, Foot | None]] = []
-        order = count()
-
-        def offer(enter: Foot, leave: Foot | None) -> None:
-            seconds = self._seconds(enter, leave, tree, speed)
-            if seconds < math.inf:
-                heapq.heappush(ways, (seconds, next(order), enter, leave))
-
-        _, leaves = self._lanes.approaches(goal)
-        for enter in feet.values() if on_lanes else self._open(feet):
-            offer(enter, None)
-            if enter.number in leaves:
-                offer(enter, leaves[enter.number])
-        while ways:
-            _, _, enter, leave = heapq.heappop(ways)
-            if not (on_lanes or self._lanes.clear(start, enter.at)):
-                for seen in self._lanes.seen(start, enter):
-                    offer(seen, leave)
-            elif not (leave is None or tree.on_lanes or self._lanes.clear(leave.at, tree.goal)):
-                for seen in self._lanes.seen(tree.goal, leave):
-                    offer(enter, seen)
-            else:
-                how = _Step(enter.number, None if leave is None else leave.at)
-                return _cut([Leg(start, enter.at, enter.away), *self._take(enter.at, how, tree)])
+        on_lanes, _ = self._lanes.approaches(start)
+        for joint in self._lanes.joints(start, lambda number: number in self._closed and not on_lanes):
+            ways = [way for enter in joint for way in self._ways_from(enter, tree, speed)]
+            if ways:
+                enter, how = min(ways, key=lambda way: way[:2])[2:]
+                at = self._lanes.ways.starts[enter.number]
+                rest = self._take(enter.at, how, tree) if how else self._follow(at, tree)
+                return _cut([Leg(start, enter.at, enter.away), *rest])
         return None
 
-    def _open(self, feet: Mapping[int, Foot]) -> Iterator[Foot]:
-        """Yield those of some points that are on lanes which are not closed."""
-        return (foot for number, foot in feet.items() if number not in self._closed)
+    def _ways_from(self, enter: Foot, tree: Tree, speed: float) -> Iterator[tuple[int, float, Foot, _Step | None]]:
+        """Yield the ways from a point of a lane to the destination: tier, seconds, and what to do at the point.
 
-    def _seconds(self, enter: Foot, leave: Foot | None, tree: Tree, speed: float) -> float:
-        """Return how long it takes from one point of a lane to another; infinite if that leads nowhere, or backwards.
-
-        *leave* is where one leaves the lane for the destination; None to drive it to its end.
+        Where that is nothing, the way is that of the waypoint where the lane begins.
         """
         ways, number = self._lanes.ways, enter.number
         to_lane, lane_speed = enter.away / speed, min(speed, ways.limits.get(number, math.inf))
-        if leave is None:
-            return to_lane + enter.left / lane_speed + tree.cost[ways.ends[number]]
-        if leave.along < enter.along or (tree.on_lanes and leave.away > SAME_PLACE):
-            return math.inf
-        return to_lane + distance(enter.at, leave.at) / lane_speed + leave.away / speed
+        end, start = ways.ends[number], ways.starts[number]
+        if tree.cost[end] < math.inf:
+            seconds = to_lane + enter.left / lane_speed + tree.cost[end]
+            yield tree.tiers.get(end, 0), seconds, enter, _Step(number)
+        if enter.along <= SAME_PLACE and tree.cost[start] < math.inf:
+            yield tree.tiers.get(start, 0), to_lane + tree.cost[start], enter, None
+        if number in tree.leaves:
+            tier, leave = tree.leaves[number]
+            if leave.along >= enter.along:
+                seconds = to_lane + distance(enter.at, leave.at) / lane_speed + leave.away / speed
+                yield tier, seconds, enter, _Step(number, leave.at)
 
     def _take(self, start: Point, how: _Step, tree: Tree) -> list[Leg]:
         """Return the legs from a point of a lane to the destination, when *how* is what to do there."""

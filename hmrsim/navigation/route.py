@@ -19,6 +19,8 @@ class Leg:
         slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic.policies` counts:
             the lane, if it is one, and the waypoint at its end, if there is one.
         ride: Seconds that a lift carries the robot, which is at its start until they are over; 0 on a driven leg.
+        leaves_for: The point off the lanes to which its robot drives next, and which it needs to begin this leg; None
+            if it stays on the lanes.
         shares_end: Whether several robots may stand at its end, off the lanes, by other rules than those of traffic.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
@@ -31,6 +33,7 @@ class Leg:
     speed_limit: float = math.inf
     slots: tuple[int, ...] = field(default=(), compare=False)
     ride: float = 0.0
+    leaves_for: Point | None = field(default=None, compare=False)
     shares_end: bool = field(default=False, compare=False)
     first: Pose = field(init=False, compare=False, repr=False)
     last: Pose = field(init=False, compare=False, repr=False)

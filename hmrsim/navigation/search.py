@@ -6,7 +6,7 @@ import heapq
 import math
 from array import array
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hmrsim.navigation.kept import Kept, exact
@@ -38,6 +38,9 @@ class Tree:
         cost: Seconds from each waypoint; infinite where no way leads.
         step: Number of the lane to take at each waypoint; -1 at the destination itself, and where no way leads.
         leave: By waypoint, where to leave that lane for the destination; absent where it is driven to its end.
+        tiers: By waypoint, how many lane points are nearer to the destination than the one to which its way leads, as
+            they can't be reached from it; absent where there are none.
+        leaves: By the number of a lane, where it is left for the destination, and the tier of that point.
     """
 
     goal: Point
@@ -45,6 +48,8 @@ class Tree:
     cost: array[float]
     step: array[int]
     leave: dict[int, Point]
+    tiers: dict[int, int]
+    leaves: dict[int, tuple[int, Foot]]
 
 
 _Entry = tuple[float, int, int, int, "Foot | None"]
@@ -81,39 +86,52 @@ class Trees:
         return self._trees.get(exact(*goal, speed), lambda: self._search(goal, speed))
 
     def _search(self, goal: Point, speed: float) -> Tree:
-        """Search backwards from *goal* for the quickest way from every waypoint (Dijkstra)."""
-        self._lanes.check(goal)
-        cost = array("d", [math.inf]) * len(self._lanes.names)
-        tree = Tree(goal, goal in self._lanes.at, cost, array("i", [-1]) * len(self._lanes.names), {})
+        """Search backwards from *goal* for the quickest way from every waypoint.
+
+        A goal beside the lanes is reached from the nearest lane point that sees it; waypoints from which no way leads
+        there take the next nearest one.
+        """
+        lanes = self._lanes
+        lanes.check(goal)
+        cost = array("d", [math.inf]) * len(lanes.names)
+        at = lanes.at.get(goal)
+        on_lanes = at is not None or lanes.approaches(goal)[0]
+        tree = Tree(goal, on_lanes, cost, array("i", [-1]) * len(lanes.names), {}, {}, {})
+        if at is not None:
+            self._spread(tree, [(0.0, at, 0, -1, None)], speed)
+        else:
+            starts, closed = lanes.ways.starts, self._closed
+            joints = lanes.joints(goal, lambda number: number in closed or cost[starts[number]] < math.inf)
+            for tier, joint in enumerate(joints):
+                tree.leaves.update((foot.number, (tier, foot)) for foot in joint)
+                reached = self._spread(tree, [self._leaving(foot, speed) for foot in joint], speed)
+                if tier:
+                    tree.tiers.update(dict.fromkeys(reached, tier))
+        self._settle_ties(tree, speed)
+        return tree
+
+    def _spread(self, tree: Tree, heap: list[_Entry], speed: float) -> list[int]:
+        """Add the ways from all waypoints that have none yet, and return these (Dijkstra)."""
+        cost = tree.cost
         found, takes = [math.inf] * len(cost), self._seconds(speed)
         starts, (begins, into) = self._lanes.ways.starts, self._lanes.ways.into
-        if tree.on_lanes:
-            heap: list[_Entry] = [(0.0, self._lanes.at[goal], 0, -1, None)]
-        else:
-            on_lane, feet = self._lanes.approaches(goal)
-            tree = replace(tree, on_lanes=on_lane)
-            heap = [self._leaving(foot, speed) for number, foot in feet.items() if number not in self._closed]
-            heapq.heapify(heap)
+        reached: list[int] = []
+        heapq.heapify(heap)
         while heap:
             seconds, node, _, number, leave = heapq.heappop(heap)
-            if cost[node] <= seconds:
+            if cost[node] < math.inf or seconds == math.inf:
                 continue
             if leave:
-                # Whether the line is clear is asked only of lanes that would be taken: it is the dear question.
-                if not (tree.on_lanes or self._lanes.clear(leave.at, goal)):
-                    for seen in self._lanes.seen(goal, leave):
-                        heapq.heappush(heap, self._leaving(seen, speed))
-                    continue
                 tree.leave[node] = leave.at
             cost[node], tree.step[node] = seconds, number
+            reached.append(node)
             for way in into[begins[node] : begins[node + 1]]:
                 total = seconds + takes[way]
                 start = starts[way]
                 if total < found[start]:
                     found[start] = total
                     heapq.heappush(heap, (total, start, 2 * way, way, None))
-        self._settle_ties(tree, speed)
-        return tree
+        return reached
 
     def _seconds(self, speed: float) -> array[float]:
         """Return how long each lane takes at this greatest speed, by its number; infinitely long where it is closed."""

@@ -126,14 +126,14 @@ class TestOffTheLanes:
 
     @pytest.mark.parametrize("share", [0.001, 0.25, 0.5, 0.75])
     def test_a_robot_that_has_left_the_lanes_for_its_goal_goes_on_to_it(self, share):
-        """Planned anew on the way it does not turn back to the lane, though another lane is nearer to the goal."""
+        """Planned anew on the way it does not turn back to the lane, though another lane is nearer to it there."""
         world = {
-            "waypoints": {"a": [0, 0], "b": [0, 5], "c": [0, 20], "d": [20, 20]},
-            "lanes": [["a", "b"], ["b", "c"], ["c", "d"]],
+            "waypoints": {"a": [0, 0], "b": [0, 5], "c": [0, 20], "d": [20, 20], "e": [30, 0]},
+            "lanes": [["a", "b"], ["b", "c"], ["c", "d"], {"from": "a", "to": "e", "one_way": True}],
         }
-        here = (12 * share, 5 + 9 * share)
+        here = (12, 20 - 6 * share)
 
-        assert [(0, 0), (0, 5), (12, 14)] == points(graph(**world).plan((0, 0), (12, 14), 1.0))
+        assert [(0, 5), (0, 20), (12, 20), (12, 14)] == points(graph(**world).plan((0, 5), (12, 14), 1.0))
         assert [here, (12, 14)] == points(graph(**world).plan(here, (12, 14), 1.0))
 
     def test_a_wall_between_them_sends_them_along_the_lane(self):
@@ -142,12 +142,27 @@ class TestOffTheLanes:
 
         assert [(2, 3), (2, 2), (8, 2), (8, 3)] == points(graph(**world).plan((2, 3), (8, 3), 1.0))
 
-    def test_a_lane_is_left_where_its_nearest_point_sees_the_goal(self):
-        """a-b is behind a wall; from b-c the goal is seen past its corner at (8, 7), before c-d is reached."""
-        world = ROOM | {"walls": [[[0, 4], [8, 4]], [[8, 4], [8, 7]]]}
-        route = graph(**world).plan((1, 2), (3, 6), 1.0)
+    def test_the_lanes_are_left_at_the_nearest_point_that_sees_the_goal(self):
+        """From a, the quickest way would leave them at a; the shelf is 1 m beside b-c."""
+        world = {"waypoints": {"a": [0, 0], "b": [0, 6], "c": [10, 6]}, "lanes": [["a", "b"], ["b", "c"]]}
 
-        assert [(1, 2), (9, 2), (9, 7.2), (3, 6)] == [pytest.approx(point, abs=1e-4) for point in points(route)]
+        assert [(0, 0), (0, 6), (10, 6), (10, 5)] == points(graph(**world).plan((0, 0), (10, 5), 1.0))
+
+    def test_a_lane_that_is_nearer_but_hidden_does_not_count(self):
+        """a-b is behind a wall, c-d is not."""
+        world = ROOM | {"walls": [[[0, 4], [8, 4]], [[8, 4], [8, 7]]]}
+
+        assert [(1, 2), (9, 2), (9, 8), (3, 8), (3, 5)] == points(graph(**world).plan((1, 2), (3, 5), 1.0))
+
+    def test_a_nearest_point_from_which_there_is_no_way_does_not_count(self):
+        """The lane beside the goal leads away from it only; the next one is taken."""
+        world = {
+            "waypoints": {"a": [0, 0], "b": [10, 0], "c": [0, 4], "d": [10, 4]},
+            "lanes": [["a", "b"], ["c", "d"]],
+        }
+
+        assert [(0, 0), (5, 0), (5, 3)] == points(graph(**world).plan((0, 0), (5, 3), 1.0))
+        assert [(5, 3), (5, 0), (0, 0)] == points(graph(**world).plan((5, 3), (0, 0), 1.0))
 
     def test_a_lane_whose_nearest_point_is_hidden_is_left_where_the_goal_comes_into_sight(self):
         """In an alcove beside the lane: the foot is behind its wall, the mouth is further on."""
@@ -206,10 +221,10 @@ class TestOffTheLanes:
         assert 0.0 == graph(**ROOM).plan((1, 2), (1.0000005, 2), 1.0).length
 
     def test_a_waypoint_without_lanes_is_a_point_like_any_other(self):
-        """It is reached from the lanes in a straight line."""
+        """It is reached from the nearest point of a lane."""
         world = ROOM | {"waypoints": ROOM["waypoints"] | {"lonely": [5, 3]}}
 
-        assert [(1, 2), (5, 3)] == points(graph(**world).plan((1, 2), (5, 3), 1.0))
+        assert [(1, 2), (5, 2), (5, 3)] == points(graph(**world).plan((1, 2), (5, 3), 1.0))
 
     def test_in_a_world_without_lanes_the_way_is_straight(self):
         """There is no lane to keep to."""
