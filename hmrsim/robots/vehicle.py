@@ -138,7 +138,7 @@ class MobileBase(DrivingVehicle):
     def move_to(self, pose: Pose) -> None:
         """Stand somewhere else at once; no goal that holds the base may be running."""
         self.halt()
-        self._rest, self._entry = pose, NEVER_STOPPED
+        self._rest, self._entry, self._still_since = pose, NEVER_STOPPED, self._env.now
         self._admission.place(self)
         self._announce_change()
 
@@ -162,6 +162,7 @@ class MobileBase(DrivingVehicle):
     def finish_work(self) -> None:
         """Have no work any more; nothing happens if it does something else by now."""
         if self._state is VehicleState.WORKING:
+            self._still_since = self._env.now
             self._enter(VehicleEvent.FINISH_WORK)
         self._admission.became_idle(self)
 

@@ -72,6 +72,7 @@ class VehicleBody:
         "_seconds",
         "_speed",
         "_state",
+        "_still_since",
         "_trip",
         "_way_end",
         "base",
@@ -124,6 +125,7 @@ class VehicleBody:
         self._changed = self._own_changed = changed
         self._motion_change: Event | None = None
         self._state = VehicleState.IDLE
+        self._still_since = env.now
         # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.
         self._rest = home
         self._entry = NEVER_STOPPED
@@ -176,6 +178,14 @@ class VehicleBody:
         return self._state is VehicleState.WORKING
 
     @property
+    def still_since(self) -> float:
+        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works.
+
+        One that was asked to do something, but could not begin, has made none.
+        """
+        return math.inf if self._state.moves or self._state is VehicleState.WORKING else self._still_since
+
+    @property
     def may_yield(self) -> bool:
         """Whether it stands, and could go somewhere else for a while."""
         return self._state is VehicleState.IDLE or (self._state.waits and self.goal is not None)
@@ -192,6 +202,11 @@ class VehicleBody:
 
     def _enter(self, event: VehicleEvent) -> None:
         self._state = next_state(self._state, event)
+
+    def _stop_progress(self) -> None:
+        """Take note that it ceases to make progress, unless it has made none since it was told to."""
+        if self._began < self._env.now:
+            self._still_since = self._env.now
 
     def _motion_changes(self) -> Event:
         """Return the event that it next begins or ceases to move, begins a lane or a turn, or is placed elsewhere."""

@@ -44,6 +44,8 @@ class DrivingVehicle(VehicleBody):
         self._rest = self.pose()
         self._abandon_way()
         self._drive = None
+        if self._state.moves:
+            self._stop_progress()
         self._enter(VehicleEvent.HALT)
         self._admission.stopped(self, leg)
         if self._changed is not None:
@@ -188,6 +190,7 @@ class DrivingVehicle(VehicleBody):
         return False
 
     def _block(self) -> None:
+        self._stop_progress()
         self._enter(VehicleEvent.BLOCK)
         self._way_end = None
         self.recoveries += 1
@@ -199,6 +202,7 @@ class DrivingVehicle(VehicleBody):
         if driven is None or arrived is None:
             raise AssertionError
         self._rest, self._drive, self._way_end = driven.end, None, None
+        self._stop_progress()
         self._enter(VehicleEvent.ARRIVE)
         self._admission.arrived(self)
         if self._changed is not None:
@@ -280,22 +284,22 @@ class DrivingVehicle(VehicleBody):
         self._enter(VehicleEvent.REROUTE)
         self._begin(driven)
 
-    def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
-        """Yield to another vehicle by driving a leg from where it stands, to which it is admitted already.
+    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving legs from where it stands, to which it is admitted already.
 
         Then it goes on to where it was going, if anywhere, when the traffic policy lets it. *rerouted* says whether
         this counts as another route.
         """
-        here, stood = self.pose().point, self._state.stands
+        here, stood, first = self.pose().point, self._state.stands, legs[0]
         self._enter(VehicleEvent.YIELD)
         if stood:
             self._route, self._arrived = None, Event(self._env)
         self._drive = None
         self.rerouted += rerouted
-        if here != leg.start:
+        if here != first.start:
             # It stands beside the waypoint, as after backing up.
-            leg = replace(leg, start=here, length=distance(here, leg.end))
-        self._begin(self._driven([leg]), admitted=True)
+            first = replace(first, start=here, length=distance(here, first.end))
+        self._begin(self._driven([first, *legs[1:]]), admitted=True)
 
 
 def _fail(arrived: Event | None, why: GoalAborted) -> None:

@@ -69,7 +69,7 @@ class Admission:
         self._asking: dict[Vehicle, None] = {}
         policy = policies()[world.traffic.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
-        self._wait_timeout = WaitTimeout(env, settings.patience, waits=self._still_waits, expired=self._give_up)
+        self._wait_timeout = WaitTimeout(env, settings.patience, since=self._hopeless_since, expired=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
         self._lanes_change: Event | None = None
@@ -312,16 +312,22 @@ class Admission:
         lane = leg.lane
         return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
+    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
+        """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
+        return self._barriers.kept_off(robot)
+
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
         return not self._obstructed or (lane not in self.closures.lanes and self._barriers.may_pass(robot, lane))
 
-    def lets(self, robot: Vehicle, leg: Leg) -> bool:
-        """Return whether only traffic can be in a vehicle's way on a leg now; if not, what is there begins to open."""
-        if not (self._obstructed and self._in_the_way(robot, leg)):
+    def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
+        """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open."""
+        if not self._obstructed:
             return True
-        self._barriers.summon(leg)
-        return False
+        hindered = [leg for leg in legs if self._in_the_way(robot, leg)]
+        for leg in hindered:
+            self._barriers.summon(leg)
+        return not hindered
 
     def opened(self, lanes: Collection[Lane]) -> None:
         """Take note that a barrier on these lanes has changed; vehicles that wait there or off the lanes ask again."""
@@ -330,13 +336,18 @@ class Admission:
         waits = self.waits.values()
         self.look_again([wait.robot for wait in waits if not wait.leg.lane or wait.leg.lane in lanes])
 
-    def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
-        """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
+    def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
+        """Have a vehicle yield to another by driving legs, whose slots it has been given."""
         self.forget(robot)
-        self._barriers.enter(robot, leg)
+        self._barriers.enter(robot, legs[0])
         start, wanted_by = robot.pose().point, "" if by is robot else by.name
-        self.publisher.publish(lambda: MadeRoom(robot.name, start, leg.end, wanted_by))
-        robot.yield_along(leg, rerouted=rerouted)
+        self.publisher.publish(lambda: MadeRoom(robot.name, start, legs[-1].end, wanted_by))
+        robot.yield_along(legs, rerouted=rerouted)
+
+    def abort(self, robot: Vehicle, why: GoalAborted) -> None:
+        """Abort the drive of a vehicle that waits; its next one begins to wait anew."""
+        robot.give_up(why)
+        self._stopped.pop(robot, None)
 
     def release(self, robot: Vehicle) -> None:
         """Let a vehicle go on that has been given the slots of the leg for which it waits."""
@@ -361,7 +372,12 @@ class Admission:
 
     def yielded(self, robot: Vehicle) -> None:
         """Take note that a vehicle has yielded; it goes on if the traffic policy lets it."""
-        if self._rules is None or not self._rules.stays_aside(robot):
+        if self._rules is not None and self._rules.stays_aside(robot):
+            return
+        if self._asking:
+            # Those for which it has made room go first.
+            self._env.call_soon(robot.ask_again)
+        else:
             robot.ask_again()
 
     def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
@@ -442,6 +458,24 @@ class Admission:
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
 
+    def _hopeless_since(self, wait: Wait) -> float | None:
+        """Return since when none of those for which a vehicle waits, directly or not, has made progress.
+
+        Returns:
+            In simulated seconds, and no sooner than it began to wait; infinite if one of them moves or works now, None
+            if the wait is over.
+        """
+        if not self._still_waits(wait):
+            return None
+        since, todo = wait.since, {wait.robot: None}
+        for robot in (queue := [wait.robot]):
+            for other in self.blockers(robot):
+                if other not in todo:
+                    todo[other] = None
+                    queue.append(other)
+                    since = max(since, other.still_since)
+        return since
+
     def _give_up(self, wait: Wait) -> None:
         """Abort the goal of a vehicle that has waited for too long."""
         robot = wait.robot
@@ -449,7 +483,7 @@ class Admission:
         why = wait.why or f"by {by or 'another robot'}"
         x, y = robot.pose().point
         text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
-        robot.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
+        self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def forget(self, robot: Vehicle) -> None:
         """Let a vehicle wait no longer; nothing happens if it does not."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections import deque
+import heapq
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -15,11 +14,12 @@ if TYPE_CHECKING:
 
 
 class WaitTimeout:
-    """Reports waits that last too long; the limit is the same for all, so that one timeout serves them.
+    """Reports waits that have been hopeless for too long; the limit is the same for all, so one timeout serves them.
 
     Args:
         seconds: The limit; None for no limit.
-        waits: Returns whether a wait still goes on.
+        since: Returns since when neither the vehicle of a wait nor any of those for which it waits has made progress,
+            in simulated seconds. Infinite if one of them does now; None if the wait is over.
         expired: Called with a wait that has reached the limit.
     """
 
@@ -28,23 +28,25 @@ class WaitTimeout:
         env: Environment,
         seconds: float | None,
         *,
-        waits: Callable[[Wait], bool],
+        since: Callable[[Wait], float | None],
         expired: Callable[[Wait], None],
     ) -> None:
         self._env = env
         self._seconds = seconds
-        self._waits = waits
+        self._since = since
         self._expired = expired
-        self._waiting: deque[Wait] = deque()
+        self._number = 0
+        self._waiting: list[tuple[float, int, Wait]] = []
         self._timeout: Timeout | None = None
 
     def begin(self, wait: Wait) -> None:
         """Watch a wait that begins."""
         if self._seconds is None:
             return
-        # A robot that is sent the same way again has waited for a while already.
-        place = bisect_right(self._waiting, wait.since, key=lambda other: other.since)
-        self._waiting.insert(place, wait)
+        self._add(wait.since, wait)
+        if self._timeout is not None and self._waiting[0][2] is wait and self._timeout.callbacks is not None:
+            self._env.abandon(self._timeout)
+            self._timeout = None
         if self._timeout is None:
             self._set_timeout()
 
@@ -57,18 +59,27 @@ class WaitTimeout:
             self._timeout = None
             self._waiting.clear()
 
+    def _add(self, since: float, wait: Wait) -> None:
+        self._number += 1
+        heapq.heappush(self._waiting, (since, self._number, wait))
+
     def _set_timeout(self) -> None:
-        """Set the timeout for the longest wait."""
+        """Set the timeout for the wait that may reach the limit next."""
         self._timeout = None
-        while self._waiting and not self._waits(self._waiting[0]):
-            self._waiting.popleft()
+        while self._waiting and self._since(self._waiting[0][2]) is None:
+            heapq.heappop(self._waiting)
         if self._waiting and self._seconds is not None:
-            left = self._waiting[0].since + self._seconds - self._env.now
+            left = self._waiting[0][0] + self._seconds - self._env.now
             self._timeout = self._env.timeout(max(0.0, left))
             self._timeout.callbacks = [lambda _event: self._expire()]
 
     def _expire(self) -> None:
-        wait = self._waiting.popleft()
-        if self._waits(wait):
-            self._expired(wait)
+        looked, _, wait = heapq.heappop(self._waiting)
+        since = self._since(wait)
+        if since is not None:
+            if since <= looked:
+                self._expired(wait)
+            else:
+                # They have made progress meanwhile: the patience begins anew when the last of them stops.
+                self._add(min(since, self._env.now), wait)
         self._set_timeout()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.errors import GoalAborted
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
@@ -48,11 +49,14 @@ class AdmissionControl(Protocol):
             NoRoute: No way leads there.
         """
 
+    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
+        """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
+
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
 
-    def lets(self, robot: Vehicle, leg: Leg) -> bool:
-        """Return whether only traffic can be in a vehicle's way on a leg now; if not, what is there begins to open.
+    def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
+        """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open.
 
         All vehicles that wait ask again when it is open.
         """
@@ -81,5 +85,8 @@ class AdmissionControl(Protocol):
     def release(self, robot: Vehicle) -> None:
         """Let a vehicle go on that has been given the slots of the leg for which it waits."""
 
-    def push(self, robot: Vehicle, leg: Leg, by: Vehicle, *, rerouted: bool = False) -> None:
-        """Have a vehicle yield to another by driving a leg, whose slots it has been given."""
+    def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
+        """Have a vehicle yield to another by driving legs, whose slots it has been given."""
+
+    def abort(self, robot: Vehicle, why: GoalAborted) -> None:
+        """Abort the drive of a vehicle that waits; its next one begins to wait anew."""

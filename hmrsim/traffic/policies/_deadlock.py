@@ -1,4 +1,9 @@
-"""Resolution of deadlocks: a search over the vehicles' places finds moves, which they make one by one."""
+"""Resolution of deadlocks: two searches over the places of vehicles find moves, which they make one after the other.
+
+Vehicles that are only in the way are interchangeable: whichever of them is where makes no difference to the one that
+is to go on, as long as they are of one size and may drive the same lanes. So the searches tell places apart by kind,
+not by vehicle.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +12,34 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.policies._clearing import Clearing
+from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
 from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Reservations
     from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._ways import Way, Ways
 
-_MAX_ROBOTS = 6
-"""Vehicles that are moved for one: each more makes the search longer by as many times as there are waypoints."""
+_MAX_SEARCHED = 6
+"""Vehicles whose places are searched exhaustively: each more makes that longer by as many times as there are places."""
+
+_MAX_CLEARING = 24
+"""Vehicles that may be moved, one after the other, to clear a route."""
+
+_FEW_STEPS = 4
+"""Steps that are taken without a look at other ones."""
 
 _PAIR = 2
 
-_Places = tuple[int, ...]
-_Way = tuple[int, "Edge"]
-"""A vehicle, by its number in the group, and the lane that it drives."""
-_Ways = tuple[_Way, ...]
-_Before = dict[_Places, tuple[_Places, _Ways] | None]
+_Drive = tuple[int, "Way"]
+"""A vehicle, by its number in the group, and the way that it drives."""
+_Drives = tuple[_Drive, ...]
+_Before = dict[object, tuple["Places", object, _Drives]]
 
 
 class DeadlockResolver:
@@ -35,6 +47,7 @@ class DeadlockResolver:
 
     Args:
         slots: The places of the vehicles.
+        ways: Where they can go.
         reservations: What other resolutions need.
         movable: Returns whether the first vehicle may be moved for the second.
     """
@@ -43,174 +56,147 @@ class DeadlockResolver:
         self,
         admission: AdmissionControl,
         slots: Slots,
+        ways: Ways,
         reservations: Reservations,
         movable: Callable[[Vehicle, Vehicle], bool],
     ) -> None:
         self._admission = admission
         self._slots = slots
+        self._ways = ways
         self._reservations = reservations
         self._movable = movable
 
     def find_steps(self, robot: Vehicle, target: int, max_states: int) -> tuple[list[Step] | None, bool]:
-        """Return the fewest steps after which a vehicle is at a waypoint, None if none are found, and if that is sure.
+        """Return steps after which a vehicle is at a slot, None if none are found, and whether that is sure.
 
-        The vehicles in its way enter the search one after the other, the nearest first.
+        First the places of the vehicles in its way are searched exhaustively, with one more vehicle at a time, the
+        nearest first: that finds the fewest steps for these. Where these are many, or none, it is tried to clear a
+        route for it, from where it is or from where it gets out of the way first; the shorter moves are taken.
 
-        *max_states* is how many combinations of places are searched in all; it is not sure if there are more.
+        *max_states* is how many combinations of places are searched; it is not sure if there are more.
         """
-        if self._slots.held(robot)[-1] >= len(self._admission.graph.lanes.out):
-            # It stands in the middle of a lane, which only the vehicles before and behind it can leave.
-            return None, True
-        if not all(self._may_join(other, robot) for other in self._slots.in_the_way(robot, target)):
-            return None, True
-        group = [robot]
-        while len(group) < _MAX_ROBOTS and max_states > 0:
-            joining = next(self._around(group, target), None)
-            if joining is None:
-                return None, True
-            group.append(joining)
-            steps, searched = self._search(group, target, max_states)
-            if steps is not None:
-                return steps, True
+        around = list(self._around(robot, target))
+        steps, sure = self._search_nearest(robot, around, target, max_states)
+        if sure or (steps is not None and len(steps) <= _FEW_STEPS):
+            return steps, True
+        cleared = self._clear_route([robot, *around[: _MAX_CLEARING - 1]], target)
+        return min((each for each in (steps, cleared) if each), key=_length, default=None), False
+
+    def _search_nearest(
+        self, robot: Vehicle, around: Sequence[Vehicle], target: int, max_states: int
+    ) -> tuple[list[Step] | None, bool]:
+        """Search the places of the nearest vehicles; it is sure that there are no steps if all take part."""
+        for size in range(1, min(len(around), _MAX_SEARCHED - 1) + 1):
+            steps, searched = self._search(self._group([robot, *around[:size]], target), max_states)
             max_states -= searched
-        return None, max_states > 0
+            if steps is not None or max_states <= 0:
+                return steps, False
+        return None, len(around) < _MAX_SEARCHED
 
-    def _around(self, group: Sequence[Vehicle], target: int) -> Iterator[Vehicle]:
+    def _group(self, robots: Sequence[Vehicle], target: int) -> Group:
+        return Group(self._admission, self._slots, self._ways, self._reservations, robots, target)
+
+    def _clear_route(self, robots: Sequence[Vehicle], target: int) -> list[Step] | None:
+        group = self._group(robots, target)
+        drives = Clearing(group).find()
+        if drives is None:
+            return None
+        at = [*group.start]
+        steps: list[Step] = []
+        for i, way in drives:
+            steps.append([Move(robots[i], way, at[i])])
+            at[i] = way.end
+        return steps
+
+    def _around(self, robot: Vehicle, target: int) -> Iterator[Vehicle]:
         """Yield the vehicles that may be moved, in breadth-first order from the target."""
-        out, near = self._admission.graph.lanes.out, self._slots.near
+        slots, lanes, near = self._slots, self._admission.graph.lanes, self._slots.near
+        found: dict[Vehicle, None] = {robot: None}
         seen, todo = {target}, deque([target])
-        while todo:
-            node = todo.popleft()
-            for other in sorted(self._slots.inside(node), key=rank):
-                if other not in group and self._may_join(other, group[0]):
+        while todo and len(found) <= _MAX_CLEARING:
+            place = todo.popleft()
+            for other in sorted(slots.inside(place), key=rank):
+                if other not in found and self._movable(other, robot) and slots.held(other)[-1:] == (place,):
+                    found[other] = None
                     yield other
-            for edge in out[node]:
-                beside = (at for slot in edge.leg.slots for at in near.get(slot, ()) if at < len(out))
-                for end in (edge.end, *beside):
-                    if end not in seen:
-                        seen.add(end)
-                        todo.append(end)
+            if place < len(lanes.out):
+                beyond = [slot for edge in lanes.out[place] for slot in edge.leg.slots]
+            elif slots.is_lane(place):
+                beyond = [edge.end for edge in lanes.leading_to(place)]
+            else:
+                beyond = [slot for way in self._ways.from_spot(place) for slot in way.slots]
+            for slot in chain(beyond, *(near.get(at, ()) for at in (place, *beyond))):
+                if slot not in seen:
+                    seen.add(slot)
+                    todo.append(slot)
 
-    def _may_join(self, other: Vehicle, robot: Vehicle) -> bool:
-        """Return whether a vehicle stands at a waypoint, and may be moved for another one."""
-        held = self._slots.held(other)
-        return len(held) == 1 and held[0] < len(self._admission.graph.lanes.out) and self._movable(other, robot)
-
-    def _search(self, group: Sequence[Vehicle], target: int, max_states: int) -> tuple[list[Step] | None, int]:
+    def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
         """Search the places of a group breadth first; return the steps, and how many combinations were searched."""
-        start: _Places = tuple(self._slots.held(robot)[-1] for robot in group)
-        before: _Before = {start: None}
-        moves = _GroupMoves(self._admission, self._slots, self._reservations, group)
-        todo = deque([start])
+        start = group.start
+        first = group.key(start)
+        before: _Before = {first: (start, None, ())}
+        todo = deque([first])
         while todo and len(before) < max_states:
-            places = todo.popleft()
-            if places[0] == target:
-                return _steps(before, places, group), len(before)
-            for ways in moves.steps(places):
+            key = todo.popleft()
+            places = before[key][0]
+            for drives in _moves(group, places):
                 after = [*places]
-                for i, edge in ways:
-                    after[i] = edge.end
+                for i, way in drives:
+                    after[i] = way.end
                 there = tuple(after)
-                if there not in before:
-                    before[there] = (places, ways)
-                    todo.append(there)
+                reached = group.key(there)
+                if reached in before:
+                    continue
+                before[reached] = (there, key, drives)
+                if there[0] == group.target:
+                    return _steps(before, reached, group), len(before)
+                todo.append(reached)
         return None, len(before)
 
 
-class _GroupMoves:
-    """Which vehicles of a group can move from where they are, one alone or a circle of them at once."""
-
-    def __init__(
-        self, admission: AdmissionControl, slots: Slots, reservations: Reservations, group: Sequence[Vehicle]
-    ) -> None:
-        self._admission = admission
-        self._slots = slots
-        self._reservations = reservations
-        self._group = group
-        self._ways: dict[tuple[int, int], list[tuple[Edge, dict[int, float]]]] = {}
-        self._rooms: dict[int, float] = {}
-
-    def steps(self, places: _Places) -> Iterator[_Ways]:
-        """Yield the steps that are possible where the vehicles of the group are at these places."""
-        into: list[list[_Way]] = []
-        for i, place in enumerate(places):
-            blocked: list[_Way] = []
-            for edge, beside in self._ways_from(i, place):
-                if beside and self._touches(i, beside, places):
-                    continue
-                if places.count(edge.end) < self._room(edge.end):
-                    yield ((i, edge),)
-                else:
-                    blocked.append((i, edge))
-            into.append(blocked)
-        if len(places) > _PAIR:
-            for way in chain.from_iterable(into):
-                yield from self._circles(places, into, (way,))
-
-    def _circles(self, places: _Places, into: Sequence[Sequence[_Way]], ways: _Ways) -> Iterator[_Ways]:
-        """Yield the circles of three or more that begin with some ways: each moves to where the next one is.
-
-        Two can't change places on the one lane between them.
-        """
-        first, end = ways[0][0], ways[-1][1].end
-        if end == places[first]:
-            if len(ways) > _PAIR:
-                yield ways
-            return
-        for j in range(first + 1, len(places)):
-            if places[j] == end and all(j != i for i, _ in ways):
-                for way in into[j]:
-                    yield from self._circles(places, into, (*ways, way))
-
-    def _ways_from(self, i: int, place: int) -> list[tuple[Edge, dict[int, float]]]:
-        """Return the lanes from a waypoint on which only the group can be in the way of one of it.
-
-        With each go the waypoints near it, and how far away they are.
-        """
-        known = self._ways.get((i, place))
-        if known is None:
-            found = self._find_ways(self._group[i], place)
-            known = self._ways[i, place] = [(edge, self._beside(edge)) for edge in found]
-        return known
-
-    def _beside(self, edge: Edge) -> dict[int, float]:
-        waypoints, beside = len(self._admission.graph.lanes.out), dict[int, float]()
-        for slot in edge.leg.slots:
-            for at, away in self._slots.near.get(slot, {}).items():
-                if at < waypoints:
-                    beside[at] = min(away, beside.get(at, away))
-        return beside
-
-    def _find_ways(self, robot: Vehicle, place: int) -> Iterator[Edge]:
-        for edge in self._admission.graph.lanes.out[place]:
-            lane, slots = edge.leg.lane, edge.leg.slots
-            if lane is None or not self._admission.may_drive(robot, lane):
-                continue
-            others = (other for slot in slots for other in self._slots.in_the_way(robot, slot))
-            if all(other in self._group for other in others) and not self._reservations.against(
-                robot, slots, self._group[0]
-            ):
-                yield edge
-
-    def _room(self, slot: int) -> float:
-        """Return how many of the group there is room for at a waypoint."""
-        room = self._rooms.get(slot)
-        if room is None:
-            room = self._rooms[slot] = self._slots.room(slot, self._group)
-        return room
-
-    def _touches(self, i: int, beside: Mapping[int, float], places: _Places) -> bool:
-        """Return whether one of a group would touch another one of it on a lane with these waypoints beside it."""
-        group = self._group
-        return any(
-            at in beside and j != i and touch(beside[at], group[i].radius + group[j].radius)
-            for j, at in enumerate(places)
-        )
+def _length(steps: Sequence[Step]) -> float:
+    return sum(move.way.length for step in steps for move in step)
 
 
-def _steps(before: _Before, places: _Places, group: Sequence[Vehicle]) -> list[Step]:
+def _moves(group: Group, places: Places) -> Iterator[_Drives]:
+    """Yield what is possible where the vehicles of a group are: one drives alone, or a circle of three or more."""
+    into: list[list[_Drive]] = []
+    for i in range(len(places)):
+        ahead: list[_Drive] = []
+        for way in group.ways(i, places):
+            others = group.in_the_way(i, way, places)
+            if not others:
+                yield ((i, way),)
+            elif all(places[j] == way.end for j in others):
+                ahead.append((i, way))
+        into.append(ahead)
+    if len(places) > _PAIR:
+        for drive in chain.from_iterable(into):
+            yield from _circles(places, into, (drive,))
+
+
+def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) -> Iterator[_Drives]:
+    """Yield the circles of three or more that begin with some drives: each goes to where the next one is.
+
+    Two can't change places on the one lane between them.
+    """
+    first, end = drives[0][0], drives[-1][1].end
+    if end == places[first]:
+        if len(drives) > _PAIR:
+            yield drives
+        return
+    for j in range(first + 1, len(places)):
+        if places[j] == end and all(j != i for i, _ in drives):
+            for drive in into[j]:
+                yield from _circles(places, into, (*drives, drive))
+
+
+def _steps(before: Mapping[object, tuple[Places, object, _Drives]], key: object, group: Group) -> list[Step]:
     steps: list[Step] = []
-    while (step := before[places]) is not None:
-        places, ways = step
-        steps.append([Move(group[i], edge) for i, edge in ways])
-    return steps[::-1]
+    while True:
+        _, earlier, drives = before[key]
+        if earlier is None:
+            return steps[::-1]
+        places = before[earlier][0]
+        steps.append([Move(group.robots[i], way, places[i]) for i, way in drives])
+        key = earlier

@@ -11,10 +11,11 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.geometry import SAME_PLACE, gap
+from hmrsim.geometry import SAME_PLACE, distance, foot, gap
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.navigation.lanes import Lanes
     from hmrsim.world.model import World
 
 Near = dict[int, dict[int, float]]
@@ -74,6 +75,28 @@ def near_slots(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], rea
     for inside in cells.values():
         _compare(inside, reach, found)
     return {slot: dict(sorted(near.items())) for slot, near in sorted(found.items())}
+
+
+def slots_around(lanes: Lanes, point: Point, capacities: Sequence[float], reach: float) -> dict[int, float]:
+    """Return the waypoints and lanes that touch a point, and how far each is away, in order.
+
+    A lane through the point does not count, as a robot that stands in its middle holds it anyway; nor do those with
+    room for any number of robots.
+
+    Args:
+        lanes: The waypoints and lanes.
+        point: The point.
+        capacities: Of each slot, how many robots may hold it at once.
+        reach: The greatest sum of two vehicles' radii.
+    """
+    found: dict[int, float] = {}
+    for edge in lanes.driven_near(point, max(SAME_PLACE, reach)):
+        a, b = lanes.points[edge.start], lanes.points[edge.end]
+        away = distance(point, foot(point, a, b))
+        if away > SAME_PLACE:
+            found[edge.leg.slots[0]] = away
+        found[edge.start], found[edge.end] = distance(point, a), distance(point, b)
+    return {slot: away for slot, away in sorted(found.items()) if capacities[slot] < math.inf and touch(away, reach)}
 
 
 def _shape(slot: int, points: Sequence[Point], ends: tuple[int, int], margin: float) -> _Shape:

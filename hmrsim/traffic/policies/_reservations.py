@@ -1,7 +1,12 @@
-"""Which vehicles hold which slots, and which wait for them."""
+"""Which vehicles hold which slots, and which wait for them.
+
+Waypoints and lanes are slots with numbers of their own. A vehicle that stands anywhere else, or is going to, holds a
+*spot*: a slot that is made when it is first needed, and touches the waypoints, lanes and spots around it.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
@@ -18,30 +23,124 @@ if TYPE_CHECKING:
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 
 
+_SPARE_SPOTS = 256
+"""Spots that are kept although no vehicle needs them now, beside four for each vehicle."""
+
+
 class Slots:
-    """The slots of a world, and the spots off the lanes where vehicles stand.
+    """The slots of a world, and the spots where vehicles stand that are at no waypoint.
 
     simpy has resources for this; they take five times as long, and most slots are free most of the time.
 
     Args:
-        capacities: Of each slot, how many vehicles may hold it at once.
+        capacities: Of each slot, how many vehicles may hold it at once: first waypoints, then lanes.
+        waypoints: How many of these are waypoints.
         near: The slots that a vehicle may have only while no other one is so near that their footprints touch.
+        around: Returns the waypoints and lanes that a vehicle at a point may touch, and how far away each is.
+        reach: The greatest sum of two vehicles' radii, in the world's unit.
         freed: Called with the vehicles that wait for slots that have just become free.
+        reserved: Whether a slot is going to be needed although no vehicle holds it or waits for it.
 
     Attributes:
-        near: As given.
+        near: As given, with the spots.
+        points: Where each spot is, by its slot.
     """
 
-    def __init__(self, capacities: Sequence[float], near: Near, freed: Callable[[Sequence[Vehicle]], None]) -> None:
-        self.near = near
+    def __init__(
+        self,
+        capacities: Sequence[float],
+        waypoints: int,
+        near: Near,
+        *,
+        around: Callable[[Point], dict[int, float]],
+        reach: float,
+        freed: Callable[[Sequence[Vehicle]], None],
+        reserved: Callable[[int], bool],
+    ) -> None:
+        self.near = {**near}
+        self.points: dict[int, Point] = {}
         self._free = [*capacities]
         self._inside: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
         self._watched: dict[Vehicle, Collection[int]] = {}
-        self._spots: dict[Vehicle, Point] = {}
-        self._want_spots: dict[Vehicle, None] = {}
+        self._waypoints, self._first_spot = waypoints, len(capacities)
+        self._spots: dict[tuple[Point, bool], int] = {}
+        self._shared: set[int] = set()
+        self._unused: list[int] = []
+        self._around = around
+        self._reach = max(SAME_PLACE, reach)
         self._freed = freed
+        self._reserved = reserved
+
+    def of(self, leg: Leg) -> tuple[int, ...]:
+        """Return the slots that a vehicle needs for a leg; the last one is where it stands at its end."""
+        slots = leg.slots
+        if not slots:
+            return (self.spot(leg.end, shared=leg.shares_end),)
+        if leg.leaves_for is not None:
+            return (self.spot(leg.leaves_for, shared=leg.shares_end), *slots)
+        if slots[-1] >= self._waypoints:
+            # It ends in the middle of a lane.
+            return (self.spot(leg.end), *slots)
+        return slots
+
+    def destination(self, leg: Leg) -> int:
+        """Return the slot where a vehicle stands that has driven a leg, and has left the lanes if it does so next."""
+        return self.of(leg)[0 if leg.slots and leg.leaves_for is not None else -1]
+
+    def is_lane(self, slot: int) -> bool:
+        """Return whether a slot is a lane: neither a waypoint nor a spot."""
+        return self._waypoints <= slot < self._first_spot
+
+    def spot(self, point: Point, *, shared: bool = False) -> int:
+        """Return the slot of a point that is no waypoint; a *shared* one is for any number, such as a dock."""
+        slot = self._spots.get((point, shared))
+        if slot is None:
+            slot = self._add_spot(point, shared=shared)
+        return slot
+
+    def _add_spot(self, point: Point, *, shared: bool) -> int:
+        if len(self._spots) > _SPARE_SPOTS + 4 * len(self._held):
+            self._drop_spots()
+        room = math.inf if shared else 1.0
+        if self._unused:
+            slot = self._unused.pop()
+            self._free[slot] = room
+        else:
+            slot = len(self._free)
+            self._free.append(room)
+            self._inside.append([])
+        near = self._around(point)
+        for other, at in self.points.items():
+            away = distance(point, at)
+            if away < self._reach:
+                near[other] = away
+        self._spots[point, shared] = slot
+        self.points[slot] = point
+        if shared:
+            self._shared.add(slot)
+        if near:
+            self.near[slot] = near
+            for other, away in near.items():
+                self.near[other] = {**self.near.get(other, {}), slot: away}
+        return slot
+
+    def _drop_spots(self) -> None:
+        """Forget the spots that nobody needs: clients may send robots to any point."""
+        for key, slot in [*self._spots.items()]:
+            if self._inside[slot] or self._wanted.get(slot) or self._reserved(slot):
+                continue
+            del self._spots[key], self.points[slot]
+            self._shared.discard(slot)
+            self._wanted.pop(slot, None)
+            self._unused.append(slot)
+            for other in self.near.pop(slot, ()):
+                left = {at: away for at, away in self.near[other].items() if at != slot}
+                if left:
+                    self.near[other] = left
+                else:
+                    del self.near[other]
 
     def held(self, robot: Vehicle) -> tuple[int, ...]:
         """Return the slots that a vehicle holds, in the order in which it drives them."""
@@ -66,9 +165,9 @@ class Slots:
                 if touch(away, radius + other.radius):
                     yield at, other
 
-    def held_alone(self, first: int) -> list[int]:
-        """Return the slots from a number on that are all that some vehicle holds, in order."""
-        return sorted({held[0] for held in self._held.values() if len(held) == 1 and held[0] >= first})
+    def lanes_stood_on(self) -> list[int]:
+        """Return the lanes in whose middle some vehicle stands, in order."""
+        return sorted({held[-1] for held in self._held.values() if held and self.is_lane(held[-1])})
 
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
@@ -102,6 +201,8 @@ class Slots:
         *moving* are the slots of those that leave theirs at this instant.
         """
         for at, away in self.near.get(slot, {}).items():
+            if slot in self._shared and at >= self._first_spot:
+                continue
             there = [other for other in self._inside[at] if other not in moving]
             there += [other for other, slots in moving.items() if at in slots]
             for other in there:
@@ -116,26 +217,18 @@ class Slots:
         radii = robot.radius + other.radius
         return any(at in near and touch(near[at], radii) for slot in slots if (near := self.near.get(slot)))
 
-    def on_spot(self, robot: Vehicle, point: Point) -> Iterator[Vehicle]:
-        """Yield the vehicles that stand off the lanes, now or soon, where a vehicle's footprint would be at a point."""
-        for other, spot in self._spots.items():
-            if other is not robot and distance(spot, point) < max(SAME_PLACE, robot.radius + other.radius):
-                yield other
-
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """Give a vehicle the slots of a leg, or its end if that is off the lanes, and release all others.
+        """Give a vehicle the slots of a leg, and release all others.
 
         Returns:
             Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), leg.slots
+        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), self.of(leg)
         for slot in wanted:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
         if self.near and self._waits_beside(robot, wanted):
-            return False
-        if not (wanted or self._take_spot(robot, leg)):
             return False
         for slot in wanted:
             if slot not in held:
@@ -145,8 +238,6 @@ class Slots:
         for slot in held:
             if slot not in wanted:
                 self._release(robot, slot)
-        if wanted and self._spots:
-            self._leave_spot(robot)
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
@@ -157,30 +248,22 @@ class Slots:
             self._wanted.setdefault(at, {})[robot] = None
         return bool(taken)
 
-    def _take_spot(self, robot: Vehicle, leg: Leg) -> bool:
-        if not leg.shares_end and next(self.on_spot(robot, leg.end), None) is not None:
-            self._want_spots[robot] = None
-            return False
-        self._leave_spot(robot)
-        self._spots[robot] = leg.end
-        return True
-
-    def exchange(self, moves: Sequence[tuple[Vehicle, Leg]]) -> bool:
-        """Give vehicles that stand the slots of their legs, all at once; return whether there is room for all."""
+    def exchange(self, moves: Sequence[tuple[Vehicle, Sequence[int]]]) -> bool:
+        """Give vehicles that stand the slots that they move to, all at once; return whether there is room for all."""
         free = self._free
         if not self._fit(moves):
             return False
-        if self.near and self._collide({robot: leg.slots for robot, leg in moves}):
+        if self.near and self._collide(dict(moves)):
             return False
         left = []
-        for robot, leg in moves:
+        for robot, slots in moves:
             for slot in self.held(robot):
                 free[slot] += 1
                 self._inside[slot].remove(robot)
                 left.append(slot)
-            self._held[robot] = leg.slots
-        for robot, leg in moves:
-            for slot in leg.slots:
+            self._held[robot] = tuple(slots)
+        for robot, slots in moves:
+            for slot in slots:
                 free[slot] -= 1
                 self._inside[slot].append(robot)
         for slot in left:
@@ -188,15 +271,15 @@ class Slots:
                 self._freed([*waiting])
         return True
 
-    def _fit(self, moves: Sequence[tuple[Vehicle, Leg]]) -> bool:
+    def _fit(self, moves: Sequence[tuple[Vehicle, Sequence[int]]]) -> bool:
         """Return whether there is room for vehicles that go to these slots at once, and leave those that they hold."""
         after: dict[int, float] = {}
-        for robot, leg in moves:
+        for robot, slots in moves:
             for slot in self._held.get(robot, ()):
                 after[slot] = after.get(slot, self._free[slot]) + 1
-            for slot in leg.slots:
+            for slot in slots:
                 after[slot] = after.get(slot, self._free[slot]) - 1
-        return all(after[slot] >= 0 for _, leg in moves for slot in leg.slots)
+        return all(after[slot] >= 0 for _, slots in moves for slot in slots)
 
     def _collide(self, moving: Mapping[Vehicle, Sequence[int]]) -> bool:
         """Return whether vehicles that move to these slots at once would touch each other, or one that stays."""
@@ -205,6 +288,10 @@ class Slots:
     def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
         """Have a vehicle that waits ask again when a vehicle leaves one of these slots, or stands there from now on."""
         self._unwatch(robot)
+        if self.near:
+            # What is in the way may be beside them.
+            beside = [at for slot in slots for at in self.near.get(slot, ()) if self._inside[at]]
+            slots = dict.fromkeys([*slots, *beside])
         self._watched[robot] = slots
         wanted = self._wanted
         for slot in slots:
@@ -217,16 +304,18 @@ class Slots:
                 waiting.pop(robot, None)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """Give a vehicle that stands these slots, also full ones, or its spot, and release all others."""
+        """Give a vehicle that stands these slots, also full ones, and release all others.
+
+        Away from the waypoints it also holds its spot.
+        """
+        if not slots or self.is_lane(slots[-1]):
+            slots = (self.spot(robot.pose().point), *slots)
         held = self._held.get(robot, ())
         self._held[robot] = slots
         for slot in slots:
             if slot not in held:
                 self._free[slot] -= 1
                 self._inside[slot].append(robot)
-        self._leave_spot(robot)
-        if not slots:
-            self._spots[robot] = robot.pose().point
         for slot in held:
             if slot not in slots:
                 self._release(robot, slot)
@@ -236,27 +325,19 @@ class Slots:
 
     def leave(self, robot: Vehicle) -> None:
         """Release all slots of a vehicle."""
-        held = self._held.pop(robot, ())
-        self._leave_spot(robot)
-        for slot in held:
+        for slot in self._held.pop(robot, ()):
             self._release(robot, slot)
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer."""
-        for slot in leg.slots:
+        for slot in self.of(leg):
             for at in (slot, *self.near.get(slot, ())):
                 self._wanted.get(at, {}).pop(robot, None)
         if robot in self._watched:
             self._unwatch(robot)
-        self._want_spots.pop(robot, None)
 
     def _release(self, robot: Vehicle, slot: int) -> None:
         self._free[slot] += 1
         self._inside[slot].remove(robot)
         if self._wanted and (waiting := self._wanted.pop(slot, None)):
-            self._freed([*waiting])
-
-    def _leave_spot(self, robot: Vehicle) -> None:
-        if self._spots.pop(robot, None) is not None and self._want_spots:
-            waiting, self._want_spots = self._want_spots, {}
             self._freed([*waiting])

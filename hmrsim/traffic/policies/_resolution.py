@@ -9,16 +9,21 @@ from typing import TYPE_CHECKING, NamedTuple
 from hmrsim.traffic.policies.reserve import rank
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.lanes import Edge
     from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._ways import Way
 
 
 class Move(NamedTuple):
-    """One vehicle drives one lane."""
+    """One vehicle drives one way.
+
+    Attributes:
+        start: The slot where it stands before.
+    """
 
     robot: Vehicle
-    edge: Edge
+    way: Way
+    start: int
 
 
 Step = Sequence[Move]
@@ -29,17 +34,20 @@ Step = Sequence[Move]
 class Resolution:
     """A deadlock that is being resolved.
 
+    Steps that have nothing to do with each other are made at the same time: a step begins as soon as its vehicles have
+    made their earlier moves, and none of the earlier steps that are left needs a slot of it.
+
     Attributes:
         first: The vehicle for which the others move.
         steps: The steps that are left, in order.
-        moving: How many vehicles are still on their way in the step before those.
+        moving: The vehicles that are on their way, and which one drives.
         robots: All vehicles that move, the first one first.
         held_back: Other vehicles that wait for what the steps that are left need.
     """
 
     first: Vehicle
     steps: list[Step]
-    moving: int = field(init=False, default=0)
+    moving: dict[Vehicle, Way] = field(init=False, default_factory=dict)
     robots: list[Vehicle] = field(init=False)
     held_back: dict[Vehicle, None] = field(init=False, default_factory=dict)
 
@@ -47,14 +55,24 @@ class Resolution:
         """Note the vehicles that move."""
         self.robots = [*dict.fromkeys([self.first, *(move.robot for step in self.steps for move in step)])]
 
-    def begin_step(self) -> None:
-        """Take note that the vehicles of the next step set out."""
-        self.moving = len(self.steps.pop(0))
+    def ready(self, near: Near) -> list[Step]:
+        """Return the steps that need not wait for others, in order."""
+        busy, found = {*self.moving}, list[Step]()
+        taken = {slot for way in self.moving.values() for slot in way.slots}
+        for step in self.steps:
+            robots = {move.robot for move in step}
+            needed = {slot for move in step for slot in (move.start, *move.way.slots)}
+            around = {at for slot in needed for at in near.get(slot, ())}
+            if busy.isdisjoint(robots) and taken.isdisjoint(needed) and taken.isdisjoint(around):
+                found.append(step)
+            busy |= robots
+            taken |= needed
+        return found
 
-    def arrive(self) -> bool:
-        """Take note that a vehicle of the step has arrived; return whether it was the last one."""
-        self.moving -= 1
-        return self.moving <= 0
+    def begin(self, step: Step) -> None:
+        """Take note that the vehicles of a step set out."""
+        self.steps.remove(step)
+        self.moving.update((move.robot, move.way) for move in step)
 
 
 class Reservations:
@@ -81,12 +99,12 @@ class Reservations:
             if not there:
                 del self._by_slot[slot]
 
+    def __contains__(self, slot: int) -> bool:
+        """Return whether a resolution needs a slot."""
+        return slot in self._by_slot
+
     def _needed(self, steps: Iterable[Step]) -> Iterator[int]:
-        for step in steps:
-            for move in step:
-                for slot in move.edge.leg.slots:
-                    yield slot
-                    yield from self._near.get(slot, ())
+        return (slot for step in steps for move in step for slot in move.way.slots)
 
     def against(self, robot: Vehicle, slots: Iterable[int], first: Vehicle) -> Resolution | None:
         """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
@@ -94,7 +112,8 @@ class Reservations:
             return None
         order = rank(first)
         for slot in slots:
-            for resolution in self._by_slot.get(slot, ()):
-                if robot not in resolution.robots and rank(resolution.first) < order:
-                    return resolution
+            for at in (slot, *self._near.get(slot, ())):
+                for resolution in self._by_slot.get(at, ()):
+                    if robot not in resolution.robots and rank(resolution.first) < order:
+                        return resolution
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -73,6 +73,10 @@ class Vehicle(Protocol):
         """Return how far its centre is from *point*."""
 
     @property
+    def still_since(self) -> float:
+        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works."""
+
+    @property
     def goal(self) -> Point | None:
         """The point to which any route may lead; None if it goes nowhere, or its path is given point by point."""
 
@@ -106,8 +110,8 @@ class Vehicle(Protocol):
     def take_route(self, route: Route) -> None:
         """Take a route from where it waits; it asks for the right of way again."""
 
-    def yield_along(self, leg: Leg, *, rerouted: bool = False) -> None:
-        """Yield to another vehicle by driving a leg, to which it is admitted already; it may count as another route."""
+    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving legs, to which it is admitted already; it may count as another route."""
 
     def give_up(self, why: GoalAborted) -> None:
         """Stop on its way, and fail the drive."""

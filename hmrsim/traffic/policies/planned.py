@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.errors import NoRoute
-from hmrsim.navigation.route import Route
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._streets import against
+from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
-from hmrsim.traffic.policies.reserve import Exit, exits, rank, waits_for_cycle
+from hmrsim.traffic.policies.reserve import rank, waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -39,7 +39,7 @@ _MAX_PUSHED = 24
 _LONG = 20.0
 """Simulated seconds after which the vehicle that set out first keeps others out of what it needs."""
 
-_Chain = list[tuple["Vehicle", Exit]]
+_Chain = list[tuple["Vehicle", Way]]
 """The vehicles that make room, and by which lanes."""
 
 
@@ -114,7 +114,7 @@ class Planned(Priority):
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
         """As `Priority` does, but the vehicle that set out first may keep others out of a slot."""
-        if self._claimed and self._is_kept_out(robot, leg.slots, rank(robot)):
+        if self._claimed and self._is_kept_out(robot, self.slots.of(leg), rank(robot)):
             self._kept_out[robot] = None
             return False
         if not super().take(robot, leg):
@@ -122,6 +122,13 @@ class Planned(Priority):
         if self._turned_off:
             self._turned_off.pop(robot, None)
         return True
+
+    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
+        """As `Priority.blockers`, or the vehicle that keeps this one out."""
+        found = super().blockers(robot, leg)
+        if not found and self._claimant is not None and self._is_kept_out(robot, self.slots.of(leg), rank(robot)):
+            return [self._claimant]
+        return found
 
     def leave(self, robot: Vehicle) -> None:
         """As `Reserve.leave`, and forget its costs and what it turned off from."""
@@ -136,21 +143,20 @@ class Planned(Priority):
         if wait is None or self._is_seen_to(robot):
             return
         leg = wait.leg
-        seen = dict.fromkeys(self.slots.missing(robot, leg.slots))
+        seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(leg)))
         if self._take_free_lane(robot, leg, seen):
             return
         long = self.admission.now - wait.since > _LONG
         search = self._make_room(robot, leg, math.inf if long else _MAX_PUSHED)
         if search is not None and search.cut and not search.moving:
             search = self._make_room(robot, leg, math.inf)
-        if search is None:
-            return
-        if not search.moving:
-            self._untie(robot)
-        elif long:
-            self._claim(robot, search)
-        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+        if search is not None:
+            if not search.moving:
+                self._untie(robot)
+            elif long:
+                self._claim(robot, search)
             seen.update(search.seen)
+        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
             self.slots.watch(robot, seen)
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
@@ -186,7 +192,7 @@ class Planned(Priority):
         except NoRoute:
             return False
         self._turned_off[robot] = None
-        robot.take_route(Route((best, *rest.legs), goal))
+        robot.take_route(self._lanes.route([best, *rest.legs], goal))
         return True
 
     def _speed(self, robot: Vehicle) -> float:
@@ -213,29 +219,31 @@ class Planned(Priority):
 
         At *most* so many are asked.
         """
-        slot = next(self.slots.missing(robot, leg.slots), None)
+        slots = self.slots.of(leg)
+        slot = next(self.slots.missing(robot, slots), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
-        goes = slot is not None and slot == leg.slots[-1] and self.slots.full(slot)
+        goes = slot is not None and slot == slots[-1] and self.slots.full(slot)
         search = _Search(robot, rank(robot), goes, {robot: None}, most=most)
         if slot is None:
-            # It is kept out, or what it needs is off the lanes.
+            # It is kept out.
             search.moving = True
             return search
         chain = self._find_chain(slot, robot, search)
         if chain is None:
             return search
-        on_their_way: list[tuple[Vehicle, Leg]] = []
+        on_their_way: list[tuple[Vehicle, Sequence[int]]] = []
         pushed: _Chain = []
         for other, way in chain:
             wait = self.admission.waits.get(other)
-            if wait is not None and not wait.why and wait.leg == way.leg:
-                on_their_way.append((other, way.leg))
+            if wait is not None and not wait.why and wait.leg == way.legs[0]:
+                on_their_way.append((other, self.slots.of(wait.leg)))
             else:
                 pushed.append((other, way))
         if goes:
-            on_their_way.append((robot, leg))
+            on_their_way.append((robot, slots))
         if not self._yield(pushed, robot, on_their_way):
             search.moving = True
+            search.seen.update(dict.fromkeys(at for _, way in chain for at in way.slots))
             return search
         for other, _ in on_their_way:
             self._turned_off.pop(other, None)
@@ -264,7 +272,7 @@ class Planned(Priority):
             todo.append(self._options(way.end, other, search))
         return None
 
-    def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Exit]]:
+    def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Way]]:
         """Yield which vehicles could leave a slot by which lanes for another one; no other one can go where that is."""
         slots = self.slots
         inside = slots.inside(slot)
@@ -292,8 +300,8 @@ class Planned(Priority):
         """Return whether a vehicle can be moved: it waits, or stands; one that has yielded turns at its goal first."""
         return robot not in self._resolutions and (robot.may_yield or robot in self.admission.waits)
 
-    def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Exit]:
-        """Return the lanes by which a vehicle can make room in a slot, the best for its own goal first."""
+    def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
+        """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
         costs = self._costs(robot)
         speed = self._speed(robot)
@@ -303,33 +311,35 @@ class Planned(Priority):
         wait = None if robot.may_yield else self.admission.waits.get(robot)
         if wait is not None:
             # It can only go on as it is to.
-            leg = wait.leg
-            ways = [] if wait.why or leg.lane is None else [(leg, leg.slots[-1], 0.0)]
+            leg, needed = wait.leg, slots.of(wait.leg)
+            ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
         elif place < len(self._lanes.out):
-            ways = [(edge.leg, edge.end, takes[edge.number]) for edge in self._lanes.out[place]]
+            edges = zip(self.ways.from_waypoint(place), self._lanes.out[place], strict=True)
+            ways = [(way, takes[edge.number]) for way, edge in edges]
         else:
-            ways = [(leg, end, leg.seconds(speed)) for leg, end in exits(self.admission, slots, robot)]
-        for leg, end, seconds in ways:
-            if end in taken or (near and slots.touch(robot, (end,), pusher, slot)):
+            ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]
+        for way, seconds in ways:
+            end = way.end
+            if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            lane = leg.slots[0]
-            if slots.full(lane) and lane != place:
-                for other in slots.inside(lane):
-                    self._note(other, lane, search)
-            elif (
-                not leg.lane
-                or not self.admission.may_drive(robot, leg.lane)
-                or (near and any(slots.beside(robot, lane)))
-            ):
+            full = next((at for at in way.slots[:-1] if at != place and slots.full(at)), None)
+            if full is not None:
+                for other in slots.inside(full):
+                    self._note(other, full, search)
+            elif not self.ways.is_open(robot, way) or (near and any(map(any, self._beside(robot, way)))):
                 continue
             elif not (
-                self._reservations.against(robot, leg.slots, search.first)
-                or (self._claimed and self._is_kept_out(robot, leg.slots, search.order))
+                self._reservations.against(robot, way.slots, search.first)
+                or (self._claimed and self._is_kept_out(robot, way.slots, search.order))
             ):
                 occupied = costs is None and slots.full(end)
-                found.append((occupied, seconds + (costs[end] if costs else 0.0), end, leg))
+                found.append((occupied, seconds + (costs[end] if costs else 0.0), end, way))
         found.sort(key=lambda each: each[:3])
-        return [Exit(leg, end) for _, _, end, leg in found]
+        return [way for *_, way in found]
+
+    def _beside(self, robot: Vehicle, way: Way) -> Iterator[Iterator[Vehicle]]:
+        """Yield the vehicles that one would touch in each slot of a way but the last one."""
+        return (self.slots.beside(robot, slot) for slot in way.slots[:-1])
 
     def _untie(self, robot: Vehicle) -> None:
         """Resolve what only vehicles that stand or wait are a part of, if that is possible."""

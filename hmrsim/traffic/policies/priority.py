@@ -22,16 +22,18 @@ from pydantic import Field
 
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
-from hmrsim.traffic.policies._resolution import Move, Reservations, Resolution
-from hmrsim.traffic.policies.reserve import Exit, Reserve, ReserveSettings, exits, rank, waits_for_cycle
+from hmrsim.traffic.policies._resolution import Reservations, Resolution
+from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, rank, waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._resolution import Move, Step
     from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+    from hmrsim.traffic.policies._ways import Way
 
-    _Chain = list[tuple[Vehicle, Exit]]
-    """The vehicles that yield, and by which lanes."""
+    _Chain = list[tuple[Vehicle, Way]]
+    """The vehicles that yield, and by which ways."""
 
 
 _BETWEEN_SEARCHES = 5.0
@@ -53,6 +55,10 @@ class PrioritySettings(ReserveSettings):
     """
 
     most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 20_000
+
+
+_SHORT = 20.0
+"""Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
 
 
 @dataclass
@@ -79,12 +85,16 @@ class Priority(Reserve):
         super().__init__(admission, settings)
         self._max_states = settings.most_states
         self._reservations = Reservations(self.slots.near)
-        self._resolver = DeadlockResolver(admission, self.slots, self._reservations, self._movable)
+        self._resolver = DeadlockResolver(admission, self.slots, self.ways, self._reservations, self._movable)
         self._resolutions: dict[Vehicle, Resolution] = {}
         self._stuck: dict[Vehicle, None] = {}
         self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, _Searched] = {}
+
+    def is_reserved(self, slot: int) -> bool:
+        """Return whether a resolution needs a slot."""
+        return slot in self._reservations
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
         """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so.
@@ -94,7 +104,8 @@ class Priority(Reserve):
         """
         if self._resolutions:
             if robot in self._resolutions:
-                return False
+                # The second leg of a move needs nothing that it does not have.
+                return set(self.slots.of(leg)) <= {*self.slots.held(robot)} and self.slots.take(robot, leg)
             resolution = self._holds_back(robot, leg)
             if resolution is not None:
                 resolution.held_back[robot] = None
@@ -116,7 +127,7 @@ class Priority(Reserve):
 
     def _holds_back(self, robot: Vehicle, leg: Leg) -> Resolution | None:
         """Return the resolution that needs what a vehicle wants for itself, if any."""
-        return self._reservations.against(robot, leg.slots, robot)
+        return self._reservations.against(robot, self.slots.of(leg), robot)
 
     def _is_seen_to(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that waits need only wait for a resolution to go on."""
@@ -159,15 +170,13 @@ class Priority(Reserve):
             if self._is_seen_to(robot):
                 return
         wait = self.admission.waits[robot]
-        seen = dict.fromkeys(self.slots.missing(robot, wait.leg.slots))
+        seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(wait.leg)))
         blockers = self.admission.blockers(robot)
         if all(other.stands or other.waits for other in blockers):
             helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
             if helping is not None:
                 helping.held_back[robot] = None
-            elif not any(other.waits and rank(other) < rank(robot) for other in blockers):
-                if self._push(robot, seen):
-                    return
+            elif not (any(other.waits and rank(other) < rank(robot) for other in blockers) or self._push(robot, seen)):
                 self._stuck[robot] = None
                 if self._clear_lanes(robot):
                     return
@@ -186,13 +195,20 @@ class Priority(Reserve):
             self.admission.look_again_at(robot, before.at + _BETWEEN_SEARCHES)
         return True
 
+    def _is_due(self, robot: Vehicle) -> bool:
+        """Return whether there is going to be another search for a vehicle by itself."""
+        wait, before = self.admission.waits.get(robot), self._searched.get(robot)
+        if wait is None or before is None or before.again is not wait:
+            return False
+        return self.admission.now < before.at + _BETWEEN_SEARCHES
+
     def stays_aside(self, robot: Vehicle) -> bool:
         """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
         resolution = self._resolutions.get(robot)
         if resolution is None:
             return False
-        if resolution.arrive():
-            self._begin_next_step(resolution)
+        del resolution.moving[robot]
+        self._begin_steps(resolution)
         return True
 
     def _push(self, robot: Vehicle, seen: dict[int, None]) -> bool:
@@ -201,39 +217,42 @@ class Priority(Reserve):
         The slots are added to those *seen* on which that depends.
         """
         wait = self.admission.waits.get(robot)
-        if wait is None or not wait.leg.slots:
+        if wait is None:
             return False
-        slot = next(self.slots.missing(robot, wait.leg.slots), None)
+        slots = self.slots.of(wait.leg)
+        slot = next(self.slots.missing(robot, slots), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
-        goes = slot == wait.leg.slots[-1] and self.slots.full(slot)
+        goes = slot == slots[-1] and self.slots.full(slot)
         chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, seen, goes=goes)
         if chain is None:
             return False
-        moves = self._yield(chain, robot, [(robot, wait.leg)] if goes else [])
-        if moves and goes:
+        moves = self._yield(chain, robot, [(robot, slots)] if goes else [])
+        if not moves:
+            seen.update(dict.fromkeys(at for _, way in chain for at in way.slots))
+        elif goes:
             self.admission.release(robot)
         return moves is not False
 
-    def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Leg]] = ()) -> bool | None:
+    def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Sequence[int]]] = ()) -> bool | None:
         """Have all of a chain yield to a vehicle at once, which may go itself.
 
         Returns:
             Whether there is room; None if there will be, once doors and lifts on the way have opened.
         """
         # Each is asked, so that each begins to open.
-        let = [self.admission.lets(other, way.leg) for other, way in chain]
+        let = [self.admission.lets(other, way.legs) for other, way in chain]
         if not all(let):
             self._opening[robot] = None
             return None
-        if not self.slots.exchange([*own, *((other, way.leg) for other, way in chain)]):
+        if not self.slots.exchange([*own, *((other, way.slots) for other, way in chain)]):
             return False
         for other, way in chain:
-            self.admission.push(other, way.leg, robot)
+            self.admission.push(other, way.legs, robot)
         return True
 
     def _clear_lanes(self, robot: Vehicle) -> bool:
         """Have a vehicle leave the lane in whose middle it stands and blocks others; return whether one can."""
-        for slot in self.slots.held_alone(len(self.admission.graph.lanes.names)):
+        for slot in self.slots.lanes_stood_on():
             if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
                 continue
             chain = self._chain(slot, robot, robot, {robot: None}, {}, goes=False)
@@ -278,23 +297,23 @@ class Priority(Reserve):
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]) -> list[Exit]:
-        """Return the lanes by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
+    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]) -> list[Way]:
+        """Return the ways by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
         wait = self.admission.waits.get(robot)
-        wanted, taken = wait.leg.slots[-1:] if wait else (), self.slots.held(pusher)
+        wanted, taken = self.slots.of(wait.leg)[-1:] if wait else (), self.slots.held(pusher)
 
-        def cost(way: Exit) -> tuple[bool, bool, float, int]:
-            return any(self.slots.in_the_way(robot, way.end)), way.end not in wanted, way.leg.length, way.end
+        def cost(way: Way) -> tuple[bool, bool, float, int]:
+            return any(self.slots.in_the_way(robot, way.end)), way.end not in wanted, way.length, way.end
 
         found = []
-        for way in exits(self.admission, self.slots, robot):
-            if way.end in taken or self.slots.touch(robot, (way.end,), pusher, slot):
+        for way in self.ways.leaving(robot):
+            if way.end in taken or way.end == slot or self.slots.touch(robot, (way.end,), pusher, slot):
                 continue
-            missing = next(self.slots.missing(robot, way.leg.slots[:1]), None)
+            missing = next(self.slots.missing(robot, way.slots[:-1]), None)
             if missing is not None:
                 seen[missing] = None
                 continue
-            resolution = self._reservations.against(robot, way.leg.slots, first)
+            resolution = self._reservations.against(robot, way.slots, first)
             if resolution is None:
                 found.append(way)
             else:
@@ -304,15 +323,13 @@ class Priority(Reserve):
     def _resolve(self, robot: Vehicle) -> None:
         """Move the vehicles around one that can't go on so that it can, if that is possible."""
         wait = self.admission.waits.get(robot)
-        if wait is None or len(wait.leg.slots) < 2:  # noqa: PLR2004 - a lane and the waypoint at its end
-            return
-        if self._asks_later(robot):
+        if wait is None or self._asks_later(robot):
             return
         before = self._searched.get(robot)
         states = before.states * _MORE_STATES if before and before.wait is wait else _FIRST_STATES
         states = min(states, self._max_states)
         self._searched[robot] = _Searched(wait, self.admission.now, states)
-        steps, sure = self._resolver.find_steps(robot, wait.leg.slots[-1], states)
+        steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states)
         if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
             if not around and not sure and states < self._max_states:
@@ -320,17 +337,28 @@ class Priority(Reserve):
                 return
             cycle = [] if around else waits_for_cycle(self.admission, robot)
             if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
-                # No vehicle moves, and none ever will, but for one that is about to ask.
+                # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
                 if any(rank(other) < rank(robot) for other in self.admission.asking):
                     del self._searched[robot]
                     self.admission.look_again([robot])
+                elif any(self._is_due(other) for other in self.admission.waits if other is not robot):
+                    self._asks_later(robot)
                 else:
                     self.give_up(cycle)
+            return
+        if self._takes_long(steps, wait) and not self.slots.at_rest(self._goes_nowhere):
+            # By then, others may be where they are in nobody's way.
+            self._asks_later(robot)
             return
         resolution = Resolution(robot, steps)
         self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
         self._reservations.add(resolution)
-        self._begin_next_step(resolution)
+        self._begin_steps(resolution)
+
+    def _takes_long(self, steps: Sequence[Step], wait: Wait) -> bool:
+        """Return whether it is better to wait some more than to make these moves: as long as they take, at most."""
+        seconds = sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
+        return seconds > _SHORT + self.admission.now - wait.since
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""
@@ -342,37 +370,39 @@ class Priority(Reserve):
         """Return whether a vehicle may be moved for another."""
         return other is robot or self._gives_way(other, robot)
 
-    def _begin_next_step(self, resolution: Resolution) -> None:
-        """Begin the next step; if another vehicle is in its way by now, all are dropped, and all vehicles ask again.
+    def _begin_steps(self, resolution: Resolution) -> None:
+        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again.
 
-        Where a door is on it, it begins when that is open.
+        Where a door is on the way, a step begins when that is open.
         """
-        step = resolution.steps[0] if resolution.steps else ()
-        if step and all(map(self._may_move, step)):
-            let = [self.admission.lets(robot, edge.leg) for robot, edge in step]
+        opens = False
+        for step in resolution.ready(self.slots.near):
+            if not all(map(self._may_move, step)):
+                self._drop(resolution)
+                return
+            let = [self.admission.lets(move.robot, move.way.legs) for move in step]
             if not all(let):
                 self._awaiting[resolution] = None
-                return
-            if self.slots.exchange([(robot, edge.leg) for robot, edge in step]):
-                resolution.begin_step()
+                opens = True
+            elif self.slots.exchange([(move.robot, move.way.slots) for move in step]):
+                resolution.begin(step)
                 self._reservations.remove(resolution, [step])
-                self._let_go(resolution)
-                for robot, edge in step:
-                    self.admission.push(robot, edge.leg, resolution.first)
-                return
-        self._drop(resolution)
+                for move in step:
+                    self.admission.push(move.robot, move.way.legs, resolution.first)
+        self._let_go(resolution)
+        if not (resolution.moving or opens):
+            self._drop(resolution)
 
     def _may_move(self, move: Move) -> bool:
         """Return whether a vehicle is where it is to move from, and nothing but traffic can be in its way for good."""
-        robot, lane = move.robot, move.edge.leg.lane
-        if lane is None or not robot.may_yield or self.slots.held(robot) != (move.edge.start,):
+        if not move.robot.may_yield or self.slots.held(move.robot)[-1:] != (move.start,):
             return False
-        return self.admission.may_drive(robot, lane)
+        return self.ways.is_open(move.robot, move.way)
 
     def _go_on(self, resolution: Resolution) -> None:
-        """Begin the move of a resolution that waited for a door, unless it was dropped meanwhile."""
+        """Begin the moves of a resolution that waited for a door, unless it was dropped meanwhile."""
         if self._resolutions.get(resolution.first) is resolution:
-            self._begin_next_step(resolution)
+            self._begin_steps(resolution)
 
     def _let_go(self, resolution: Resolution) -> None:
         """Have vehicles that were held back ask again."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
@@ -21,8 +21,9 @@ from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
-from hmrsim.traffic.policies._nearness import near_slots, widest
+from hmrsim.traffic.policies._nearness import near_slots, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
+from hmrsim.traffic.policies._ways import Ways
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
@@ -59,10 +60,23 @@ class Reserve:
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
         capacities = _capacities(admission.world, admission.graph.lanes, settings)
-        near = _near(admission.world, admission.graph.lanes, capacities)
-        self.slots = Slots(capacities, near, self.freed)
+        lanes, reach = admission.graph.lanes, widest(admission.world)
+        self.slots = Slots(
+            capacities,
+            len(lanes.names),
+            _near(lanes, capacities, reach),
+            around=lambda point: slots_around(lanes, point, capacities, reach),
+            reach=reach,
+            freed=self.freed,
+            reserved=self.is_reserved,
+        )
+        self.ways = Ways(admission, self.slots)
         self.held, self.inside = self.slots.held, self.slots.inside
         self.full, self.near = self.slots.full, self.slots.holders_near
+
+    def is_reserved(self, _slot: int) -> bool:
+        """Return whether a slot is going to be needed for a vehicle that neither holds it nor waits for it."""
+        return False
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
         """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
@@ -101,10 +115,8 @@ class Reserve:
         """Return the vehicles that hold what one would need for a leg."""
         slots = self.slots
         found: dict[Vehicle, None] = {}
-        for slot in slots.missing(robot, leg.slots):
+        for slot in slots.missing(robot, slots.of(leg)):
             found.update(dict.fromkeys(slots.in_the_way(robot, slot)))
-        if not leg.slots:
-            found.update(dict.fromkeys(slots.on_spot(robot, leg.end)))
         found.pop(robot, None)
         return [*found]
 
@@ -137,7 +149,7 @@ class Reserve:
         """Abort the goal of the vehicle of a cycle that set out last."""
         text = f"deadlock: {' waits for '.join(robot.name for robot in (*cycle, cycle[0]))}; there is no other way"
         last = max((robot for robot in cycle if robot.waits), key=rank)
-        last.give_up(GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
+        self.admission.abort(last, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def _turn_off(self, robot: Vehicle, _cycle: Sequence[Vehicle]) -> bool:
         """Reroute a vehicle to a lane that it can have now, if there is one."""
@@ -147,16 +159,17 @@ class Reserve:
         """Have a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
         if robot.rerouted >= self.settings.reroutes or not robot.may_yield:
             return False
-        wanted = {slot for other in cycle if other is not robot for leg in other.legs_ahead for slot in leg.slots}
+        ahead = [leg for other in cycle if other is not robot for leg in other.legs_ahead]
+        wanted = {slot for leg in ahead for slot in self.slots.of(leg)}
         wanted |= {at for slot in wanted for at in self.slots.near.get(slot, ())}
-        for way in exits(self.admission, self.slots, robot):
-            if way.end in wanted or next(self.slots.missing(robot, way.leg.slots), None) is not None:
+        for way in self.ways.leaving(robot):
+            if way.end in wanted or next(self.slots.missing(robot, way.slots), None) is not None:
                 continue
-            if not self.admission.lets(robot, way.leg):
+            if not self.admission.lets(robot, way.legs):
                 self._unsolved[robot] = None
-            elif self.slots.exchange([(robot, way.leg)]):
+            elif self.slots.exchange([(robot, way.slots)]):
                 by = cycle[(cycle.index(robot) - 1) % len(cycle)]
-                self.admission.push(robot, way.leg, by, rerouted=True)
+                self.admission.push(robot, way.legs, by, rerouted=True)
                 return True
         return False
 
@@ -169,16 +182,16 @@ class Reserve:
 
     def _lanes_into(self, robot: Vehicle, leg: Leg) -> Iterator[Lane]:
         """Yield the lanes that lead to what a vehicle waits for."""
-        for slot in self.slots.missing(robot, leg.slots):
-            for edge in self.admission.graph.lanes.leading_to(slot):
+        for slot in self.slots.missing(robot, self.slots.of(leg)):
+            for edge in () if slot in self.slots.points else self.admission.graph.lanes.leading_to(slot):
                 if edge.leg.lane:
                     yield edge.leg.lane
 
     def _not_now(self, robot: Vehicle) -> Iterator[Lane]:
         """Yield the lanes on which a vehicle can't set out from where it stands."""
-        for leg, _ in exits(self.admission, self.slots, robot):
-            if leg.lane and next(self.slots.missing(robot, leg.slots), None) is not None:
-                yield leg.lane
+        for way in self.ways.leaving(robot):
+            if next(self.slots.missing(robot, way.slots), None) is not None:
+                yield from (leg.lane for leg in way.legs if leg.lane)
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
         """Publish a deadlock once, whichever of its vehicles it is found by, until it is dissolved."""
@@ -219,30 +232,6 @@ def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle
     return cycle[::-1]
 
 
-class Exit(NamedTuple):
-    """A lane by which a vehicle can leave the place where it stands.
-
-    Attributes:
-        end: The slot of the waypoint at its end.
-    """
-
-    leg: Leg
-    end: int
-
-
-def exits(admission: AdmissionControl, slots: Slots, robot: Vehicle) -> list[Exit]:
-    """Return the open lanes that begin where a vehicle stands, or the rest of the one on which it stands."""
-    lanes = admission.graph.lanes
-    found = []
-    for slot in slots.held(robot):
-        if slot < len(lanes.out):
-            found += [Exit(edge.leg, edge.end) for edge in lanes.out[slot]]
-        else:
-            here = robot.pose().point
-            found += [Exit(lanes.part(edge, here, edge.leg.end), edge.end) for edge in lanes.leading_to(slot)]
-    return [way for way in found if way.leg.lane and admission.may_drive(robot, way.leg.lane)]
-
-
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
     """Return how many vehicles may hold each slot."""
     rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
@@ -256,9 +245,9 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
     return capacities
 
 
-def _near(world: World, lanes: Lanes, capacities: Sequence[float]) -> Near:
+def _near(lanes: Lanes, capacities: Sequence[float], reach: float) -> Near:
     """Return which slots are too near each other, but for those with room for any number, where no one has a place."""
-    compared, reach = tuple(slot for slot, room in enumerate(capacities) if room < math.inf), widest(world)
+    compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
     return lanes.derived((near_slots, compared, reach), lambda: _near_among(lanes, compared, reach))
 
 

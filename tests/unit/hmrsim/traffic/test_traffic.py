@@ -167,13 +167,15 @@ class TestReserve:
         assert (10.0, 10.0) == run.simulator.robots["bob"].pose().point
 
     def test_two_do_not_stand_on_one_spot_off_the_lanes(self):
-        """The second waits where it would leave the lane."""
+        """The second waits at the last waypoint, not in the middle of the lane that it would leave."""
         world = {**CROSS, "robots": {"ann": {"at": "west"}, "bob": {"at": "east"}}}
         run = under("reserve", world)
         log = run((0.0, go("ann", 14, 4, A)), (0.0, go("bob", 14, 4, B)), until=30.0)
 
         assert "SUCCEEDED" == end(log, B)[1]
-        assert (10.0, {"robot": "ann", "at": [10.0, 0.0], "for": ["bob"]}) == log.happened("waiting")[-1]
+        assert (10.0, {"robot": "ann", "at": [10.0, 0.0], "lane": ["centre", "east"], "for": ["bob"]}) == log.happened(
+            "waiting"
+        )[-1]
 
     def test_a_robot_that_flies_is_in_no_robots_way(self):
         """No robot is in its way, either."""

@@ -1,0 +1,186 @@
+"""Clearing a route: the vehicles on it move aside, and push others on, one after the other.
+
+A search of all combinations of places is exact, but too long for many vehicles. Here only what is in the way moves. The
+vehicle that is to go on clears the route from where it is; where that is not possible, because the others have to get
+past it, it gets out of their way first: to each place that it can reach in turn, the nearest first.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import deque
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hmrsim.traffic.policies._group import Group, Places
+    from hmrsim.traffic.policies._ways import Way
+
+    Drives = tuple[tuple[int, Way], ...]
+    """Who drives which way, in order; vehicles by their numbers in the group."""
+
+_MOST_PLACES = 120
+"""Combinations of places from which it is tried to clear the route."""
+
+_MOST_TRIES = 4_000
+"""Attempts to move one vehicle somewhere, in all."""
+
+_MOST_REFUGES = 6
+"""Places that are tried for one vehicle that is to move aside."""
+
+_OCCUPIED = 3
+"""Ways that a place counts as farther away if a vehicle is there, which would have to be moved in turn."""
+
+_BESIDE = 2
+"""Ways that a place beside the lanes counts as farther away: orders may need it."""
+
+
+def length_of(drives: Drives) -> float:
+    """Return how far vehicles drive in all, in the world's unit."""
+    return sum(way.length for _, way in drives)
+
+
+class Clearing:
+    """A search for moves that clear the route of the first vehicle of a group."""
+
+    def __init__(self, group: Group) -> None:
+        self._group = group
+        self._tries = 0
+
+    def find(self) -> Drives | None:
+        """Return who drives which way, in order, so that the first vehicle is at its target; None if none are found."""
+        group = self._group
+        heap: list[tuple[float, int, Places, Drives]] = [(0.0, 0, group.start, ())]
+        seen, number = {group.key(group.start)}, 0
+        best: Drives | None = None
+        least = math.inf
+        for _ in range(_MOST_PLACES):
+            if not heap or heap[0][0] >= least or self._tries > _MOST_TRIES:
+                break
+            _, _, places, drives = heapq.heappop(heap)
+            route = self._route(places)
+            if route is not None:
+                cleared = self._clear(places, [(0, way) for way in route])
+                if cleared is not None:
+                    moves = (*drives, *cleared[1], *((0, way) for way in route))
+                    if (length := length_of(moves)) < least:
+                        best, least = moves, length
+            for way in group.ways(0, places):
+                aside = self._clear(places, [(0, way)])
+                if aside is None:
+                    continue
+                there = (way.end, *aside[0][1:])
+                if (key := group.key(there)) not in seen:
+                    seen.add(key)
+                    number += 1
+                    moves = (*drives, *aside[1], (0, way))
+                    heapq.heappush(heap, (length_of(moves), number, there, moves))
+        return best
+
+    def _route(self, places: Places) -> list[Way] | None:
+        """Return the ways by which the first vehicle gets to its target, whoever of the group is there."""
+        group = self._group
+        came: dict[int, tuple[int, Way] | None] = {places[0]: None}
+        todo = deque([places[0]])
+        while todo and group.target not in came:
+            place = todo.popleft()
+            for way in group.ways(0, (place, *places[1:])):
+                if way.end not in came:
+                    came[way.end] = place, way
+                    todo.append(way.end)
+        if group.target not in came:
+            return None
+        route: list[Way] = []
+        at = group.target
+        while (step := came[at]) is not None:
+            at, way = step
+            route.append(way)
+        return route[::-1]
+
+    def _clear(self, places: Places, wanted: Sequence[tuple[int, Way]]) -> tuple[Places, Drives] | None:
+        """Return where all are when nobody is in the way of the first vehicle any more, and the moves for that."""
+        moves: Drives = ()
+        for _ in range(2 * len(places)):
+            blocker = self._blocker(places, wanted)
+            if blocker is None:
+                return places, moves
+            moved = self._move_aside(places, blocker, wanted, {0})
+            if moved is None:
+                return None
+            places, moves = moved[0], (*moves, *moved[1])
+        return None
+
+    def _blocker(self, places: Places, wanted: Sequence[tuple[int, Way]]) -> int | None:
+        """Return the vehicle to which the first one comes first on its drives."""
+        at = places
+        for _, way in wanted:
+            others = self._group.in_the_way(0, way, at)
+            if others:
+                return others[0]
+            at = (way.end, *at[1:])
+        return None
+
+    def _move_aside(
+        self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
+    ) -> tuple[Places, Drives] | None:
+        """Return where all are when a vehicle has left for where it is in nobody's way, and the moves for that."""
+        for tried, path in enumerate(self._refuges(places, j, wanted, stay)):
+            self._tries += 1
+            if tried >= _MOST_REFUGES or self._tries > _MOST_TRIES:
+                return None
+            at = places
+            moves: Drives = ()
+            for number, way in enumerate(path):
+                ahead = [*((j, step) for step in path[number:]), *wanted]
+                cleared = self._clear_step(at, j, way, ahead, stay | {j})
+                if cleared is None:
+                    break
+                at, made = cleared
+                moves = (*moves, *made, (j, way))
+                at = (*at[:j], way.end, *at[j + 1 :])
+            else:
+                return at, moves
+        return None
+
+    def _clear_step(
+        self, places: Places, j: int, way: Way, wanted: Sequence[tuple[int, Way]], stay: set[int]
+    ) -> tuple[Places, Drives] | None:
+        """Return where all are when a vehicle can drive one way, and the moves for that."""
+        moves: Drives = ()
+        for _ in range(len(places)):
+            others = self._group.in_the_way(j, way, places)
+            if not others:
+                return places, moves
+            if others[0] in stay or self._tries > _MOST_TRIES:
+                return None
+            moved = self._move_aside(places, others[0], wanted, stay)
+            if moved is None:
+                return None
+            places, moves = moved[0], (*moves, *moved[1])
+        return None
+
+    def _refuges(
+        self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
+    ) -> Iterator[list[Way]]:
+        """Yield the paths of a vehicle to where it is in nobody's way, the shortest first."""
+        group, number = self._group, 0
+        heap: list[tuple[int, int, int, list[Way]]] = [(0, 0, places[j], [])]
+        done: set[int] = set()
+        while heap:
+            cost, _, place, path = heapq.heappop(heap)
+            if place in done:
+                continue
+            done.add(place)
+            if path and not any(group.blocks(j, place, i, way) for i, way in wanted if i != j):
+                yield path
+            at = (*places[:j], place, *places[j + 1 :])
+            for way in group.ways(j, at):
+                if way.end in done:
+                    continue
+                others = group.in_the_way(j, way, at)
+                if any(other in stay for other in others):
+                    continue
+                number += 1
+                total = cost + 1 + _OCCUPIED * len(others) + _BESIDE * group.is_spot(way.end)
+                heapq.heappush(heap, (total, number, way.end, [*path, way]))

@@ -1,0 +1,178 @@
+"""A group of vehicles that stand, and may be moved: where each can go, and who is in whose way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from hmrsim.traffic.policies._nearness import touch
+
+if TYPE_CHECKING:
+    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.policies._resolution import Reservations
+    from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._ways import Way, Ways
+
+Places = tuple[int, ...]
+"""Where each vehicle of a group stands, by its number in the group: a waypoint, a spot, or a lane."""
+
+
+class Group:
+    """Vehicles whose places are searched; all others stay where they are.
+
+    Args:
+        slots: The places of all vehicles.
+        ways: Where vehicles can go.
+        reservations: What other resolutions need.
+        robots: The vehicles, the one that is to go on first.
+        target: The slot where that one is to be.
+
+    Attributes:
+        robots: As given.
+        target: As given.
+        start: Where they are.
+    """
+
+    def __init__(
+        self,
+        admission: AdmissionControl,
+        slots: Slots,
+        ways: Ways,
+        reservations: Reservations,
+        robots: Sequence[Vehicle],
+        target: int,
+    ) -> None:
+        self.robots = robots
+        self.target = target
+        self.start: Places = tuple(slots.held(robot)[-1] for robot in robots)
+        self._slots = slots
+        self._reservations = reservations
+        self._members = dict.fromkeys(robots)
+        self._finder = ways
+        kinds: dict[object, int] = {}
+        self._kinds = [kinds.setdefault((robot.radius, *admission.kept_off(robot)), len(kinds)) for robot in robots]
+        self._occupied: dict[tuple[int, int], tuple[int, ...]] = {
+            (i, place): slots.held(robot) for i, (robot, place) in enumerate(zip(robots, self.start, strict=True))
+        }
+        self._into = self._ways_to_target()
+        self._ways: dict[tuple[int, int], list[Way]] = {}
+        self._rooms: dict[int, float] = {}
+        self._beside: dict[tuple[int, ...], dict[int, float]] = {}
+
+    def _ways_to_target(self) -> dict[int, list[Way]]:
+        """Return the ways from waypoints to where the first vehicle is to be, if that is no waypoint."""
+        found: dict[int, list[Way]] = {}
+        if self.target in self._slots.points:
+            into = self._finder.to_spot(self.target)
+        elif self._slots.is_lane(self.target) and (leg := self.robots[0].next_leg):
+            self._occupied[0, self.target] = self._slots.of(leg)
+            into = [*self._finder.to_lane(self.target, leg.end)]
+        else:
+            into = []
+        for node, way in into:
+            found.setdefault(node, []).append(way)
+        return found
+
+    def key(self, places: Places) -> object:
+        """Return what tells combinations of places apart: where the first vehicle is, and where each kind is."""
+        return places[0], tuple(sorted(zip(places[1:], self._kinds[1:], strict=True)))
+
+    def is_spot(self, place: int) -> bool:
+        """Return whether a place is beside the lanes."""
+        return place in self._slots.points
+
+    def occupied(self, i: int, place: int) -> tuple[int, ...]:
+        """Return the slots that a vehicle holds at a place."""
+        return self._occupied.get((i, place)) or (place,)
+
+    def ways(self, i: int, places: Places) -> list[Way]:
+        """Return the ways from where a vehicle is on which only others of the group can be in its way."""
+        place = places[i]
+        # A vehicle in the middle of a lane has ways of its own; elsewhere they are those of its kind.
+        key = (-1 - i if self._slots.is_lane(place) else self._kinds[i] if i else -1, place)
+        known = self._ways.get(key)
+        if known is None:
+            known = self._ways[key] = self._find_ways(i, place)
+        return known
+
+    def _find_ways(self, i: int, place: int) -> list[Way]:
+        robot = self.robots[i]
+        if place == self.start[i] and self._slots.is_lane(place):
+            found = self._finder.leaving(robot)
+        elif place in self._slots.points:
+            found = self._finder.from_spot(place)
+        elif self._slots.is_lane(place):
+            return []
+        else:
+            into = self._into.get(place, ())
+            beside = [way for way in self._finder.to_places(place) if way.end != self.target]
+            found = [*self._finder.from_waypoint(place), *beside, *into]
+        return [way for way in found if self._is_free(i, robot, way)]
+
+    def _is_free(self, i: int, robot: Vehicle, way: Way) -> bool:
+        """Return whether nothing but the group can be in the way of one of it."""
+        slots = self._slots
+        if self._slots.is_lane(way.end) and (i or way.end != self.target):
+            return False
+        if not self._finder.is_open(robot, way):
+            return False
+        if any(other not in self._members for slot in way.slots for other in slots.in_the_way(robot, slot)):
+            return False
+        return self._reservations.against(robot, way.slots, self.robots[0]) is None
+
+    def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
+        """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
+        near = self._near(way.slots)
+        found: list[int] = []
+        for j, place in enumerate(places):
+            if j == i:
+                continue
+            for slot in self.occupied(j, place):
+                if slot in way.slots:
+                    if self._is_full(slot, i, places):
+                        found.append(j)
+                        break
+                elif slot in near and self._touch(near[slot], i, j, places):
+                    found.append(j)
+                    break
+        return found
+
+    def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
+        """Return whether a vehicle at a place would be in another one's way, whoever else is there."""
+        near = self._near(way.slots)
+        for slot in self.occupied(j, place):
+            if slot in way.slots and self._room(slot) <= 1:
+                return True
+            if slot in near and touch(near[slot], self.robots[i].radius + self.robots[j].radius):
+                return True
+        return False
+
+    def _is_full(self, slot: int, i: int, places: Places) -> bool:
+        inside = sum(j != i and slot in self.occupied(j, place) for j, place in enumerate(places))
+        return inside >= self._room(slot)
+
+    def _room(self, slot: int) -> float:
+        """Return how many of the group there is room for in a slot."""
+        room = self._rooms.get(slot)
+        if room is None:
+            room = self._rooms[slot] = self._slots.room(slot, self.robots)
+        return room
+
+    def _near(self, wanted: tuple[int, ...]) -> dict[int, float]:
+        """Return the slots near those of a way, and how far away each is."""
+        known = self._beside.get(wanted)
+        if known is None:
+            known = self._beside[wanted] = {}
+            for slot in wanted:
+                for at, away in self._slots.near.get(slot, {}).items():
+                    known[at] = min(away, known.get(at, away))
+        return known
+
+    def _touch(self, away: float, i: int, j: int, places: Places) -> bool:
+        """Return whether two vehicles would touch that do not touch already."""
+        radii = self.robots[i].radius + self.robots[j].radius
+        if not touch(away, radii):
+            return False
+        near = self._near(self.occupied(i, places[i]))
+        return not any(touch(near[slot], radii) for slot in self.occupied(j, places[j]) if slot in near)

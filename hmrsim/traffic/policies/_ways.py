@@ -1,0 +1,157 @@
+"""Where vehicles can go from where they stand, also from places beside the lanes and from the middle of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.route import Leg
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.navigation.lanes import Edge, Foot, Lanes
+    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.policies._vehicle import Vehicle
+
+
+_KEPT_POINTS = 1_024
+"""Points beside the lanes whose ways are kept."""
+
+
+class Way(NamedTuple):
+    """What a vehicle drives from one place where it can stand to the next: a lane, with the line beside it, if any.
+
+    Attributes:
+        legs: One or two legs. The first one needs all slots, so that the vehicle stops nowhere in between.
+        slots: What the vehicle needs to set out.
+        end: The slot where it stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
+    """
+
+    legs: tuple[Leg, ...]
+    slots: tuple[int, ...]
+    end: int
+
+    @property
+    def length(self) -> float:
+        """The length, in the world's unit."""
+        return sum(leg.length for leg in self.legs)
+
+
+class Ways:
+    """The ways of one world.
+
+    Args:
+        admission: The lanes of the world, and which of them are open.
+        slots: Where the vehicles are.
+    """
+
+    def __init__(self, admission: AdmissionControl, slots: Slots) -> None:
+        self._admission = admission
+        self._lanes: Lanes = admission.graph.lanes
+        self._slots = slots
+        self._from_waypoint: dict[int, list[Way]] = {}
+        self._from_point: Kept[Point, list[Way]] = Kept(_KEPT_POINTS)
+        self._to_point: Kept[tuple[int, Point], list[tuple[int, Way]]] = Kept(_KEPT_POINTS)
+
+    def leaving(self, robot: Vehicle) -> list[Way]:
+        """Return the open ways from where a vehicle stands."""
+        held = self._slots.held(robot)
+        return [way for way in self._at(held[-1], robot.pose().point) if self.is_open(robot, way)] if held else []
+
+    def is_open(self, robot: Vehicle, way: Way) -> bool:
+        """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
+        return all(leg.lane is None or self._admission.may_drive(robot, leg.lane) for leg in way.legs)
+
+    def _at(self, place: int, point: Point) -> list[Way]:
+        """Return the ways from a place where a vehicle stands at a point."""
+        if place < len(self._lanes.out):
+            return self.from_waypoint(place)
+        if self._slots.is_lane(place):
+            return self._along(place, point)
+        return self.from_spot(place)
+
+    def from_waypoint(self, node: int) -> list[Way]:
+        """Return the lanes that begin at a waypoint."""
+        known = self._from_waypoint.get(node)
+        if known is None:
+            known = [Way((edge.leg,), edge.leg.slots, edge.end) for edge in self._lanes.out[node]]
+            self._from_waypoint[node] = known
+        return known
+
+    def _along(self, lane: int, point: Point) -> list[Way]:
+        """Return the ways from the middle of a lane to its ends."""
+        edges = self._lanes.leading_to(lane)
+        parts = [(edge, self._lanes.part(edge, point, edge.leg.end)) for edge in edges]
+        return [Way((part,), part.slots, edge.end) for edge, part in parts if part.length > 0.0]
+
+    def from_spot(self, spot: int) -> list[Way]:
+        """Return the ways from a point beside the lanes to the ends of the nearest lane that sees it."""
+        point = self._slots.points[spot]
+        return self._from_point.get(point, lambda: self._leaving_point(point))
+
+    def _leaving_point(self, point: Point) -> list[Way]:
+        found: dict[int, Way] = {}
+        for edge, foot in self._joints(point):
+            node, far = self._waypoint_at(edge, foot), edge.end
+            if node is not None:
+                leg = Leg(point, self._lanes.points[node], foot.away, slots=(node,))
+                found.setdefault(node, Way((leg,), leg.slots, node))
+            else:
+                part = self._lanes.part(edge, foot.at, edge.leg.end)
+                legs = self._lanes.route([Leg(point, foot.at, foot.away), part]).legs
+                found.setdefault(far, Way(legs, self._slots.of(legs[0]), far))
+        return [*found.values()]
+
+    def to_spot(self, spot: int) -> list[tuple[int, Way]]:
+        """Return the waypoints from which a vehicle reaches a point beside the lanes, and the way from each."""
+        point = self._slots.points[spot]
+        return self._to_point.get((spot, point), lambda: self._reaching(spot, point))
+
+    def _reaching(self, spot: int, point: Point) -> list[tuple[int, Way]]:
+        found: dict[int, Way] = {}
+        for edge, foot in self._joints(point):
+            node = self._waypoint_at(edge, foot)
+            start = edge.start if node is None else node
+            if start in found:
+                continue
+            if node is not None:
+                legs: tuple[Leg, ...] = (Leg(self._lanes.points[node], point, foot.away),)
+            else:
+                part = self._lanes.part(edge, edge.leg.start, foot.at)
+                legs = self._lanes.route([part, Leg(foot.at, point, foot.away)]).legs
+            found[start] = Way(legs, self._slots.of(legs[0]), spot)
+        return [*found.items()]
+
+    def to_places(self, node: int) -> list[Way]:
+        """Return the ways from a waypoint to the places of the world that are beside the lanes."""
+        spots = [self._slots.spot(point) for point in self._places.get(node, ())]
+        return [way for spot in spots for start, way in self.to_spot(spot) if start == node]
+
+    @cached_property
+    def _places(self) -> dict[int, list[Point]]:
+        """The places beside the lanes, by the waypoints from which they are reached."""
+        found: dict[int, list[Point]] = {}
+        for place in self._admission.world.places.values():
+            if not self._lanes.approaches(place.at)[0]:
+                for node, _ in self.to_spot(self._slots.spot(place.at)):
+                    found.setdefault(node, []).append(place.at)
+        return found
+
+    def to_lane(self, lane: int, point: Point) -> Iterator[tuple[int, Way]]:
+        """Yield the ends of a lane from which a vehicle reaches a point of it, and the way from each."""
+        for edge in self._lanes.leading_to(lane):
+            part = self._lanes.part(edge, edge.leg.start, point)
+            yield edge.start, Way((part,), self._slots.of(part), lane)
+
+    def _joints(self, point: Point) -> Iterator[tuple[Edge, Foot]]:
+        for foot in next(self._lanes.joints(point), ()):
+            yield self._lanes.edges[foot.number], foot
+
+    def _waypoint_at(self, edge: Edge, foot: Foot) -> int | None:
+        """Return the waypoint at a point of a lane; None if there is none."""
+        nodes = (edge.start, edge.end)
+        return next((node for node in nodes if distance(self._lanes.points[node], foot.at) <= SAME_PLACE), None)
