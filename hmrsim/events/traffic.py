@@ -43,6 +43,26 @@ class WentOn(
     waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
 
 
+class GaveUpWaiting(
+    Event,
+    kind="gave_up_waiting",
+    severity="warning",
+    text="gives up after waiting {waited} s: blocked {why}",
+    changes=Part.WAITING,
+    sets={"waits": False},
+):
+    """A robot has waited for as long as `patience` says while nobody in its way made progress: its goal is aborted."""
+
+    robot: RobotName
+    at: Position
+    waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
+    by: Annotated[tuple[str, ...], Field(description="The robots in its way; none where it waited for something else.")]
+    why: Annotated[
+        str,
+        Field(description="Who is in its way, in which state, where, since when, and why it makes no room."),
+    ]
+
+
 class Rerouted(Event, kind="rerouted", text="takes another route"):
     """A robot that waited takes another route."""
 
@@ -86,4 +106,6 @@ class LaneOpened(LaneEvent, kind="lane_opened", text="is open again", sets={"clo
     """A lane is open again."""
 
 
-EVENTS: Final = EventGroup("traffic", (Waiting, WentOn, Rerouted, MadeRoom, Deadlock, LaneClosed, LaneOpened))
+EVENTS: Final = EventGroup(
+    "traffic", (Waiting, WentOn, GaveUpWaiting, Rerouted, MadeRoom, Deadlock, LaneClosed, LaneOpened)
+)

@@ -354,6 +354,16 @@ class Robot(MobileBase):
         """Whether it stands, and could go somewhere else for a while; in a dock, only if it waits to leave that."""
         return (self.dock is None or self.waits) and super().may_yield
 
+    @property
+    def activity(self) -> str:
+        """What it does, in words."""
+        if self.dock is not None and self.stands and not self.disabled:
+            charging = self.energy is not None and self.energy.battery.charging
+            return f"{'charging' if charging else 'docked'} in {self.dock.name!r}"
+        if self.busy and self.doing:
+            return f"working ({', '.join(self.doing)})"
+        return f"waiting {self.queue}," if self.queue else super().activity
+
     def act(self, action: str, *, begins: bool) -> None:
         """Take note that a goal of an action begins, or ends."""
         if begins:

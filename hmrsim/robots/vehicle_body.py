@@ -178,6 +178,17 @@ class VehicleBody:
         return self._state is VehicleState.WORKING
 
     @property
+    def activity(self) -> str:
+        """What it does, in words."""
+        if self.disabled:
+            return f"disabled ({self.disabled})"
+        if self.busy:
+            return "working"
+        if self.waits:
+            return "waiting"
+        return "idle" if self.stands else "driving"
+
+    @property
     def still_since(self) -> float:
         """When it last ceased to make progress, in simulated seconds; infinite while it moves or works.
 

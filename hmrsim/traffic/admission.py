@@ -13,11 +13,12 @@ from simpy import Event
 
 from hmrsim.engine.environment import At
 from hmrsim.errors import GoalAborted, NoRoute
-from hmrsim.events.traffic import MadeRoom, Waiting, WentOn
+from hmrsim.events.traffic import GaveUpWaiting, MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
+from hmrsim.traffic.blockers import Blocker, PlaceNames, described
 from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.policies import Wait
 from hmrsim.traffic.policies import registry as policies
@@ -73,6 +74,7 @@ class Admission:
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
         self._lanes_change: Event | None = None
+        self._places = PlaceNames(world)
         self.needed = self._rules is not None
 
     @property
@@ -451,9 +453,15 @@ class Admission:
         return Waiting(robot.name, robot.pose().point, lane, wait.why, others)
 
     def waiting(self, robot: Vehicle) -> dict[str, Any] | None:
-        """Return what a vehicle waits for on its way, as JSON values, and since when; None if it does not."""
+        """Return what a vehicle waits for, since when, and all about who is in its way, as JSON values.
+
+        None if it does not wait.
+        """
         wait = self.waits.get(robot)
-        return {"since": wait.since, **self._described(wait).to_json()} if wait else None
+        if wait is None:
+            return None
+        blockers = [] if wait.why else [str(blocker) for blocker in self._blockers_of(robot)]
+        return {"since": wait.since, **self._described(wait).to_json(), "blockers": blockers}
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
@@ -478,12 +486,31 @@ class Admission:
 
     def _give_up(self, wait: Wait) -> None:
         """Abort the goal of a vehicle that has waited for too long."""
-        robot = wait.robot
-        by = " and ".join(sorted(other.name for other in self.blockers(robot)))
-        why = wait.why or f"by {by or 'another robot'}"
-        x, y = robot.pose().point
-        text = f"blocked for {self._env.now - wait.since:g} s at ({x:g}, {y:g}): {why}"
+        robot, waited = wait.robot, self._env.now - wait.since
+        blockers = self._blockers_of(robot)
+        why = f": {wait.why}" if wait.why else f" by {described(blockers) or 'another robot'}"
+        at = robot.pose().point
+        self.publisher.publish(
+            lambda: GaveUpWaiting(robot.name, at, waited, tuple(each.robot for each in blockers), why.lstrip(": "))
+        )
+        text = f"blocked for {waited:g} s at {self._places.of(at)}{why}"
         self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
+
+    def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> list[Blocker]:
+        """Return what is to be said of vehicles for which another one waits."""
+        return [
+            Blocker(
+                other.name,
+                other.activity,
+                self._places.of(other.pose().point),
+                other.still_since,
+                self._rules.why_stays(other, waiting) if self._rules else "",
+            )
+            for other in robots
+        ]
+
+    def _blockers_of(self, robot: Vehicle) -> list[Blocker]:
+        return self.explain_blockers(sorted(self.blockers(robot), key=lambda other: other.name), robot)
 
     def forget(self, robot: Vehicle) -> None:
         """Let a vehicle wait no longer; nothing happens if it does not."""

@@ -73,6 +73,9 @@ class Rules(Protocol):
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
 
+    def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
+        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
+
     def halted(self, robot: Vehicle) -> None:
         """Take note that a vehicle was stopped on its way, so that it will not arrive."""
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
+    from hmrsim.traffic.blockers import Blocker
     from hmrsim.traffic.policies._vehicle import Vehicle, Wait
     from hmrsim.world.model import World
 
@@ -63,6 +64,9 @@ class AdmissionControl(Protocol):
 
     def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
         """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
+
+    def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> Sequence[Blocker]:
+        """Return what is to be said of vehicles for which another one waits."""
 
     def is_held_up(self, robot: Vehicle) -> bool:
         """Return whether a vehicle can't go on because of others."""

@@ -308,7 +308,7 @@ class Slots:
 
         Away from the waypoints it also holds its spot.
         """
-        if not slots or self.is_lane(slots[-1]):
+        if not slots or (len(slots) == 1 and self.is_lane(slots[0])):
             slots = (self.spot(robot.pose().point), *slots)
         held = self._held.get(robot, ())
         self._held[robot] = slots

@@ -73,6 +73,10 @@ class Vehicle(Protocol):
         """Return how far its centre is from *point*."""
 
     @property
+    def activity(self) -> str:
+        """What it does, in words, such as ``idle``."""
+
+    @property
     def still_since(self) -> float:
         """When it last ceased to make progress, in simulated seconds; infinite while it moves or works."""
 

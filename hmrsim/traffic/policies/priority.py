@@ -16,10 +16,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from hmrsim.diagnostics import listed
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
 from hmrsim.traffic.policies._resolution import Reservations, Resolution
@@ -124,6 +126,30 @@ class Priority(Reserve):
         found = super().blockers(robot, leg)
         resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
         return [resolution.first] if resolution and resolution.first is not robot else found
+
+    def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
+        """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""
+        if other in self._resolutions:
+            first = self._resolutions[other].first
+            return f"makes room for {first.name}" if first is not other else "is about to go on"
+        if other.may_yield and rank(other) > rank(robot):
+            return self._why_idle_stays(other, robot)
+        return super().why_stays(other, robot)
+
+    def _why_idle_stays(self, other: Vehicle, robot: Vehicle) -> str:
+        names, slots = self.admission.graph.lanes.names, self.slots
+        ways = self.ways.leaving(other)
+        if not ways:
+            return "has nowhere to go: no open lane leads away"
+        missing = [[*slots.missing(other, way.slots)] for way in ways]
+        if not all(missing):
+            return f"can't make room: no moves were found that let {robot.name} pass"
+        ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
+        holders = dict.fromkeys(who.name for at in chain.from_iterable(missing) for who in slots.in_the_way(other, at))
+        holders.pop(other.name, None)
+        return (
+            f"has nowhere to go: {' and '.join(ends)} {'is' if len(ends) == 1 else 'are'} taken by {listed([*holders])}"
+        )
 
     def _holds_back(self, robot: Vehicle, leg: Leg) -> Resolution | None:
         """Return the resolution that needs what a vehicle wants for itself, if any."""

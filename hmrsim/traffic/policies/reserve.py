@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.protocol.goal import Cause
+from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._nearness import near_slots, slots_around, widest
@@ -120,6 +122,19 @@ class Reserve:
         found.pop(robot, None)
         return [*found]
 
+    def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
+        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
+        if other.waits or self.admission.is_held_up(other):
+            names = sorted(each.name for each in self.admission.blockers(other))
+            return f"waits for {listed(names)}" if names else "waits itself"
+        if other.may_yield:
+            return self._why_idle_stays(other, robot)
+        return "makes no room meanwhile" if other.stands else "is on its way"
+
+    def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:
+        """Return why a vehicle that could be moved is not."""
+        return f"makes no room under the policy {self.admission.world.traffic.policy!r}; others do"
+
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
         cycle = waits_for_cycle(self.admission, robot)
@@ -147,8 +162,10 @@ class Reserve:
 
     def give_up(self, cycle: Sequence[Vehicle]) -> None:
         """Abort the goal of the vehicle of a cycle that set out last."""
-        text = f"deadlock: {' waits for '.join(robot.name for robot in (*cycle, cycle[0]))}; there is no other way"
         last = max((robot for robot in cycle if robot.waits), key=rank)
+        circle = " waits for ".join(robot.name for robot in (*cycle, cycle[0]))
+        ahead = self.admission.explain_blockers([cycle[(cycle.index(last) + 1) % len(cycle)]], last)
+        text = f"deadlock: {circle}; there is no other way; {last.name} is blocked by {described(ahead)}"
         self.admission.abort(last, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def _turn_off(self, robot: Vehicle, _cycle: Sequence[Vehicle]) -> bool:

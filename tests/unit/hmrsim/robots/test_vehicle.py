@@ -25,7 +25,7 @@ from hmrsim.robots import vehicle_body
 from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, exits
+from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings
 from tests.simulation import simulate
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Stage:
     def yield_to(self, name: str) -> None:
         """Yield to a waypoint beside a."""
         edges = self.run.simulator.graph.lanes.edges
-        self.robot.yield_along(next(edge.leg for edge in edges if edge.leg.lane == ("a", name)))
+        self.robot.yield_along([next(edge.leg for edge in edges if edge.leg.lane == ("a", name))])
 
     def finish(self) -> None:
         """Let time pass until nothing happens any more."""
@@ -399,9 +399,9 @@ class Walk:
         rules = admission._rules
         if rules is None or not robot.may_yield:
             return
-        for way in exits(admission, rules.slots, robot):
-            if rules.slots.exchange([(robot, way.leg)]):
-                admission.push(robot, way.leg, robot)
+        for way in rules.ways.leaving(robot):
+            if rules.slots.exchange([(robot, way.slots)]):
+                admission.push(robot, way.legs, robot)
                 return
 
     def pass_events(self, seconds: float, most: float = math.inf) -> None:
@@ -441,11 +441,13 @@ class Walk:
         rules, lanes = self.simulator.roster.admission._rules, self.simulator.graph.lanes
         held, leg, here = rules.held(robot), robot.next_leg, robot.pose().point
         if robot.state.moves and leg is not None:
-            # A leg off the lanes has only the slots of what it leads to.
-            assert {*leg.slots} == {*held}
+            # On the way from a place beside the lanes it has what comes after the lane, too.
+            assert {*rules.slots.of(leg)} <= {*held}
             return
         for slot in held:
-            if slot < len(lanes.points):
+            if slot in rules.slots.points:
+                away = distance(here, rules.slots.points[slot])
+            elif slot < len(lanes.points):
                 away = distance(here, lanes.points[slot])
             else:
                 ends = [lanes.points[lanes.names.index(end)] for end in lanes.tracks[slot - len(lanes.points)]]

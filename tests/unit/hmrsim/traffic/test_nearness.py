@@ -154,7 +154,8 @@ def test_a_robot_that_stands_beside_the_lane_blocks_it_under_reserve():
     """As one that stands on it."""
     log = under("reserve", {**BESIDE, "robots": ROBOTS_BESIDE}, patience=5.0)((0.0, go("ann", 20, 0, A)))
 
-    assert (5.0, "ABORTED", "blocked for 5 s at (0, 0): by bob") == end(log, A)
+    by = "bob, idle at d since 0 s; it makes no room under the policy 'reserve'; others do"
+    assert (5.0, "ABORTED", f"blocked for 5 s at a by {by}") == end(log, A)
 
 
 def test_a_robot_that_stands_beside_the_lane_yields_under_priority():

@@ -93,7 +93,10 @@ class TestMakingRoom:
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = planned(world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
-        text = "deadlock: ann waits for bob waits for ann; there is no other way"
+        text = (
+            "deadlock: ann waits for bob waits for ann; there is no other way;"
+            " bob is blocked by ann, waiting at b since 10 s; it waits for bob"
+        )
         assert (10.0, "ABORTED", text) == end(log, B)
 
     def test_one_that_was_stopped_on_a_lane_leaves_it(self):

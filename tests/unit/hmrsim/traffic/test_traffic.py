@@ -110,7 +110,8 @@ class TestReserve:
         run = under("reserve", TRACK, patience=5.0)
         log = run((0.0, go("ann", 20, 0, A)))
 
-        assert (15.0, "ABORTED", "blocked for 5 s at (10, 0): by bob") == end(log, A)
+        by = "bob, idle at c since 0 s; it makes no room under the policy 'reserve'; others do"
+        assert (15.0, "ABORTED", f"blocked for 5 s at b by {by}") == end(log, A)
         assert FollowPath.Result.PATIENCE_EXCEEDED == log.result(A).error_code
 
     def test_a_robot_goes_around_one_that_stands_for_good(self):
@@ -150,7 +151,10 @@ class TestReserve:
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
-        text = "deadlock: ann waits for bob waits for ann; there is no other way"
+        text = (
+            "deadlock: ann waits for bob waits for ann; there is no other way;"
+            " bob is blocked by ann, waiting at b since 10 s; it waits for bob"
+        )
         assert (10.0, "ABORTED", text) == end(log, B)
 
     def test_a_goal_that_is_canceled_leaves_the_queue(self):
@@ -257,7 +261,10 @@ class TestPriority:
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = under("priority", world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
-        text = "deadlock: ann waits for bob waits for ann; there is no other way"
+        text = (
+            "deadlock: ann waits for bob waits for ann; there is no other way;"
+            " bob is blocked by ann, waiting at b since 10 s; it waits for bob"
+        )
         assert (10.0, "ABORTED", text) == end(log, B)
 
 

@@ -1,0 +1,63 @@
+"""Who is in the way of a vehicle that waits: in which state, where, since when, and why it makes no room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.geometry import SAME_PLACE, distance
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+_MOST_TOLD = 3
+"""Blockers that are described; of more, the rest are counted."""
+
+
+class Blocker(NamedTuple):
+    """A vehicle for which another one waits.
+
+    Attributes:
+        robot: Its name.
+        state: What it does, such as ``idle`` or ``docked at 'charger_1'``.
+        at: Where it is, by name if the place has one.
+        since: When it last made progress, in simulated seconds; infinite while it does.
+        why: Why it makes no room; empty where that is clear from its state.
+    """
+
+    robot: str
+    state: str
+    at: str
+    since: float
+    why: str
+
+    def __str__(self) -> str:
+        """Return all of it, as a part of a sentence."""
+        since = f" since {self.since:g} s" if self.since < float("inf") else ""
+        return f"{self.robot}, {self.state} at {self.at}{since}" + (f"; it {self.why}" if self.why else "")
+
+
+def described(blockers: Sequence[Blocker]) -> str:
+    """Return blockers as a part of a sentence."""
+    more = len(blockers) - _MOST_TOLD
+    rest = [f"{more} more"] if more > 0 else []
+    return ", and by ".join([*map(str, blockers[:_MOST_TOLD]), *rest])
+
+
+class PlaceNames:
+    """The names of points: of waypoints, places and docks."""
+
+    def __init__(self, world: World) -> None:
+        self._names: dict[Point, str] = {}
+        docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
+        for named in (world.points, {name: place.at for name, place in world.places.items()}, docks):
+            for name, point in named.items():
+                self._names.setdefault(point, name)
+
+    def of(self, point: Point) -> str:
+        """Return the name of a point, or its coordinates."""
+        if point in self._names:
+            return self._names[point]
+        near = (name for at, name in self._names.items() if distance(at, point) <= SAME_PLACE)
+        return next(near, f"({point[0]:g}, {point[1]:g})")
