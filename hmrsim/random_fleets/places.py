@@ -1,0 +1,262 @@
+"""The points of a world where robots can stand, and the moves between them, for a search over configurations.
+
+It shares no code with the traffic policies beyond the rule that says when two footprints touch, as it judges them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.geometry import SAME_PLACE, Obstacles, Point, crosses, distance, foot, gap
+from hmrsim.traffic.policies._nearness import touch
+from hmrsim.world.model import Waypoint
+
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
+
+
+class Place(NamedTuple):
+    """A point where robots can stand.
+
+    Attributes:
+        at: The point.
+        room: How many robots may be there at once.
+        waypoint: Its name; empty off the waypoints.
+        lane: The lane in whose middle it is, by its number; -1 elsewhere.
+    """
+
+    at: Point
+    room: float = 1.0
+    waypoint: str = ""
+    lane: int = -1
+
+
+@dataclass(frozen=True)
+class Move:
+    """A way from one place to another, by the numbers of places.
+
+    Attributes:
+        lane: The lane that is driven, by its number; -1 for a ride or a few meters off the lanes.
+        doors: The robots for which all its doors open; None for all.
+        path: The straight pieces that are driven.
+        near: Places where a robot may stand too near to one that drives here, and how far away they are; 0 or less
+            for those that share its lane.
+    """
+
+    start: int
+    end: int
+    lane: int
+    doors: frozenset[str] | None = None
+    path: tuple[tuple[Point, Point], ...] = ()
+    near: tuple[tuple[int, float], ...] = field(default=(), compare=False)
+
+
+class _Track(NamedTuple):
+    """A lane with the directions in which it is driven."""
+
+    start: str
+    end: str
+    a: Point
+    b: Point
+    one_way: bool
+    doors: frozenset[str] | None
+
+
+class Places:
+    """The places and moves of a world.
+
+    Args:
+        world: Its names must have been checked.
+        points: Points off the waypoints where robots have to stand: where they start, and where they are sent.
+
+    Attributes:
+        all: The places, waypoints first.
+        moves: By place, the moves that begin there.
+        near: By place, other places where robots may touch one here, and how far away they are.
+    """
+
+    def __init__(self, world: World, points: list[Point]) -> None:
+        self._world = world
+        self._obstacles = Obstacles(
+            [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
+            [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+        )
+        self._reach = _widest(world)
+        self._tracks = [*self._find_tracks()]
+        self.all = [Place(at, self._room(name), name) for name, at in world.points.items()]
+        self._numbers = {place.at: number for number, place in enumerate(self.all)}
+        self._by_name = {place.waypoint: number for number, place in enumerate(self.all)}
+        for point in points:
+            if self.number(point) is None:
+                self._numbers[point] = len(self.all)
+                self.all.append(Place(point, lane=self._lane_at(point)))
+        self.near = [[*self._near(number)] for number in range(len(self.all))]
+        self.moves: list[list[Move]] = [[] for _ in self.all]
+        for move in self._find_moves():
+            self.moves[move.start].append(self._with_near(move))
+
+    def number(self, point: Point) -> int | None:
+        """Return the number of the place at a point; None if there is none."""
+        found = self._numbers.get(point)
+        if found is None:
+            near = (number for number, place in enumerate(self.all) if distance(place.at, point) <= SAME_PLACE)
+            found = next(near, None)
+        return found
+
+    @cached_property
+    def rings(self) -> list[tuple[Move, ...]]:
+        """The rings of three or more waypoints that robots can drive at once, each as its moves."""
+        return [*_rings(self.moves, [place.waypoint != "" for place in self.all])]
+
+    def _room(self, name: str) -> float:
+        world, waypoint = self._world, self._world.waypoints[name]
+        if isinstance(waypoint, Waypoint) and waypoint.capacity:
+            return waypoint.capacity
+        if any(name in lift.stops for lift in world.lifts.values()):
+            return math.inf
+        default = (world.traffic.model_extra or {}).get("waypoint_capacity", 1)
+        return math.inf if default is None else float(default)
+
+    def _find_tracks(self) -> Iterator[_Track]:
+        world = self._world
+        for lane in world.lanes:
+            a, b = world.points[lane.from_], world.points[lane.to]
+            doors: frozenset[str] | None = None
+            for door in world.doors.values():
+                if door.opens_for is None or door.open or not crosses(a, b, *door.at):
+                    continue
+                names = (name for name, robot in world.robots.items() if {name, robot.type} & {*door.opens_for})
+                doors = frozenset(names) & (frozenset(names) if doors is None else doors)
+            yield _Track(lane.from_, lane.to, a, b, lane.one_way, doors)
+
+    def _lane_at(self, point: Point) -> int:
+        """Return the lane on which a point is; -1 if it is on none."""
+        on = (i for i, lane in enumerate(self._tracks) if distance(point, foot(point, lane.a, lane.b)) <= SAME_PLACE)
+        return next(on, -1)
+
+    def _near(self, number: int) -> Iterator[tuple[int, float]]:
+        """Yield the places so near to one that two robots may touch."""
+        for other in range(len(self.all)):
+            if other != number and touch(away := self._away(number, other), self._reach):
+                yield other, away
+
+    def _away(self, number: int, other: int) -> float:
+        """Return how far two places are from each other; one in the middle of a lane takes the whole lane."""
+        here, there = self.all[number], self.all[other]
+        for one, two in ((here, there), (there, here)):
+            if one.lane >= 0 and one.lane != two.lane:
+                lane = self._tracks[one.lane]
+                if two.waypoint in (lane.start, lane.end):
+                    continue
+                if two.lane < 0:
+                    return distance(two.at, foot(two.at, lane.a, lane.b))
+                two_lane = self._tracks[two.lane]
+                if not {lane.start, lane.end} & {two_lane.start, two_lane.end}:
+                    return gap(lane.a, lane.b, two_lane.a, two_lane.b)
+        return 0.0 if here.lane == there.lane >= 0 else distance(here.at, there.at)
+
+    def _find_moves(self) -> Iterator[Move]:
+        yield from self._find_rides()
+        stations: list[list[tuple[float, Point, int]]] = [
+            [(0.0, lane.a, self._by_name[lane.start]), (distance(lane.a, lane.b), lane.b, self._by_name[lane.end])]
+            for lane in self._tracks
+        ]
+        for number, place in enumerate(self.all):
+            if place.waypoint:
+                continue
+            at, track = self._entrance(place)
+            waypoint = self._numbers.get(at)
+            if waypoint is not None and self.all[waypoint].waypoint:
+                for start, end in ((waypoint, number), (number, waypoint)):
+                    yield Move(start, end, -1, path=((at, place.at),))
+            elif track >= 0:
+                stations[track].append((distance(self._tracks[track].a, at), at, number))
+        for track, lane in enumerate(self._tracks):
+            for along, at, start in stations[track]:
+                for to_along, to, end in stations[track]:
+                    if start != end and (to_along >= along or not lane.one_way):
+                        path = ((self.all[start].at, at), (at, to), (to, self.all[end].at))
+                        yield Move(start, end, track, lane.doors, path)
+
+    def _find_rides(self) -> Iterator[Move]:
+        for lift in self._world.lifts.values():
+            for a in lift.stops:
+                for b in lift.stops:
+                    if a != b:
+                        yield Move(self._by_name[a], self._by_name[b], -1)
+
+    def _entrance(self, place: Place) -> tuple[Point, int]:
+        """Return the nearest point of a lane that is seen from a place, and the lane; -1 if none is seen."""
+        if place.lane >= 0:
+            return place.at, place.lane
+        feet = sorted((distance(place.at, at), i, at) for i, at in enumerate(self._feet(place.at)))
+        return next(((at, i) for _, i, at in feet if not self._obstacles.block(at, place.at)), (place.at, -1))
+
+    def _feet(self, point: Point) -> Iterator[Point]:
+        for lane in self._tracks:
+            at = foot(point, lane.a, lane.b)
+            # A foot beside a waypoint is that waypoint.
+            yield next((end for end in (lane.a, lane.b) if distance(at, end) <= SAME_PLACE), at)
+
+    def _with_near(self, move: Move) -> Move:
+        """Return a move with the places near it."""
+        ends = () if move.lane < 0 else (self._tracks[move.lane].start, self._tracks[move.lane].end)
+        near: dict[int, float] = dict(self.near[move.end])
+        for number, place in enumerate(self.all):
+            if number in (move.start, move.end):
+                near.pop(number, None)
+                continue
+            if place.lane == move.lane >= 0:
+                near[number] = 0.0
+            elif move.path and not (place.waypoint and place.waypoint in ends):
+                away = min(gap(a, b, place.at, place.at) for a, b in move.path)
+                away = min(away, self._between_lanes(move.lane, place.lane))
+                if touch(away, self._reach):
+                    near[number] = min(away, near.get(number, away))
+        return Move(move.start, move.end, move.lane, move.doors, move.path, tuple(sorted(near.items())))
+
+    def _between_lanes(self, lane: int, other: int) -> float:
+        """Return how far two lanes without a common waypoint are from each other; infinite for others."""
+        if lane < 0 or other < 0:
+            return math.inf
+        one, two = self._tracks[lane], self._tracks[other]
+        return math.inf if {one.start, one.end} & {two.start, two.end} else gap(one.a, one.b, two.a, two.b)
+
+
+def _widest(world: World) -> float:
+    """Return the sum of the two greatest radii."""
+    bases = (world.robot_type(robot).base for robot in world.robots.values())
+    return math.fsum(sorted(base.radius or 0.0 for base in bases if not base.flies)[-2:])
+
+
+_MAX_RINGS = 2_000
+_MAX_RING = 12
+"""Rings that are looked at, and waypoints of one."""
+
+
+def _rings(moves: list[list[Move]], waypoints: list[bool]) -> Iterator[tuple[Move, ...]]:
+    """Yield simple rings of lanes from waypoint to waypoint; each begins at its least one."""
+    found = 0
+    for first in range(len(moves)):
+        if not waypoints[first]:
+            continue
+        todo: list[tuple[Move, ...]] = [(move,) for move in moves[first] if move.end > first and waypoints[move.end]]
+        while todo:
+            path = todo.pop()
+            for move in moves[path[-1].end]:
+                if move.end == first and len(path) > 1:
+                    found += 1
+                    yield (*path, move)
+                    if found >= _MAX_RINGS:
+                        return
+                elif (
+                    move.end > first
+                    and waypoints[move.end]
+                    and len(path) < _MAX_RING
+                    and all(move.end != before.end for before in path)
+                ):
+                    todo.append((*path, move))
