@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hmrsim.engine.chance import Chance
 from hmrsim.random_fleets.places import Move, Places
+from hmrsim.random_fleets.relaxation import Relaxation
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Demand, World
 
-MAX_STATES = 20_000
+MAX_STATES = 4_000
 """Configurations that one search expands before it is given up."""
 
 _WEIGHT = 3
@@ -235,14 +236,13 @@ class _Fleet:
             for name in self._at:
                 if lifts(self._world, name, order.weight):
                     wanted[name, order.start] = wanted[name, order.end] = None
-        unknown = ""
         for name, place in wanted:
             steps = self._search(self._at, name, self._number(self._world.point(place)))
             if steps is False:
                 return Verdict("unsolvable", 0, self._states, f"{name} can't get to {place}")
             if steps is None:
-                unknown = unknown or f"gave up on {name} to {place}"
-        return Verdict("unknown" if unknown else "solvable", 0 if unknown else moves, self._states, unknown)
+                return Verdict("unknown", 0, self._states, f"gave up on {name} to {place}")
+        return Verdict("solvable", moves, self._states)
 
     def _search(self, at: Mapping[str, int], name: str, target: int) -> list[list[_Step]] | Literal[False] | None:
         """Return the steps that bring a robot to a place; False if there are none, None if that is unknown."""
@@ -313,6 +313,7 @@ class _Search:
         self._target = target
         self._max_states = max_states
         self._away = _Distances(fleet, target).all(kind)
+        self._relaxation: Relaxation | None = None
         self._before: dict[_State, tuple[_State, list[list[_Step]]] | None] = {}
         self._cost: dict[_State, int] = {}
         self._first: list[tuple[float, int, _State]] = []
@@ -328,6 +329,7 @@ class _Search:
             return False
         if start[0] == self._target:
             return []
+        self._relaxation = self._relaxed(start)
         self._before[start], self._cost[start] = None, 0
         self._push(start)
         while self._first or self._rest:
@@ -335,7 +337,7 @@ class _Search:
                 return None
             self.expanded += 1
             complete = not self._first or (self._rest and self.expanded % _SHARE == 0)
-            _, _, state = heapq.heappop(self._rest if complete else self._first)
+            rank, _, state = heapq.heappop(self._rest if complete else self._first)
             self._look(state)
             found = self._complete_steps(state) if complete else self._promising_steps(state)
             for after, steps in found:
@@ -348,15 +350,38 @@ class _Search:
                 self._push(after)
             if not complete:
                 self._number += 1
-                heapq.heappush(self._rest, (self._rank(state), self._number, state))
+                heapq.heappush(self._rest, (rank, self._number, state))
         return False
 
-    def _push(self, state: _State) -> None:
-        self._number += 1
-        heapq.heappush(self._first, (self._rank(state), self._number, state))
+    def _relaxed(self, start: _State) -> Relaxation:
+        """Return the easier problem, without robots that stand off the waypoints, but for one at the target."""
+        fleet, here = self._fleet, start[0]
+        others = [code // fleet.count for code in start[1]]
+        many = len(others) + 1
+        rooms = [int(min(room, many)) if fleet.is_waypoint[at] else 0 for at, room in enumerate(fleet.room)]
+        if self._target in others and not rooms[self._target]:
+            rooms[self._target] = 1
+        used = [fleet.is_waypoint[at] or at in (here, self._target) for at in range(len(rooms))]
+        ways = [
+            [end for end, _ in out if fleet.is_waypoint[end] or end == self._target] for out in fleet.moves[self._kind]
+        ]
+        joined: list[dict[int, None]] = [{} for _ in rooms]
+        for moves in fleet.moves:
+            for at, out in enumerate(moves):
+                for end, _ in out:
+                    if used[at] and used[end]:
+                        joined[at][end] = joined[end][at] = None
+        return Relaxation(ways, [[*ends] for ends in joined], rooms, self._target)
 
-    def _rank(self, state: _State) -> float:
-        return self._cost[state] + _WEIGHT * self._away[state[0]]
+    def _push(self, state: _State) -> None:
+        if self._relaxation is None:
+            raise AssertionError
+        count = self._fleet.count
+        left = self._relaxation.moves(state[0], [code // count for code in state[1]])
+        if left == math.inf:
+            return
+        self._number += 1
+        heapq.heappush(self._first, (self._cost[state] + _WEIGHT * left, self._number, state))
 
     def _plan(self, state: _State) -> list[list[_Step]]:
         steps: list[list[_Step]] = []
