@@ -73,7 +73,8 @@ def test_a_repeated_path_does_not_restart_the_patience(make_run):
     run.simulator.advance(30.0)
 
     assert (24.0, "ABORTED") == run.log.changes(f"{24:032x}")[-1]
-    assert "blocked for 20 s at middle by eve, idle at end since 0 s; it makes no room under the policy 'reserve'; others do" == run.log.result(f"{24:032x}").error_msg
+    by = "eve, idle at end since 0 s; it makes no room under the policy 'reserve'; others do"
+    assert f"blocked for 20 s at middle by {by}" == run.log.result(f"{24:032x}").error_msg
 
 
 def tracked(log, goal_id="a" * 32):
