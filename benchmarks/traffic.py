@@ -66,7 +66,7 @@ def _scripts(name: str, rounds: int) -> list[Row]:
         began = time.perf_counter()
         simulator.run_scripts(_MAX_SECONDS)
         factors.append(simulator.now / (time.perf_counter() - began))
-    title = f"{name} as it is shipped, {len(world.robots)} robots with batteries, under {world.traffic.policy}"
+    title = f"{name} as it is shipped, {len(world.robots)} robots with batteries, under {world.policy}"
     return [*rows, Row(title, Spread.of(factors), "times real time", at_least=_MIN_FACTOR)]
 
 

@@ -11,7 +11,7 @@ from hmrsim.cli import map_network
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.map_network_text import counted, lines
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.worlds import read_world
+from hmrsim.cli.worlds import policy_line, read_world
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
@@ -41,11 +41,12 @@ _MAX_LINES: Final = 10
 
 def info(args: argparse.Namespace) -> int:
     """Print what is in the file that the options name; return the exit code."""
-    values = facts(read_world(args, argument="file"))
+    loaded = read_world(args, argument="file")
+    values = facts(loaded)
     if args.json:
         show_json(values)
     else:
-        for line in _lines(values):
+        for line in _lines(values, policy_line(loaded.world)):
             show(printable(line))
     return ExitCode.DONE
 
@@ -65,6 +66,7 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "seed": world.seed,
         "hash": loaded.hash,
         "warnings": len(loaded.warnings),
+        "traffic": {"policy": world.policy, "by_default": world.traffic.policy is None},
         "counts": {key: len(getattr(world, key)) for key in _COUNTED},
         "one_way_lanes": sum(lane.one_way for lane in world.lanes),
         "lane_length": math.fsum(distance(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes),
@@ -94,7 +96,7 @@ def _robot(world: World, name: str) -> dict[str, Any]:
     }
 
 
-def _lines(values: dict[str, Any]) -> Iterator[str]:
+def _lines(values: dict[str, Any], policy: str) -> Iterator[str]:
     units = values["units"]
     yield f"{values['name']} ({values['file']}, {values['format']})"
     box = values["bounds"] or values["extent"]
@@ -106,6 +108,8 @@ def _lines(values: dict[str, Any]) -> Iterator[str]:
         parts = f"in {len(values['parts'])} parts of {', '.join(map(str, values['parts'][:_MAX_LINES]))} waypoints"
         joined = "all connected" if len(values["parts"]) == 1 else parts
         yield f"lanes: {values['lane_length']:g} {units} in all, {values['one_way_lanes']} one-way, {joined}"
+    if policy:
+        yield policy
     yield from _listed("robots", (_robot_line(one, units) for one in values["robots"]))
     yield from _listed("items", (f"{one['name']} {_at(one)} {one['weight']:g} kg" for one in values["items"]))
     yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.cli.worlds import line_of, read_world
+from hmrsim.cli.worlds import line_of, policy_line, read_world
 from hmrsim.errors import WorldError
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.world import WorldSettings
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 def validate(args: argparse.Namespace) -> int:
     """List the problems of the file that the options name; return the exit code."""
     try:
-        problems = read_world(args, argument="file", further=_further(traffic=args.traffic)).warnings
-        code = ExitCode.DONE
+        loaded = read_world(args, argument="file", further=_further(traffic=args.traffic))
+        problems, policy, code = loaded.warnings, policy_line(loaded.world), ExitCode.DONE
     except WorldError as error:
         misused = any(_is_wrong_use(problem) for problem in error.problems) or not _readable(args)
-        problems, code = error.problems, ExitCode.WRONG_USE if misused else ExitCode.FAILED
-    _report(problems, as_json=args.json)
+        problems, policy, code = error.problems, "", ExitCode.WRONG_USE if misused else ExitCode.FAILED
+    _report(problems, policy, as_json=args.json)
     return code
 
 
@@ -59,12 +59,14 @@ def _readable(args: argparse.Namespace) -> bool:
     return True
 
 
-def _report(problems: Sequence[Problem], *, as_json: bool) -> None:
+def _report(problems: Sequence[Problem], policy: str, *, as_json: bool) -> None:
     if as_json:
         show_json([_plain(problem) for problem in problems])
         return
     for problem in problems:
         show(line_of(problem))
+    if policy:
+        show(policy)
     errors = sum(problem.severity == "error" for problem in problems)
     show(f"{_counted(errors, 'error')}, {_counted(len(problems) - errors, 'warning')}")
 

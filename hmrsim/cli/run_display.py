@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from hmrsim.actions import registry as actions
 from hmrsim.cli.goal_summary import summary
 from hmrsim.cli.run_log import EventLog, Later, LogLines
+from hmrsim.cli.worlds import policy_line
 from hmrsim.errors import printable
 from hmrsim.events import Severity
 
@@ -40,6 +41,7 @@ class TableDisplay:
         from hmrsim.cli.run_table import HostTable  # noqa: PLC0415 - as above
 
         with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
+            _log_policy(host)
             yield table.refresh
 
 
@@ -60,11 +62,18 @@ class LogDisplay:
         """Write the lines; nothing is refreshed."""
         with LogLines(level=self._level):
             _log.info("sim %.3f | %s begins", host.simulator.now, self._world)
+            _log_policy(host)
             if awaited := host.pacing.state.waiting_for:
                 _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
             yield lambda: None
             self._events.hand_on()
             _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
+
+
+def _log_policy(host: Host) -> None:
+    """Log the traffic policy in force."""
+    if policy := policy_line(host.simulator.world):
+        _log.info("sim %.3f | %s", host.simulator.now, policy)
 
 
 def display(world: str, level: int, *, on_terminal: bool) -> TableDisplay | LogDisplay:

@@ -13,7 +13,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.run_log import EventLog
 from hmrsim.cli.tracing import TraceFile
-from hmrsim.cli.worlds import read_world, show_warnings
+from hmrsim.cli.worlds import policy_line, read_world, show_warnings
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import log_level, logging_to_stderr
 from hmrsim.program.outputs import check_outputs
@@ -58,6 +58,8 @@ def simulate(args: argparse.Namespace) -> int:
     simulator = Simulator(loaded.world, settings, [tally, *logs, *trace.sinks])
     if settings.strict:
         plugins.check()
+    if policy := policy_line(loaded.world):
+        warn(policy)
     collect_rarely()
     began = time.perf_counter()
     with logging_to_stderr(args), trace.opened(simulator):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.output import warn
 from hmrsim.errors import PropertyError
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from hmrsim.properties import Properties
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
+
+_MEETING: Final = 2
+"""Number of robots that it takes for two to meet."""
 
 
 def read_world(
@@ -58,6 +61,20 @@ def show_warnings(loaded: LoadedWorld) -> None:
     """Print the warnings of a world, one a line."""
     for problem in loaded.warnings:
         warn(line_of(problem))
+
+
+def policy_line(world: World) -> str:
+    """Return which traffic policy is in force, and why if it is the default; "" where no two robots can meet."""
+    if sum(not world.robot_type(robot).base.flies for robot in world.robots.values()) < _MEETING:
+        return ""
+    bodies = len(world.bodies)
+    if world.traffic.policy:
+        reason = ""
+    elif bodies < _MEETING:
+        reason = " (default: robots pass through each other; to change that, give two a radius or set traffic.policy)"
+    else:
+        reason = f" (default: {bodies} robots have a radius)"
+    return f"traffic policy: {world.policy}{reason}"
 
 
 def show_findings(properties: Properties, findings: Sequence[Finding]) -> None:

@@ -68,7 +68,7 @@ class Admission:
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: dict[Vehicle, None] = {}
-        policy = policies()[world.traffic.policy]
+        policy = policies()[world.policy]
         settings = policy.settings.model_validate(world.traffic.model_dump())
         self._wait_timeout = WaitTimeout(env, settings.patience, since=self._hopeless_since, expired=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None

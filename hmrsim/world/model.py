@@ -51,6 +51,10 @@ MAX_STOPS = 200
 MAX_RIDES = 100_000
 """Maximum number of rides of all lifts."""
 
+DEFAULT_POLICY = "planned"
+"""The traffic policy of a world that sets none, if two of its robots could touch: a newcomer's first fleet should
+neither drive through itself nor stand."""
+
 PIXEL_SPEED = 300.0
 """Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
 
@@ -451,9 +455,13 @@ def _is_finite(value: object) -> bool:
 
 
 class Traffic(_Open):
-    """The traffic: the name of the policy, and its settings."""
+    """The traffic: the name of the policy, and its settings.
 
-    policy: Name = "free"
+    Attributes:
+        policy: The name of the policy; None for the default, see `World.policy`.
+    """
+
+    policy: Name | None = None
 
 
 class FaultEntry(_Open):
@@ -485,7 +493,8 @@ class World(Model):
         items: What robots carry, by name.
         robot_types: What robots of a type have, by the name of the type.
         robots: The robots, by name.
-        traffic: The policy that decides which robot may be where, and its settings.
+        traffic: The policy that decides which robot may be where, and its settings. Without a policy,
+            robots keep apart if at least two that drive have a radius, and pass through each other otherwise.
         faults: What goes wrong, and when.
         demand: The orders that come.
         seed: Decides all that is left to chance; ``--seed`` overrides it.
@@ -518,6 +527,22 @@ class World(Model):
     demand: tuple[Demand, ...] = ()
     remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
     seed: Annotated[int, Field(strict=True)] = 0
+
+    @property
+    def policy(self) -> str:
+        """The name of the traffic policy in force: the one that the world sets, else the default.
+
+        By default robots keep apart if at least two of them have bodies, and pass through each other otherwise. The
+        robots of the world file decide; robots that are spawned later don't change the policy.
+        """
+        return self.traffic.policy or (DEFAULT_POLICY if len(self.bodies) > 1 else "free")
+
+    @property
+    def bodies(self) -> list[str]:
+        """The names of the robots that could touch others: they drive and have a radius."""
+        known = {*self.robot_types, *BUILT_IN_TYPES}
+        bases = {name: self.robot_type(robot).base for name, robot in self.robots.items() if robot.type in known}
+        return [name for name, base in bases.items() if base.radius is not None and not base.flies]
 
     @cached_property
     def points(self) -> dict[str, Point]:

@@ -66,7 +66,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         check_fixtures(world, lost),
         _check_inside(world),
         check_batteries(world),
-        check_traffic(world),
+        check_traffic(world, lost),
         check_faults(world, lost),
         check_demand(world, lost),
         _check_remap(world, lost),

@@ -22,7 +22,7 @@ def check_crossings(world: World) -> Iterator[Finding]:
 
     Lanes that share a waypoint are none of these. The world must have no errors.
     """
-    policy = policies().get(world.traffic.policy)
+    policy = policies().get(world.policy)
     if policy is None or policy.rule is not None:
         return
     bases = (world.robot_type(robot).base for robot in world.robots.values())

@@ -36,7 +36,7 @@ def forecast(world: World) -> Iterator[Finding]:
 
     The world must have no errors.
     """
-    settings = policies()[world.traffic.policy].settings.model_validate(world.traffic.model_dump())
+    settings = policies()[world.policy].settings.model_validate(world.traffic.model_dump())
     if isinstance(settings, ReserveSettings):
         seen = _Forecast(world, settings)
         yield from seen.check_corridors()

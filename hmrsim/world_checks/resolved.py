@@ -42,7 +42,7 @@ def resolved(world: World) -> dict[str, Any]:
     return {
         "name": world.name,
         "units": world.units,
-        "policy": world.traffic.policy,
+        "policy": world.policy,
         "bounds": world.bounds,
         "walls": [
             {"points": wall.solid, "solid": True} if isinstance(wall, Solid) else {"points": wall, "solid": False}
@@ -135,7 +135,7 @@ def _base(world: World, base: Any) -> dict[str, Any]:
 
 def _capacities(world: World) -> tuple[int | None, int | None]:
     """Return how many robots a waypoint and a lane take of which nothing is said."""
-    policy = policies().get(world.traffic.policy)
+    policy = policies().get(world.policy)
     if policy is None or policy.rule is None:
         return None, None
     settings = policy.settings.model_validate(world.traffic.model_dump())

@@ -12,7 +12,7 @@ from hmrsim.components import registry as components
 from hmrsim.faults import registry as faults
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.world import model
-from hmrsim.world.model import Traffic, World
+from hmrsim.world.model import DEFAULT_POLICY, World
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -44,6 +44,7 @@ def world_schema() -> dict[str, Any]:
         {name: {"description": part["description"], "anyOf": [part, _NONE]} for name, part in settings.items()}
     )
     rules = {name: _settings(policy.settings, definitions) for name, policy in policies().items()}
+    schema["properties"]["traffic"]["default"] = {}
     definitions["Traffic"] = {"anyOf": [_policy(name, part) for name, part in rules.items()]}
     kinds = {name: _settings(fault.settings, definitions) for name, fault in faults().items()}
     definitions["FaultEntry"] = {"anyOf": [_fault(name, part) for name, part in kinds.items()]}
@@ -52,10 +53,14 @@ def world_schema() -> dict[str, Any]:
 
 
 def _policy(name: str, settings: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of the settings of one traffic policy, identified by its name; the default needs none."""
-    kind = {"policy": {"const": name, "description": "The traffic policy."}}
-    required = [] if name == Traffic().policy else ["policy"]
-    return {**settings, "properties": {**settings["properties"], **kind}, "required": required}
+    """Return the schema of the settings of one traffic policy, identified by its name.
+
+    The name may be left out for the policies that a world can get by default.
+    """
+    by_default = name in (DEFAULT_POLICY, "free")
+    text = "The traffic policy; the world's robots decide if it is left out." if by_default else "The traffic policy."
+    kind = {"policy": {"const": name, "description": text}}
+    return {**settings, "properties": {**settings["properties"], **kind}, "required": [] if by_default else ["policy"]}
 
 
 def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:

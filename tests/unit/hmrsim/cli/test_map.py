@@ -42,6 +42,40 @@ def test_every_error_is_listed_with_file_and_line(broken, capsys):
     assert "2 errors, 0 warnings" == lines[2]
 
 
+POINTS = (
+    "traffic policy: free (default: robots pass through each other; to change that, give two a radius or set"
+    " traffic.policy)"
+)
+
+
+@pytest.mark.parametrize(
+    ("robots", "line"),
+    [
+        (
+            "{ann: {at: a, base: {radius: 0.3}}, bob: {at: b, base: {radius: 0.3}}}",
+            "traffic policy: planned (default: 2 robots have a radius)",
+        ),
+        ("{ann: {at: a}, bob: {at: b}}", POINTS),
+    ],
+    ids=["bodies", "points"],
+)
+def test_the_policy_of_a_world_that_sets_none(robots, line, tmp_path, capsys):
+    """The line before the counts names the policy, and says why it is the default."""
+    path = tmp_path / "pair.yaml"
+    path.write_text(f"waypoints: {{a: [0, 0], b: [9, 0]}}\nlanes: [[a, b]]\nrobots: {robots}\n")
+    code = main(["map", "validate", str(path)])
+
+    assert 0 == code
+    assert [line, "0 errors, 0 warnings"] == capsys.readouterr().out.splitlines()
+
+
+def test_no_policy_is_named_where_no_two_robots_can_meet(capsys):
+    """The world has one robot."""
+    main(["map", "validate", "scenario1"])
+
+    assert "traffic policy" not in capsys.readouterr().out
+
+
 def test_errors_as_json(broken, capsys):
     """For programs there is one JSON list."""
     code = main(["map", "validate", str(broken), "--json"])

@@ -192,3 +192,15 @@ def test_odd_networks(world, tmp_path, capsys):
 
     assert (0, 0) == (main(["map", "info", str(path)]), main(["map", "info", str(path), "--json"]))
     assert "" == capsys.readouterr().err
+
+
+def test_the_policy_in_force(info):
+    """Programs read its name, and whether the file sets it."""
+    assert {"policy": "free", "by_default": True} == info["traffic"]
+
+
+def test_the_policy_in_words(capsys):
+    """A line names it."""
+    main(["map", "info", "cafe"])
+
+    assert "traffic policy: priority" in capsys.readouterr().out.splitlines()

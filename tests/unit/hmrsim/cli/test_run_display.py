@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
+from types import SimpleNamespace
 
 from hmrsim.cli.run_display import LogDisplay
 from hmrsim.events.batteries import BatteryEmpty
 from hmrsim.events.doors import DoorOpening
 from hmrsim.protocol.outputs import EventStamped
+from tests.shipped import shipped
 
 
 def test_events_are_logged_at_levels_without_goals(caplog):
@@ -22,3 +24,14 @@ def test_events_are_logged_at_levels_without_goals(caplog):
             tell()
 
     assert ["sim 0.000 | eve has an empty battery"] == caplog.messages
+
+
+def test_the_log_begins_with_the_traffic_policy(caplog):
+    """It is in the line after the one that names the world."""
+    simulator = SimpleNamespace(now=0.0, world=shipped("cafe").world)
+    host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(state=SimpleNamespace(waiting_for=())))
+
+    with caplog.at_level(logging.INFO), LogDisplay("cafe", logging.INFO).shown(host):
+        pass
+
+    assert ["sim 0.000 | cafe begins", "sim 0.000 | traffic policy: priority"] == caplog.messages[:2]

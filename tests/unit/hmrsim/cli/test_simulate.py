@@ -113,7 +113,8 @@ def test_goals_are_logged_when_asked_for(simulate, rooms):
     """Each goal's acceptance and end, and each event, is a line on stderr; the summary alone is on stdout."""
     _, out, err = simulate(rooms, "--log-level", "info", "--json")
 
-    lines = err.splitlines()
+    policy, *lines = err.splitlines()
+    assert policy.startswith("traffic policy: free (default: robots pass through each other; ")
     assert "[INFO] sim 0.000 | wall_e navigate_to_pose accepted: (9, 2)" == lines[0]
     assert [
         "[INFO] sim 16.000 | wall_e place SUCCEEDED",

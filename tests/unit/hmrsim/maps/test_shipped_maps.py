@@ -93,7 +93,7 @@ def test_every_robot_drives(loaded):
     """All robots set out at once, and each arrives if no robot, door, fault or script interferes."""
     log = Log(frozenset())
     robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
-    empty = {"robots": robots, "traffic": Traffic(), "doors": {}, "faults": ()}
+    empty = {"robots": robots, "traffic": Traffic(policy="free"), "doors": {}, "faults": ()}
     simulator = Simulator(loaded.world.model_copy(update=empty), sinks=[log])
     points = places(loaded.world)
     for i, robot in enumerate(simulator.robots, start=1):

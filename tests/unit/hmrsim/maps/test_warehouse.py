@@ -122,7 +122,7 @@ def test_every_script_is_carried_out(world, shift):
 
     scripts = simulator.scripts.all
     assert dict.fromkeys(world.robots, ScriptState.DONE) == {name: script.state for name, script in scripts.items()}
-    assert ("reserve", 1869.9) == (world.traffic.policy, round(simulator.now, 1))
+    assert ("reserve", 1869.9) == (world.policy, round(simulator.now, 1))
 
 
 def test_robots_wait_for_each_other_but_not_for_ever(shift):

@@ -64,3 +64,53 @@ def test_robot_without_a_speed_drives_as_the_unit_says():
     base = RobotSpec(at=(0.0, 0.0)).base
 
     assert [World(units="m").speed(base), World(units="px").speed(base)] == [1.0, 300.0]
+
+
+BODY = {"base": {"radius": 0.3}}
+BODIES = {"ann": {"at": [0, 0], **BODY}, "bob": {"at": [5, 0], **BODY}}
+
+
+def policy(**fields):
+    """Return the traffic policy in force in a world with these fields."""
+    return World.model_validate(fields).policy
+
+
+def test_two_robots_with_bodies_keep_apart_by_default():
+    """Each has a radius of its own."""
+    assert "planned" == policy(robots=BODIES)
+
+
+def test_a_body_may_come_from_the_type():
+    """A radius of a robot type counts for each robot of the type."""
+    robots = {"ann": {"at": [0, 0], "type": "wide"}, "bob": {"at": [5, 0], "type": "wide"}}
+
+    assert "planned" == policy(robots=robots, robot_types={"wide": BODY})
+
+
+@pytest.mark.parametrize(
+    "bob",
+    [
+        {"at": [5, 0]},
+        {"at": [5, 0], "base": {"radius": 0.3, "flies": True}},
+        {"at": [5, 0], "type": "wide", "base": {"radius": None}},
+    ],
+    ids=["a point", "one that flies", "a point of a type with a radius"],
+)
+def test_robots_pass_through_each_other_if_fewer_than_two_have_bodies(bob):
+    """One of the two robots could touch others."""
+    assert "free" == policy(robots={**BODIES, "bob": bob}, robot_types={"wide": BODY})
+
+
+def test_settings_of_traffic_do_not_choose_a_policy():
+    """`patience` without a policy leaves the choice to the robots."""
+    assert ["planned", "free"] == [policy(robots=robots, traffic={"patience": 30}) for robots in (BODIES, {})]
+
+
+def test_the_policy_of_the_file_is_in_force():
+    """It may be any, whatever the robots are."""
+    assert "free" == policy(robots=BODIES, traffic={"policy": "free"})
+
+
+def test_a_robot_of_an_unknown_type_has_no_body():
+    """Its type is an error of its own."""
+    assert "free" == policy(robots={**BODIES, "bob": {"at": [5, 0], "type": "wide"}})

@@ -44,18 +44,20 @@ def test_lanes_nearer_than_robots_are_wide():
         "'west'-'east' is 0.75 from lanes.1 'side'-'north' and 1 more, and two robots need 0.8: under 'free' robots"
         " pass through each other there; 'reserve', 'priority' and 'planned' keep them apart"
     )
-    assert [("warning", ("lanes", 0), text)] == warnings(lanes=lanes, robots=wide(0.4))
-    assert [("lanes", 0)] == [path for _, path, _ in warnings(lanes=lanes, robots=wide(0.3))]
+    assert [("warning", ("lanes", 0), text)] == warnings(lanes=lanes, robots=wide(0.4), traffic={"policy": "free"})
+    narrow = warnings(lanes=lanes, robots=wide(0.3), traffic={"policy": "free"})
+    assert [("lanes", 0)] == [path for _, path, _ in narrow]
 
 
 @pytest.mark.parametrize(
     "fields",
     [
         {"traffic": {"policy": "reserve"}},
+        {"robots": wide(0.4)},
         {"robots": {"ann": {"at": "west"}}},
         {"robots": {"ann": {"at": "west"}, "bob": {"at": "north", "base": {"flies": True}}}},
     ],
-    ids=["kept apart", "one robot", "one that drives"],
+    ids=["kept apart", "kept apart by default", "one robot", "one that drives"],
 )
 def test_nothing_where_no_two_robots_pass_through_each_other(fields):
     """Other policies keep them apart, and one robot meets no other one."""

@@ -226,7 +226,7 @@ def test_it_is_told_with_its_line_if_asked_for(tmp_path, capsys):
         assert 0 == main(["map", "validate", str(path), *options])
         told.append(capsys.readouterr().out.splitlines())
 
-    assert ["0 errors, 0 warnings"] == told[0]
+    assert ["traffic policy: reserve", "0 errors, 0 warnings"] == told[0]
     places = [": ".join(line.split(": ")[:3]) for line in told[1][:2]]
     assert [f"{path}:3: warning: lanes.0", f"{path}:4: warning: robots"] == places
     assert "0 errors, 2 warnings" == told[1][-1]

@@ -1,4 +1,4 @@
-"""Capacities that can't have an effect."""
+"""The traffic policy and its settings, capacities without effect, and start positions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import pytest
 
 from hmrsim.world.model import World
 from hmrsim.world_checks.traffic import check_traffic
+from hmrsim.world_checks.validation import Lost
 
 WAYPOINTS = {"a": (0.0, 0.0), "b": (1.0, 0.0)}
 
@@ -17,13 +18,16 @@ WAYPOINTS = {"a": (0.0, 0.0), "b": (1.0, 0.0)}
         ({"waypoints": {**WAYPOINTS, "c": {"at": (2.0, 0.0), "capacity": 2}}}, ("waypoints", "c", "capacity")),
     ],
 )
-def test_a_capacity_without_traffic(fields, path):
-    """The world is warned of, once: its author thinks that robots wait for each other."""
+def test_a_capacity_where_robots_pass_through_each_other_by_default(fields, path):
+    """There is one warning for the world: its author thinks that robots wait for each other."""
     world = World.model_validate({"waypoints": WAYPOINTS, **fields})
 
     (found,) = check_traffic(world)
     assert (path, "warning") == (found.path, found.severity)
-    assert found.message.startswith("has no effect without traffic")
+    assert (
+        "has no effect: robots pass through each other, as fewer than two have a radius and no policy is set; add"
+        " traffic: {policy: planned}, or remove the capacity"
+    ) == found.message
 
 
 @pytest.mark.parametrize("policy", ["free", "priority"])
@@ -33,3 +37,41 @@ def test_a_capacity_with_traffic(policy):
     world = World.model_validate({"waypoints": WAYPOINTS, "lanes": lanes, "traffic": {"policy": policy}})
 
     assert [] == [*check_traffic(world)]
+
+
+WIDE = {"base": {"radius": 0.3}}
+
+
+def errors(**fields):
+    """Return the errors of traffic in a world of two robots with radii and these fields."""
+    robots = {"ann": {"at": "a", **WIDE}, "bob": {"at": "b", **WIDE}}
+    world = World.model_validate({"waypoints": WAYPOINTS, "lanes": [["a", "b"]], "robots": robots, **fields})
+    return [finding.message for finding in check_traffic(world) if finding.severity == "error"]
+
+
+def test_robots_that_overlap_at_the_start_under_the_default_policy():
+    """The error says how to let them pass through each other, as before there was a default."""
+    text = (
+        "starts 0.5 from 'ann'; under 'planned' keep 0.6 away (the default; traffic: {policy: free} lets robots pass"
+        " through each other)"
+    )
+    assert [text] == errors(waypoints={"a": (0.0, 0.0), "b": (0.5, 0.0)})
+
+
+def test_settings_of_the_default_policy():
+    """A world with bodies may set what `planned` takes, without naming it."""
+    assert [] == errors(traffic={"patience": 30.0, "most_states": 1000})
+
+
+def test_a_setting_that_the_default_policy_does_not_take():
+    """The error names the default, as the file names no policy."""
+    text = "unknown key 'lane_capacity'; there are policy, patience (the policy is 'free' by default; set another one)"
+    assert [text] == errors(traffic={"lane_capacity": 2}, robots={"ann": {"at": "a", **WIDE}, "bob": {"at": "b"}})
+
+
+def test_nothing_is_said_of_a_default_that_may_be_another_one():
+    """A robot was left out because of an error; with it the default would be `planned`."""
+    robots = {"ann": {"at": "a", **WIDE}}
+    world = World.model_validate({"waypoints": WAYPOINTS, "robots": robots, "traffic": {"lane_capacity": 2}})
+
+    assert [] == [*check_traffic(world, Lost({"robots": frozenset({"bob"})}))]
