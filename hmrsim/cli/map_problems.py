@@ -17,6 +17,7 @@ from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions
 from hmrsim.world_checks.crossings import check_crossings
+from hmrsim.world_checks.obstructions import check_obstructions
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
@@ -42,7 +43,7 @@ def _further(*, traffic: bool) -> list[Callable[[World], Iterable[Finding]]]:
         return [check_crossings]
     from hmrsim.world_checks.forecast import forecast  # noqa: PLC0415 - it loads networkx
 
-    return [check_crossings, forecast]
+    return [check_crossings, check_obstructions, forecast]
 
 
 def _is_wrong_use(problem: Problem) -> bool:

@@ -27,7 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--traffic",
         action="store_true",
-        help="also say where robots will block each other for good under the traffic policy, or have nowhere to wait",
+        help="also warn of places and starts where robots will be in the way of others under the traffic policy, of"
+        " corridors in which they block each other for good, and of too few places to wait",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON list")
     parser.set_defaults(function=Later("hmrsim.cli.map_problems", "validate"))

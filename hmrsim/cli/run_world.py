@@ -21,7 +21,7 @@ from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
 from hmrsim.cli.tracing import TraceFile
 from hmrsim.cli.view_options import check_page, check_port, viewed
-from hmrsim.cli.worlds import read_world, show_warnings
+from hmrsim.cli.worlds import FirstFindings, read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import ServerLogOptions
@@ -32,6 +32,7 @@ from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.file import read_file
 from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
+from hmrsim.world_checks.obstructions import check_obstructions
 from hmrsim_zenoh.errors import ParticipantLost
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.settings import SERVED, MonitorSettings, RecordSettings, Ros2Settings, ViewSettings
@@ -46,6 +47,9 @@ if TYPE_CHECKING:
     from hmrsim.cli.view_options import View
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
+
+_MAX_WARNINGS: Final = 5
+"""Warnings of traffic that are printed; a fleet with more of them has them in common."""
 
 _LOOK: Final = 0.1
 """Wall seconds of one wait: Python handles a signal only between waits."""
@@ -73,12 +77,15 @@ def run(args: argparse.Namespace) -> int:
     run, wires = asked.run, ros2_wires(asked.ros2)
     check_port(asked.view)
     check_page(asked.view, asked.session)
-    loaded = read_world(args, below=asked.below)
+    obstructions = FirstFindings(check_obstructions, _MAX_WARNINGS)
+    loaded = read_world(args, below=asked.below, further=[obstructions])
     check_outputs(
         [("--trace", asked.trace), ("--record", asked.record)],
         [*loaded.files, args.settings, asked.monitor, asked.session.zenoh_config],
     )
     show_warnings(loaded)
+    if obstructions.left_out:
+        warn(f"and {obstructions.left_out} more warnings of traffic; `hmrsim map validate --traffic WORLD` lists all")
     monitor = _monitor(asked.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")

@@ -57,6 +57,25 @@ def read_world(
     )
 
 
+class FirstFindings:
+    """A check that yields the first findings of another one, and counts the rest.
+
+    Attributes:
+        left_out: How many findings the last check had beyond the first ones.
+    """
+
+    def __init__(self, check: Callable[[World], Iterable[Finding]], most: int) -> None:
+        self._check = check
+        self._most = most
+        self.left_out = 0
+
+    def __call__(self, world: World) -> Iterable[Finding]:
+        """Yield the first findings for a world."""
+        findings = [*self._check(world)]
+        self.left_out = max(0, len(findings) - self._most)
+        return findings[: self._most]
+
+
 def show_warnings(loaded: LoadedWorld) -> None:
     """Print the warnings of a world, one a line."""
     for problem in loaded.warnings:

@@ -50,6 +50,24 @@ def test_ready_as_json(capsys):
     assert ["wall_e", "eve"] == ready["robots"]
 
 
+def test_warnings_of_traffic(tmp_path, capsys):
+    """The first five come before it serves, with their lines; the last line says how many more there are."""
+    path = tmp_path / "shelves.yaml"
+    shelves = "".join(f"  shelf_{i}: {{at: [{i}, 0.5]}}\n" for i in range(1, 9))
+    path.write_text(
+        f"waypoints: {{a: [0, 0], b: [9, 0]}}\nlanes: [[a, b]]\nplaces:\n{shelves}"
+        "robots: {ann: {at: a, base: {radius: 0.3}}, bob: {at: b, base: {radius: 0.3}}}\n"
+    )
+    code = main(["run", str(path), "--duration", "0.1", *FREE_PORT])
+
+    *warnings, more = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert 0 == code
+    assert [f"{path}:{line}: warning: places.shelf_{line - 3}.at" for line in range(4, 9)] == [
+        warning.partition(": (")[0] for warning in warnings
+    ]
+    assert "and 3 more warnings of traffic; `hmrsim map validate --traffic WORLD` lists all" == more
+
+
 def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
     """The traceback goes to stderr."""
 
