@@ -14,6 +14,8 @@ from hmrsim.diagnostics import instead, shown
 from hmrsim.explanations import explanations
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hmrsim.explanations import Explanation
 
 _WIDTH: Final = 100
@@ -63,5 +65,12 @@ def _text(found: Explanation) -> str:
     parts = (("Why", found.why), ("What to do", found.do))
     told = [f"{found.code} {found.name} ({found.of})", *textwrap.wrap(found.means, _WIDTH)]
     for title, text in parts:
-        told += ["", f"{title}:", *textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ")]
+        told += ["", f"{title}:", *_wrapped(text)]
     return "\n".join(told)
+
+
+def _wrapped(text: str) -> Iterator[str]:
+    """Yield the lines of a text, indented; each of its own lines is a paragraph or an entry of a list, or empty."""
+    for line in text.splitlines():
+        hanging = "    " if line.startswith("- ") else "  "
+        yield from textwrap.wrap(line, _WIDTH, initial_indent="  ", subsequent_indent=hanging) or [""]

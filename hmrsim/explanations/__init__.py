@@ -28,8 +28,8 @@ class Explanation:
         name: Its name in Nav2 or MoveIt, or what kind of code it is.
         of: The actions that have it.
         means: What it means, a sentence.
-        why: Why it comes.
-        do: What to do.
+        why: Why it comes, in Markdown: paragraphs and lists, each paragraph or entry on one line.
+        do: What to do, likewise.
     """
 
     code: str

@@ -72,6 +72,31 @@ def test_a_code_is_explained_on_the_terminal(code, capsys):
     assert "\nWhat to do:\n" in out
 
 
+def test_lists_are_shown_as_lists(capsys):
+    """Each entry begins on a line of its own, and its further lines are indented."""
+    main(["explain", "104"])
+
+    lines = capsys.readouterr().out.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("  - idle: it has no goal. "))
+    assert "" == lines[first - 1]
+    assert lines[first + 1].startswith("    ")
+
+
+def test_a_blocked_robot_is_not_advised_the_policy_that_is_on():
+    """The command knows no world, so each piece of advice names the policies that it is for."""
+    advice = explanations()["104"].do
+
+    sentences = [sentence for sentence in advice.replace("\n", " ").split(". ") if "policy `planned`" in sentence]
+    assert 1 == len(sentences)
+    assert sentences[0].startswith("Under `reserve` ")
+
+
+@pytest.mark.parametrize("state", ["idle", "waiting", "working", "docked or charging", "broken down"])
+def test_each_state_of_a_robot_in_the_way_has_advice(state):
+    """The list has an entry for it."""
+    assert f"\n- {state}: " in explanations()["104"].do
+
+
 @pytest.mark.parametrize(
     ("code", "said"),
     [
