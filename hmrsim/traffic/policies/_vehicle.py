@@ -130,6 +130,7 @@ class Wait:
         since: When it began to wait, in simulated seconds.
         why: What blocks it, in words; empty where that is other vehicles.
         told: The event that was published of it last, if any.
+        asks: Whether it is to ask again at a time, as a search for a way out was put off.
     """
 
     robot: Vehicle
@@ -137,3 +138,4 @@ class Wait:
     since: float
     why: str = ""
     told: Waiting | None = None
+    asks: bool = False

@@ -202,14 +202,40 @@ class Priority(Reserve):
             helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
             if helping is not None:
                 helping.held_back[robot] = None
-            elif not (any(other.waits and rank(other) < rank(robot) for other in blockers) or self._push(robot, seen)):
-                self._stuck[robot] = None
-                if self._clear_lanes(robot):
+            elif not (
+                any(other.waits and rank(other) < rank(robot) for other in blockers)
+                or self._push(robot, seen)
+                or self._may_go_on_soon(wait, seen)
+            ):
+                if self._move_others(robot):
                     return
-                self._resolve(robot)
         # Else one of them is on its way, or is to go on first.
         if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
             self.slots.watch(robot, seen)
+
+    def _move_others(self, robot: Vehicle) -> bool:
+        """Search for a way out for a vehicle that can't go on; return whether another one has left a lane for it."""
+        self._stuck[robot] = None
+        if self._clear_lanes(robot):
+            return True
+        self._resolve(robot)
+        return False
+
+    def _may_go_on_soon(self, wait: Wait, seen: dict[int, None]) -> bool:
+        """Return whether a vehicle moves in one of the slots *seen* to be in the way: it asks again when that stands.
+
+        A search moves only vehicles that stand, so that it would be in vain in most cases. It is put off for some
+        seconds only, as others may pass by all the time.
+        """
+        due = wait.since + _BETWEEN_SEARCHES
+        if self.admission.now >= due or not any(
+            not (other.stands or other.waits) for slot in seen for other in self.slots.inside(slot)
+        ):
+            return False
+        if not wait.asks:
+            wait.asks = True
+            self.admission.look_again_at(wait.robot, due)
+        return True
 
     def _asks_later(self, robot: Vehicle) -> bool:
         """Return whether it is too early for another search for a vehicle; then it asks again when it is not."""
