@@ -27,8 +27,6 @@ from hmrsim.traffic.policies.priority import Priority, PrioritySettings
 from hmrsim.traffic.policies.reserve import rank, waits_for_cycle
 
 if TYPE_CHECKING:
-    from hmrsim.geometry import Point
-    from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
     from hmrsim.traffic.policies._vehicle import Vehicle
@@ -84,11 +82,10 @@ class Planned(Priority):
 
     def __init__(self, admission: AdmissionControl, settings: PlannedSettings) -> None:
         super().__init__(admission, settings)
-        self._lanes = lanes = admission.graph.lanes
         if settings.one_way:
+            lanes = self._lanes
             ways = lanes.derived(against, lambda: against(lanes.ways))
             admission.graph.avoid(ways, 1.0 + settings.one_way)
-        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
         self._turned_off: dict[Vehicle, None] = {}
         # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.
         self._claimant: Vehicle | None = None
@@ -102,7 +99,6 @@ class Planned(Priority):
     def reset(self) -> None:
         """Forget the past."""
         super().reset()
-        self._kept_costs.clear()
         self._turned_off.clear()
         self._unclaim()
 
@@ -131,11 +127,10 @@ class Planned(Priority):
         return found
 
     def leave(self, robot: Vehicle) -> None:
-        """As `Reserve.leave`, and forget its costs and what it turned off from."""
-        self._kept_costs.pop(robot, None)
+        """As `Priority.leave`, and forget what it turned off from."""
         self._turned_off.pop(robot, None)
         self._kept_out.pop(robot, None)
-        self.slots.leave(robot)
+        super().leave(robot)
 
     def blocked(self, robot: Vehicle) -> None:
         """Have a vehicle turn off, or others make room for it, unless this is part of a resolution."""
@@ -194,25 +189,6 @@ class Planned(Priority):
         self._turned_off[robot] = None
         robot.take_route(self._lanes.route([best, *rest.legs], goal))
         return True
-
-    def _speed(self, robot: Vehicle) -> float:
-        """Return the speed for which ways are compared: any where it makes no difference, so that tables are shared."""
-        return robot.speed if self._lanes.limited else 1.0
-
-    def _costs(self, robot: Vehicle) -> Sequence[float] | None:
-        """Return how far it is to a vehicle's goal from each waypoint, in seconds; None if it goes nowhere."""
-        goal = robot.goal
-        if goal is None:
-            return None
-        graph, speed, kept = self.admission.graph, self._speed(robot), self._kept_costs.get(robot)
-        if kept is not None and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed:
-            return kept[3]
-        try:
-            costs = graph.seconds_to(goal, speed)
-        except NoRoute:
-            return None
-        self._kept_costs[robot] = goal, speed, graph.closed, costs
-        return costs
 
     def _make_room(self, robot: Vehicle, leg: Leg, most: float) -> _Search | None:
         """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen.

@@ -22,12 +22,15 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hmrsim.diagnostics import listed
+from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
 from hmrsim.traffic.policies._resolution import Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, rank, waits_for_cycle
 
 if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.policies._admission import AdmissionControl
     from hmrsim.traffic.policies._resolution import Move, Step
@@ -85,6 +88,8 @@ class Priority(Reserve):
 
     def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
+        self._lanes = admission.graph.lanes
+        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
         self._max_states = settings.most_states
         self._reservations = Reservations(self.slots.near)
         self._resolver = DeadlockResolver(admission, self.slots, self.ways, self._reservations, self._movable)
@@ -120,6 +125,11 @@ class Priority(Reserve):
         if self._stuck:
             stuck, self._stuck = self._stuck, {}
             self.admission.look_again([other for other in stuck if not self._asks_later(other)])
+
+    def leave(self, robot: Vehicle) -> None:
+        """As `Reserve.leave`, and forget its costs."""
+        self._kept_costs.pop(robot, None)
+        self.slots.leave(robot)
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need, or the one for which it is moved or held back."""
@@ -178,6 +188,7 @@ class Priority(Reserve):
         self._awaiting.clear()
         self._opening.clear()
         self._searched.clear()
+        self._kept_costs.clear()
 
     def halted(self, robot: Vehicle) -> None:
         """Give up the resolution of which a vehicle is a part: the next move would wait for it."""
@@ -202,12 +213,9 @@ class Priority(Reserve):
             helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
             if helping is not None:
                 helping.held_back[robot] = None
-            elif not (
-                any(other.waits and rank(other) < rank(robot) for other in blockers)
-                or self._push(robot, seen)
-                or self._may_go_on_soon(wait, seen)
-            ):
-                if self._move_others(robot):
+            elif not any(other.waits and rank(other) < rank(robot) for other in blockers):
+                helped = self._push(robot, seen) or self._may_go_on_soon(wait, seen)
+                if not helped and self._move_others(robot):
                     return
         # Else one of them is on its way, or is to go on first.
         if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
@@ -346,16 +354,39 @@ class Priority(Reserve):
                     return [(other, way), *further]
         return None
 
+    def _speed(self, robot: Vehicle) -> float:
+        """Return the speed for which ways are compared: any where it makes no difference, so that tables are shared."""
+        return robot.speed if self._lanes.limited else 1.0
+
+    def _costs(self, robot: Vehicle) -> Sequence[float] | None:
+        """Return how far it is to a vehicle's goal from each waypoint, in seconds; None if it goes nowhere."""
+        goal = robot.goal
+        if goal is None:
+            return None
+        graph, speed, kept = self.admission.graph, self._speed(robot), self._kept_costs.get(robot)
+        if kept is not None and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed:
+            return kept[3]
+        try:
+            costs = graph.seconds_to(goal, speed)
+        except NoRoute:
+            return None
+        self._kept_costs[robot] = goal, speed, graph.closed, costs
+        return costs
+
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
     def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]) -> list[Way]:
-        """Return the ways by which a vehicle can yield a slot: the free ones first, and the best for its own trip."""
+        """Return the ways by which a vehicle can yield a slot: the free ones first, the best for its own goal."""
         wait = self.admission.waits.get(robot)
         wanted, taken = self.slots.of(wait.leg)[-1:] if wait else (), self.slots.held(pusher)
+        costs, speed = self._costs(robot), self._speed(robot)
 
         def cost(way: Way) -> tuple[bool, bool, float, int]:
-            return any(self.slots.in_the_way(robot, way.end)), way.end not in wanted, way.length, way.end
+            occupied = any(self.slots.in_the_way(robot, way.end))
+            if costs is None:
+                return occupied, way.end not in wanted, way.length, way.end
+            return occupied, False, sum(leg.seconds(speed) for leg in way.legs) + costs[way.end], way.end
 
         found = []
         for way in self.ways.leaving(robot):
