@@ -295,7 +295,7 @@ class Admission:
 
     def _ask_again(self, wait: Wait) -> None:
         robot, leg = wait.robot, wait.leg
-        if self._for_good(robot, leg) and robot.reroute(()):
+        if self._obstructed and self._for_good(robot, leg) and robot.reroute(()):
             return
         wait.why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
@@ -442,15 +442,18 @@ class Admission:
     def _tell(self, wait: Wait) -> None:
         """Publish what a vehicle waits for, unless that has been published."""
         if self.publisher.interest.events:
-            told = self._described(wait)
-            if told != wait.told:
-                wait.told = told
+            others = self._waits_for(wait)
+            if wait.told is None or wait.told.why != wait.why or wait.told.for_ != others:
+                told = wait.told = self._described(wait, others)
                 self.publisher.publish(lambda: told)
 
-    def _described(self, wait: Wait) -> Waiting:
-        robot, lane = wait.robot, wait.leg.lane or None
-        others = None if wait.why else tuple(sorted(other.name for other in self.blockers(robot)))
-        return Waiting(robot.name, robot.pose().point, lane, wait.why, others)
+    def _waits_for(self, wait: Wait) -> tuple[str, ...] | None:
+        """Return the names of the vehicles that one waits for; None if it waits for something else."""
+        return None if wait.why else tuple(sorted(other.name for other in self.blockers(wait.robot)))
+
+    def _described(self, wait: Wait, others: tuple[str, ...] | None) -> Waiting:
+        robot = wait.robot
+        return Waiting(robot.name, robot.pose().point, wait.leg.lane or None, wait.why, others)
 
     def waiting(self, robot: Vehicle) -> dict[str, Any] | None:
         """Return what a vehicle waits for, since when, and all about who is in its way, as JSON values.
@@ -461,7 +464,8 @@ class Admission:
         if wait is None:
             return None
         blockers = [] if wait.why else [str(blocker) for blocker in self._blockers_of(robot)]
-        return {"since": wait.since, **self._described(wait).to_json(), "blockers": blockers}
+        said = self._described(wait, self._waits_for(wait)).to_json()
+        return {"since": wait.since, **said, "blockers": blockers}
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
