@@ -87,6 +87,7 @@ class Planned(Priority):
             ways = lanes.derived(against, lambda: against(lanes.ways))
             admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._turned_off: dict[Vehicle, None] = {}
+        self._kept_takes: dict[float, Sequence[float]] = {}
         # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.
         self._claimant: Vehicle | None = None
         self._claimed: dict[int, None] = {}
@@ -135,7 +136,7 @@ class Planned(Priority):
     def blocked(self, robot: Vehicle) -> None:
         """Have a vehicle turn off, or others make room for it, unless this is part of a resolution."""
         wait = self.admission.waits.get(robot)
-        if wait is None or self._is_seen_to(robot):
+        if wait is None or (self._resolutions and self._is_seen_to(robot)):
             return
         leg = wait.leg
         seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(leg)))
@@ -163,17 +164,17 @@ class Planned(Priority):
         if costs is None or leg.lane is None or robot in self._turned_off or len(held) != 1 or held[0] >= len(costs):
             return False
         node, speed = held[0], self._speed(robot)
-        here, takes = costs[node], self.admission.graph.seconds(speed)
+        here, takes, slots = costs[node], self._takes(speed), self.slots
         most, found = here + leg.seconds(speed), []
         for edge in self._lanes.out[node]:
-            total = takes[edge.number] + costs[edge.end]
-            if costs[edge.end] >= here or total > most or edge.leg == leg:
+            left = costs[edge.end]
+            if left >= here or takes[edge.number] + left > most or edge.leg == leg:
                 continue
-            missing = next(self.slots.missing(robot, edge.leg.slots), None)
+            missing = next(slots.missing(robot, edge.leg.slots), None)
             if missing is not None:
                 seen[missing] = None
             elif edge.leg.lane and self.admission.may_drive(robot, edge.leg.lane):
-                found.append((total, edge.end, edge.leg))
+                found.append((takes[edge.number] + left, edge.end, edge.leg))
         if not found:
             return False
         _, _, best = min(found, key=lambda each: each[:2])
@@ -190,6 +191,13 @@ class Planned(Priority):
         robot.take_route(self._lanes.route([best, *rest.legs], goal))
         return True
 
+    def _takes(self, speed: float) -> Sequence[float]:
+        """Return how long each way counts at a speed, by its number; few speeds are asked for."""
+        takes = self._kept_takes.get(speed)
+        if takes is None:
+            takes = self._kept_takes[speed] = self.admission.graph.seconds(speed)
+        return takes
+
     def _make_room(self, robot: Vehicle, leg: Leg, most: float) -> _Search | None:
         """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen.
 
@@ -203,6 +211,8 @@ class Planned(Priority):
         if slot is None:
             # It is kept out.
             search.moving = True
+            return search
+        if not self._may_clear(slot, search):
             return search
         chain = self._find_chain(slot, robot, search)
         if chain is None:
@@ -257,7 +267,7 @@ class Planned(Priority):
         for other in inside:
             if other in search.pushed:
                 continue
-            if rank(other) <= search.order or not self._can_make_room(other):
+            if not self._may_push(other, search):
                 self._note(other, slot, search)
             elif len(search.pushed) > search.most:
                 search.cut = True
@@ -272,16 +282,21 @@ class Planned(Priority):
         if other.busy or (not other.stands and (other not in self.admission.waits or rank(other) < search.order)):
             search.moving = True
 
-    def _can_make_room(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle can be moved: it waits, or stands; one that has yielded turns at its goal first."""
-        return robot not in self._resolutions and (robot.may_yield or robot in self.admission.waits)
+    def _may_push(self, robot: Vehicle, search: _Search) -> bool:
+        """Return whether a vehicle can be moved for another: it waits, or stands, and set out later or is idle.
+
+        One that has yielded turns at its goal first.
+        """
+        if not (robot in self.admission.waits or robot.may_yield) or robot in self._resolutions:
+            return False
+        return rank(robot) > search.order
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
         """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
         costs = self._costs(robot)
         speed = self._speed(robot)
-        takes = self.admission.graph.seconds(speed)
+        takes = self._takes(speed)
         found = []
         place = slots.held(robot)[-1]
         wait = None if robot.may_yield else self.admission.waits.get(robot)
@@ -302,20 +317,40 @@ class Planned(Priority):
             if full is not None:
                 for other in slots.inside(full):
                     self._note(other, full, search)
-            elif not self.ways.is_open(robot, way) or (near and any(map(any, self._beside(robot, way)))):
+            elif near and self._is_beside(robot, way, search):
                 continue
-            elif not (
-                self._reservations.against(robot, way.slots, search.first)
-                or (self._claimed and self._is_kept_out(robot, way.slots, search.order))
+            elif (
+                self.ways.is_open(robot, way)
+                and not (self._resolutions and self._reservations.against(robot, way.slots, search.first))
+                and not (self._claimed and self._is_kept_out(robot, way.slots, search.order))
+                and self._may_clear(end, search)
             ):
                 occupied = costs is None and slots.full(end)
                 found.append((occupied, seconds + (costs[end] if costs else 0.0), end, way))
         found.sort(key=lambda each: each[:3])
         return [way for *_, way in found]
 
-    def _beside(self, robot: Vehicle, way: Way) -> Iterator[Iterator[Vehicle]]:
-        """Yield the vehicles that one would touch in each slot of a way but the last one."""
-        return (self.slots.beside(robot, slot) for slot in way.slots[:-1])
+    def _is_beside(self, robot: Vehicle, way: Way, search: _Search) -> bool:
+        """Return whether a vehicle would touch others before the end of a way; takes note of them."""
+        beside = [(at, other) for at in way.slots[:-1] for other in self.slots.beside(robot, at)]
+        for at, other in beside:
+            self._note(other, at, search)
+        return bool(beside)
+
+    def _may_clear(self, slot: int, search: _Search) -> bool:
+        """Return whether there may be room in a slot, at first sight: most often one vehicle is there that stays."""
+        inside = self.slots.inside(slot)
+        if len(inside) != 1 or not self.slots.full(slot) or self.slots.near:
+            return True
+        other = inside[0]
+        if other is search.first:
+            return search.goes
+        if other in search.pushed:
+            return False
+        if self._may_push(other, search):
+            return True
+        self._note(other, slot, search)
+        return False
 
     def _untie(self, robot: Vehicle) -> None:
         """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
