@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from hmrsim.traffic.policies._clearing import Clearing
@@ -30,6 +30,9 @@ _MAX_SEARCHED = 6
 
 _MAX_CLEARING = 24
 """Vehicles that may be moved, one after the other, to clear a route."""
+
+_MAX_AROUND = 80
+"""Places, the nearest first, where vehicles are looked for that may have to be moved."""
 
 _FEW_STEPS = 4
 """Steps that are taken without a look at other ones."""
@@ -75,23 +78,24 @@ class DeadlockResolver:
 
         *max_states* is how many combinations of places are searched; it is not sure if there are more.
         """
-        around = list(self._around(robot, target))
-        steps, sure = self._search_nearest(robot, around, target, max_states)
+        around = self._around(robot, target)
+        nearest = list(islice(around, _MAX_SEARCHED))
+        steps, sure = self._search_nearest(robot, nearest, target, max_states)
         if sure or (steps is not None and len(steps) <= _FEW_STEPS):
             return steps, True
-        cleared = self._clear_route([robot, *around[: _MAX_CLEARING - 1]], target)
+        cleared = self._clear_route([robot, *nearest, *islice(around, _MAX_CLEARING - _MAX_SEARCHED)], target)
         return min((each for each in (steps, cleared) if each), key=_length, default=None), False
 
     def _search_nearest(
-        self, robot: Vehicle, around: Sequence[Vehicle], target: int, max_states: int
+        self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
     ) -> tuple[list[Step] | None, bool]:
         """Search the places of the nearest vehicles; it is sure that there are no steps if all take part."""
-        for size in range(1, min(len(around), _MAX_SEARCHED - 1) + 1):
-            steps, searched = self._search(self._group([robot, *around[:size]], target), max_states)
+        for size in range(1, min(len(nearest), _MAX_SEARCHED - 1) + 1):
+            steps, searched = self._search(self._group([robot, *nearest[:size]], target), max_states)
             max_states -= searched
             if steps is not None or max_states <= 0:
                 return steps, False
-        return None, len(around) < _MAX_SEARCHED
+        return None, len(nearest) < _MAX_SEARCHED
 
     def _group(self, robots: Sequence[Vehicle], target: int) -> Group:
         return Group(self._admission, self._slots, self._ways, self._reservations, robots, target)
@@ -110,25 +114,38 @@ class DeadlockResolver:
 
     def _around(self, robot: Vehicle, target: int) -> Iterator[Vehicle]:
         """Yield the vehicles that may be moved, in breadth-first order from the target."""
-        slots, lanes, near = self._slots, self._admission.graph.lanes, self._slots.near
-        found: dict[Vehicle, None] = {robot: None}
-        seen, todo = {target}, deque([target])
-        while todo and len(found) <= _MAX_CLEARING:
+        slots = self._slots
+        seen, todo = {target: None}, deque([target])
+        for _ in range(_MAX_AROUND):
+            if not todo:
+                return
             place = todo.popleft()
-            for other in sorted(slots.inside(place), key=rank):
-                if other not in found and self._movable(other, robot) and slots.held(other)[-1:] == (place,):
-                    found[other] = None
+            for other in sorted(slots.inside(place), key=rank) if slots.inside(place) else ():
+                if other is not robot and slots.held(other)[-1] == place and self._movable(other, robot):
                     yield other
-            if place < len(lanes.out):
-                beyond = [slot for edge in lanes.out[place] for slot in edge.leg.slots]
-            elif slots.is_lane(place):
-                beyond = [edge.end for edge in lanes.leading_to(place)]
-            else:
-                beyond = [slot for way in self._ways.from_spot(place) for slot in way.slots]
-            for slot in chain(beyond, *(near.get(at, ()) for at in (place, *beyond))):
+            for slot in self._next_to(place):
                 if slot not in seen:
-                    seen.add(slot)
+                    seen[slot] = None
                     todo.append(slot)
+
+    def _next_to(self, place: int) -> Iterator[int]:
+        """Yield the places next to one: along the lanes, in their middle if someone stands there, and beside."""
+        slots, near = self._slots, self._slots.near
+        lanes = self._admission.graph.lanes
+        if place in slots.points:
+            ways = [*self._ways.from_spot(place)]
+            around = [way.end for way in ways], [slot for way in ways for slot in way.slots]
+        elif slots.is_lane(place):
+            around = [edge.end for edge in lanes.leading_to(place)], [place]
+        else:
+            edges = lanes.out[place]
+            around = [edge.end for edge in edges], [place, *(edge.leg.slots[0] for edge in edges)]
+        yield from around[0]
+        for slot in around[1]:
+            if slot != place and slots.is_lane(slot) and slots.inside(slot):
+                yield slot
+            if near:
+                yield from (at for at in near.get(slot, ()) if not slots.is_lane(at) or slots.inside(at))
 
     def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
         """Search the places of a group breadth first; return the steps, and how many combinations were searched."""
