@@ -156,16 +156,23 @@ class Admission:
         for slot in self._slots_at(point):
             others = [robot for robot in self._rules.inside(slot) if robot.name != name]
             if self._rules.full(slot) and others:
-                return f"is on {self._called(slot)}, which {others[0].name} has"
+                return f"is on {self._called(slot, others[0])}, which {others[0].name} has"
             for at, other in self._rules.near(slot, radius):
                 if other.name != name:
-                    return f"is near {self._called(at)}, which {other.name} has"
+                    return f"is near {self._called(at, other)}, which {other.name} has"
         return None
 
-    def _called(self, slot: int) -> str:
+    def _called(self, slot: int, robot: Vehicle) -> str:
+        """Return the name of a slot that a vehicle has."""
         lanes = self.graph.lanes
         track = slot - len(lanes.names)
-        return f"waypoint {lanes.names[slot]!r}" if track < 0 else "lane {}-{}".format(*lanes.tracks[track])
+        if track < 0:
+            return f"waypoint {lanes.names[slot]!r}"
+        return (
+            "lane {}-{}".format(*lanes.tracks[track])
+            if track < len(lanes.tracks)
+            else self._places.of(robot.pose().point)
+        )
 
     def remove(self, robot: Vehicle) -> None:
         """Take note that a vehicle is there no longer."""
@@ -203,7 +210,8 @@ class Admission:
         """Have a vehicle stand where it was before this instant; those that set out to be there step back."""
         slots = self._slots_at(robot.pose().point)
         for slot in slots:
-            for other in [*rules.inside(slot)] if rules.full(slot) else ():
+            inside = [*rules.inside(slot)] if rules.full(slot) else []
+            for other in dict.fromkeys([*inside, *(near for _, near in rules.near(slot, robot.radius))]):
                 if other is not robot and other.sets_out and (leg := other.next_leg):
                     other.step_back()
                     self._stand_back(other, rules)
@@ -213,14 +221,14 @@ class Admission:
         rules.stand(robot, slots)
 
     def _slots_at(self, point: Point) -> tuple[int, ...]:
-        """Return the slots of a vehicle that stands at a point: the waypoint, or the lane."""
+        """Return the slots of a vehicle that stands at a point: the waypoint, the lane, or a spot beside the lanes."""
         lanes = self.graph.lanes
         at = lanes.at.get(point)
         if at is not None:
             return (at,)
         on_lane, feet = lanes.feet(point)
         if not on_lane:
-            return ()
+            return (self._rules.spot(point),) if self._rules else ()
         edge = feet[0][0]
         for node in (edge.start, edge.end):
             if distance(point, lanes.points[node]) <= SAME_PLACE:

@@ -23,6 +23,7 @@ from hmrsim.traffic.policies._vehicle import Vehicle, Wait
 __all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry"]
 
 if TYPE_CHECKING:
+    from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
 
 
@@ -60,6 +61,9 @@ class Rules(Protocol):
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer."""
+
+    def spot(self, point: Point) -> int:
+        """Return the slot of a point beside the lanes."""
 
     def full(self, slot: int) -> bool:
         """Return whether no other vehicle may come into a slot now."""

@@ -189,7 +189,7 @@ def _moves(group: Group, places: Places) -> Iterator[_Drives]:
         into.append(ahead)
     if len(places) > _PAIR:
         for drive in chain.from_iterable(into):
-            yield from _circles(places, into, (drive,))
+            yield from filter(group.fit, _circles(places, into, (drive,)))
 
 
 def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) -> Iterator[_Drives]:

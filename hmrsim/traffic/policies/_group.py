@@ -138,6 +138,18 @@ class Group:
                     break
         return found
 
+    def fit(self, drives: Sequence[tuple[int, Way]]) -> bool:
+        """Return whether vehicles that drive at the same time have room for it, and do not touch."""
+        for n, (i, way) in enumerate(drives):
+            near = self._near(way.slots)
+            for j, other in drives[:n]:
+                if any(slot in way.slots and self._room(slot) <= 1 for slot in other.slots):
+                    return False
+                radii = self.robots[i].radius + self.robots[j].radius
+                if any(slot in near and touch(near[slot], radii) for slot in other.slots):
+                    return False
+        return True
+
     def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
         """Return whether a vehicle at a place would be in another one's way, whoever else is there."""
         near = self._near(way.slots)

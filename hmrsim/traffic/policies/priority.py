@@ -65,6 +65,9 @@ class PrioritySettings(ReserveSettings):
 _SHORT = 20.0
 """Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
 
+_BEFORE_LONG = 10.0
+"""Simulated seconds that a vehicle waits before longer moves are made for it, while others move."""
+
 
 @dataclass
 class _Searched:
@@ -439,9 +442,9 @@ class Priority(Reserve):
         self._begin_steps(resolution)
 
     def _takes_long(self, steps: Sequence[Step], wait: Wait) -> bool:
-        """Return whether it is better to wait some more than to make these moves: as long as they take, at most."""
+        """Return whether it is better to wait some more than to make these moves."""
         seconds = sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
-        return seconds > _SHORT + self.admission.now - wait.since
+        return seconds > _SHORT and self.admission.now < wait.since + _BEFORE_LONG
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""

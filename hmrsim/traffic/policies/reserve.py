@@ -74,7 +74,7 @@ class Reserve:
         )
         self.ways = Ways(admission, self.slots)
         self.held, self.inside = self.slots.held, self.slots.inside
-        self.full, self.near = self.slots.full, self.slots.holders_near
+        self.full, self.near, self.spot = self.slots.full, self.slots.holders_near, self.slots.spot
 
     def is_reserved(self, _slot: int) -> bool:
         """Return whether a slot is going to be needed for a vehicle that neither holds it nor waits for it."""
