@@ -355,6 +355,11 @@ class Robot(MobileBase):
         return (self.dock is None or self.waits) and super().may_yield
 
     @property
+    def will_yield(self) -> bool:
+        """Whether it could go somewhere else for a while, now or soon; not from a dock, as `may_yield` says."""
+        return (self.dock is None or not self.stands) and super().will_yield
+
+    @property
     def activity(self) -> str:
         """What it does, in words."""
         if self.dock is not None and self.stands and not self.disabled:

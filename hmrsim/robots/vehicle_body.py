@@ -202,6 +202,13 @@ class VehicleBody:
         return self._state is VehicleState.IDLE or (self._state.waits and self.goal is not None)
 
     @property
+    def will_yield(self) -> bool:
+        """Whether it could go somewhere else for a while, now or as soon as it stands or has done its work."""
+        if self._state.moves:
+            return self._state is VehicleState.YIELDING or (self._state.needs_admission and self.goal is not None)
+        return self.busy or self.may_yield
+
+    @property
     def disabled(self) -> str:
         """Why it can do nothing now; empty while it can be used."""
         return next(iter(self.disabled_reasons.values()), "")

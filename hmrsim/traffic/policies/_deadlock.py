@@ -8,9 +8,9 @@ not by vehicle.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
@@ -45,6 +45,13 @@ _Drives = tuple[_Drive, ...]
 _Before = dict[object, tuple["Places", object, _Drives]]
 
 
+class Movable(Protocol):
+    """Whether the first vehicle may be moved for the second, now or soon."""
+
+    def __call__(self, other: Vehicle, robot: Vehicle, *, works: bool) -> bool:
+        """Return whether it may; with *works* also one that has to finish its work first."""
+
+
 class DeadlockResolver:
     """Searches for moves that let a vehicle go on.
 
@@ -52,7 +59,7 @@ class DeadlockResolver:
         slots: The places of the vehicles.
         ways: Where they can go.
         reservations: What other resolutions need.
-        movable: Returns whether the first vehicle may be moved for the second.
+        movable: Whether the first vehicle may be moved for the second.
     """
 
     def __init__(
@@ -61,7 +68,7 @@ class DeadlockResolver:
         slots: Slots,
         ways: Ways,
         reservations: Reservations,
-        movable: Callable[[Vehicle, Vehicle], bool],
+        movable: Movable,
     ) -> None:
         self._admission = admission
         self._slots = slots
@@ -78,13 +85,17 @@ class DeadlockResolver:
 
         *max_states* is how many combinations of places are searched; it is not sure if there are more.
         """
-        around = self._around(robot, target)
-        nearest = list(islice(around, _MAX_SEARCHED))
-        steps, sure = self._search_nearest(robot, nearest, target, max_states)
-        if sure or (steps is not None and len(steps) <= _FEW_STEPS):
-            return steps, True
-        cleared = self._clear_route([robot, *nearest, *islice(around, _MAX_CLEARING - _MAX_SEARCHED)], target)
-        return min((each for each in (steps, cleared) if each), key=_length, default=None), False
+        for works in (False, True):
+            around = self._around(robot, target, works=works)
+            nearest = list(islice(around, _MAX_SEARCHED))
+            steps, sure = self._search_nearest(robot, nearest, target, max_states)
+            if steps is None or len(steps) > _FEW_STEPS:
+                further = islice(around, _MAX_CLEARING - _MAX_SEARCHED)
+                cleared = None if sure else self._clear_route([robot, *nearest, *further], target)
+                steps = min((each for each in (steps, cleared) if each), key=_length, default=None)
+            if steps is not None:
+                return steps, True
+        return None, sure
 
     def _search_nearest(
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
@@ -112,8 +123,8 @@ class DeadlockResolver:
             at[i] = way.end
         return steps
 
-    def _around(self, robot: Vehicle, target: int) -> Iterator[Vehicle]:
-        """Yield the vehicles that may be moved, in breadth-first order from the target."""
+    def _around(self, robot: Vehicle, target: int, *, works: bool) -> Iterator[Vehicle]:
+        """Yield the vehicles that may be moved, also those that work or not, in breadth-first order from the target."""
         slots = self._slots
         seen, todo = {target: None}, deque([target])
         for _ in range(_MAX_AROUND):
@@ -121,7 +132,9 @@ class DeadlockResolver:
                 return
             place = todo.popleft()
             for other in sorted(slots.inside(place), key=rank) if slots.inside(place) else ():
-                if other is not robot and slots.held(other)[-1] == place and self._movable(other, robot):
+                if other is robot or slots.held(other)[-1] != place or (other.moves and slots.is_lane(place)):
+                    continue
+                if self._movable(other, robot, works=works):
                     yield other
             for slot in self._next_to(place):
                 if slot not in seen:

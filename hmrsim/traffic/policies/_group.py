@@ -53,7 +53,9 @@ class Group:
         kinds: dict[object, int] = {}
         self._kinds = [kinds.setdefault((robot.radius, *admission.kept_off(robot)), len(kinds)) for robot in robots]
         self._occupied: dict[tuple[int, int], tuple[int, ...]] = {
-            (i, place): slots.held(robot) for i, (robot, place) in enumerate(zip(robots, self.start, strict=True))
+            (i, place): slots.held(robot)
+            for i, (robot, place) in enumerate(zip(robots, self.start, strict=True))
+            if robot.stands or robot.waits
         }
         self._into = self._ways_to_target()
         self._ways: dict[tuple[int, int], list[Way]] = {}

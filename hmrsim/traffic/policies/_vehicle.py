@@ -51,6 +51,10 @@ class Vehicle(Protocol):
         """Whether it stands, and goes nowhere."""
 
     @property
+    def moves(self) -> bool:
+        """Whether it is on its way, and nothing is in it."""
+
+    @property
     def waits(self) -> bool:
         """Whether it stands on its way, since something is in it."""
 
@@ -65,6 +69,10 @@ class Vehicle(Protocol):
     @property
     def may_yield(self) -> bool:
         """Whether it stands, and could go somewhere else for a while."""
+
+    @property
+    def will_yield(self) -> bool:
+        """Whether it could go somewhere else for a while, now or as soon as it stands or has done its work."""
 
     def pose(self) -> Pose:
         """Return the position of its centre and its yaw, now."""

@@ -125,6 +125,10 @@ class Priority(Reserve):
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """As `Reserve.stand`; vehicles that could not be helped before ask again, as soon as a search is due."""
         self.slots.stand(robot, slots)
+        resolution = self._resolutions.get(robot)
+        if resolution is not None and robot not in resolution.moving:
+            # It has come to where it is to move from.
+            self.admission.soon(partial(self._go_on, resolution))
         if self._stuck:
             stuck, self._stuck = self._stuck, {}
             self.admission.look_again([other for other in stuck if not self._asks_later(other)])
@@ -270,7 +274,7 @@ class Priority(Reserve):
         resolution = self._resolutions.get(robot)
         if resolution is None:
             return False
-        del resolution.moving[robot]
+        resolution.moving.pop(robot, None)
         self._begin_steps(resolution)
         return True
 
@@ -452,36 +456,42 @@ class Priority(Reserve):
             return False
         return self.admission.is_held_up(robot) or not robot.busy
 
-    def _movable(self, other: Vehicle, robot: Vehicle) -> bool:
-        """Return whether a vehicle may be moved for another."""
-        return other is robot or self._gives_way(other, robot)
+    def _movable(self, other: Vehicle, robot: Vehicle, *, works: bool) -> bool:
+        """Return whether a vehicle may be moved for another, now or as soon as it stands; if it *works*, after that."""
+        if other in self._resolutions or rank(other) <= rank(robot):
+            return False
+        return other.will_yield and (works or not other.busy)
 
     def _begin_steps(self, resolution: Resolution) -> None:
         """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again.
 
         Where a door is on the way, a step begins when that is open.
         """
-        opens = False
+        waits = False
         for step in resolution.ready(self.slots.near):
-            if not all(map(self._may_move, step)):
+            if not all(map(self._may_still_move, step)):
                 self._drop(resolution)
                 return
+            if not all(move.robot.may_yield for move in step):
+                # It comes to where it is to move from, or works there.
+                waits = True
+                continue
             let = [self.admission.lets(move.robot, move.way.legs) for move in step]
             if not all(let):
                 self._awaiting[resolution] = None
-                opens = True
+                waits = True
             elif self.slots.exchange([(move.robot, move.way.slots) for move in step]):
                 resolution.begin(step)
                 self._reservations.remove(resolution, [step])
                 for move in step:
                     self.admission.push(move.robot, move.way.legs, resolution.first)
         self._let_go(resolution)
-        if not (resolution.moving or opens):
+        if not (resolution.moving or waits):
             self._drop(resolution)
 
-    def _may_move(self, move: Move) -> bool:
-        """Return whether a vehicle is where it is to move from, and nothing but traffic can be in its way for good."""
-        if not move.robot.may_yield or self.slots.held(move.robot)[-1:] != (move.start,):
+    def _may_still_move(self, move: Move) -> bool:
+        """Return whether a vehicle is, or comes to, where it is to move from, and nothing is in its way for good."""
+        if not move.robot.will_yield or self.slots.held(move.robot)[-1:] != (move.start,):
             return False
         return self.ways.is_open(move.robot, move.way)
 
