@@ -479,7 +479,7 @@ class Admission:
         return self.waits.get(wait.robot) is wait
 
     def _hopeless_since(self, wait: Wait) -> float | None:
-        """Return since when none of those for which a vehicle waits, directly or not, has made progress.
+        """Return since when neither those for which a vehicle waits, directly or not, nor those ahead make progress.
 
         Returns:
             In simulated seconds, and no sooner than it began to wait; infinite if one of them moves or works now, None
@@ -487,14 +487,13 @@ class Admission:
         """
         if not self._still_waits(wait):
             return None
-        since, todo = wait.since, {wait.robot: None}
-        for robot in (queue := [wait.robot]):
-            for other in self.blockers(robot):
-                if other not in todo:
-                    todo[other] = None
-                    queue.append(other)
-                    since = max(since, other.still_since)
-        return since
+        robot, seen = wait.robot, dict.fromkeys(self._rules.ahead_of(wait.robot) if self._rules else ())
+        for each in (todo := [robot]):
+            for other in self.blockers(each):
+                if other not in seen:
+                    seen[other] = None
+                    todo.append(other)
+        return max([wait.since, *(other.still_since for other in seen if other is not robot)])
 
     def _give_up(self, wait: Wait) -> None:
         """Abort the goal of a vehicle that has waited for too long."""

@@ -9,7 +9,7 @@ stands on. A policy decides when it may have them.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
@@ -76,6 +76,9 @@ class Rules(Protocol):
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
+
+    def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
+        """Return the vehicles whose turn is before that of one that waits, so that its patience does not count yet."""
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""

@@ -146,6 +146,10 @@ class Slots:
         """Return the slots that a vehicle holds, in the order in which it drives them."""
         return self._held.get(robot, ())
 
+    def vehicles(self) -> Iterable[Vehicle]:
+        """Return the vehicles that hold slots, in the order in which they came into the world."""
+        return self._held
+
     def full(self, slot: int) -> bool:
         """Return whether no other vehicle may come into a slot."""
         return self._free[slot] < 1

@@ -13,7 +13,7 @@ ever.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -143,6 +143,10 @@ class Priority(Reserve):
         found = super().blockers(robot, leg)
         resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
         return [resolution.first] if resolution and resolution.first is not robot else found
+
+    def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
+        """Return the vehicles on their way that set out earlier: others are moved for these first."""
+        return [other for other in self.slots.vehicles() if not other.stands and rank(other) < rank(robot)]
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""

@@ -10,7 +10,7 @@ last first, or backs off to a free waypoint beside it; where none can, the goal 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -121,6 +121,10 @@ class Reserve:
             found.update(dict.fromkeys(slots.in_the_way(robot, slot)))
         found.pop(robot, None)
         return [*found]
+
+    def ahead_of(self, _robot: Vehicle) -> Iterable[Vehicle]:
+        """Return no vehicle: each has the right of way where it comes first."""
+        return ()
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
