@@ -227,8 +227,9 @@ class Planned(Priority):
                 pushed.append((other, way))
         if goes:
             on_their_way.append((robot, slots))
-        if not self._yield(pushed, robot, on_their_way):
-            search.moving = True
+        room = self._yield(pushed, robot, on_their_way)
+        if not room:
+            search.moving = search.moving or room is None
             search.seen.update(dict.fromkeys(at for _, way in chain for at in way.slots))
             return search
         for other, _ in on_their_way:
