@@ -3,15 +3,21 @@
 Fleets are those that `hmrsim world generate` writes; the dispatcher is that of `benchmarks/_dispatched.py`. Only fleets
 count whose orders can all be served, as a search over configurations of robots shows.
 
-``python -m benchmarks.first_fleets --seeds 0:200 --policy planned --failures`` shows what goes wrong.
+``python -m benchmarks.first_fleets --seeds 0:200 --policy planned --failures`` shows what goes wrong. The search takes
+longer than the runs: ``--cache FILE`` keeps its verdicts.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import os
+import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks._dispatched import LIMIT, Outcome, dispatched
@@ -35,19 +41,68 @@ class _Run(NamedTuple):
 
 
 class _Job(NamedTuple):
-    """A fleet to run under some policies, if it is solvable or need not be."""
+    """A fleet to run under some policies, if it is solvable or need not be.
+
+    Attributes:
+        verdict: Whether it is solvable; None if a search has to find out.
+    """
 
     seed: int
     policies: tuple[str, ...]
-    solvable: bool
-    patience: float | None
-    limit: float
+    verdict: Verdict | None
+    solvable: bool = True
+    patience: float | None = 60.0
+    limit: float = LIMIT
+
+
+class Verdicts:
+    """The verdicts of seeds, in a file that grows with each new one.
+
+    A verdict counts as long as the generator makes the same world of the seed.
+
+    Args:
+        path: The file; None to keep nothing.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._path = path
+        self._known: dict[str, dict[str, Any]] = {}
+        self._written = 0.0
+        if path is not None and path.exists():
+            self._known = json.loads(path.read_text(encoding="utf-8"))
+
+    def get(self, seed: int) -> Verdict | None:
+        """Return the verdict of a seed; None if it is not known."""
+        entry = self._known.get(f"{seed}", {})
+        return Verdict(**entry["verdict"]) if entry.get("world") == _digest(seed) else None
+
+    def add(self, seed: int, verdict: Verdict) -> None:
+        """Keep the verdict of a seed."""
+        self._known[f"{seed}"] = {"world": _digest(seed), "verdict": asdict(verdict)}
+        if time.monotonic() > self._written + _PAUSE:
+            self.write()
+
+    def write(self) -> None:
+        """Write the file, whole or not at all."""
+        if self._path is not None:
+            whole = self._path.with_name(f"{self._path.name}.part")
+            whole.write_text(json.dumps(self._known, indent=1) + "\n", encoding="utf-8")
+            whole.replace(self._path)
+            self._written = time.monotonic()
+
+
+_PAUSE = 5.0
+"""Wall seconds between two times that verdicts are written."""
+
+
+def _digest(seed: int) -> str:
+    return hashlib.sha256(json.dumps(random_fleet(seed)).encode()).hexdigest()[:16]
 
 
 def run(seeds: int = 200, policies: Sequence[str] = _POLICIES) -> list[Row]:
     """Measure the fleets of so many seeds under each policy."""
     rows: list[Row] = []
-    found = [*_runs(range(seeds), policies)]
+    found = [run for runs in _runs([_Job(seed, tuple(policies), None) for seed in range(seeds)]) for run in runs]
     for policy in policies:
         outcomes = [run.outcome for run in found if run.policy == policy and run.outcome is not None]
         served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
@@ -72,24 +127,15 @@ def fleet(seed: int, policy: str, patience: float | None = 60.0) -> World:
     return World.model_validate(random_fleet(seed) | {"traffic": {"policy": policy, "patience": patience}})
 
 
-def _runs(
-    seeds: Iterable[int],
-    policies: Sequence[str],
-    *,
-    solvable: bool = True,
-    patience: float | None = 60.0,
-    limit: float = LIMIT,
-) -> Iterable[_Run]:
-    """Yield the runs of seeds in order, on all cores; with *solvable* of those only that are sure to be."""
-    jobs = [_Job(seed, tuple(policies), solvable, patience, limit) for seed in seeds]
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for runs in pool.map(_run_seed, jobs):
-            yield from runs
+def _runs(jobs: Sequence[_Job], processes: int | None = None) -> Iterable[list[_Run]]:
+    """Yield the runs of jobs in order, on all cores."""
+    with ProcessPoolExecutor(processes or os.cpu_count()) as pool:
+        yield from pool.map(_run_seed, jobs)
 
 
 def _run_seed(job: _Job) -> list[_Run]:
     # It is the same under each policy.
-    verdict = solve(fleet(job.seed, job.policies[0]), any_robot=False) if job.solvable else Verdict("unknown")
+    verdict = job.verdict or solve(World.model_validate(random_fleet(job.seed)), any_robot=False)
     is_run = verdict.answer == "solvable" or not job.solvable
     return [
         _Run(
@@ -120,26 +166,70 @@ def _described(run: _Run, *, details: bool) -> str:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run some seeds, and print what came of each of them."""
+    args = _parser().parse_args(argv)
+    first, colon, last = args.seeds.partition(":")
+    seeds = range(int(first), int(last) if colon else int(first) + 1)
+    verdicts = Verdicts(args.cache)
+    policies = () if args.verdicts else tuple(args.policy)
+    jobs = [
+        _Job(
+            seed,
+            policies,
+            Verdict("unknown") if args.all else verdicts.get(seed),
+            not args.all,
+            args.patience or None,
+            args.limit,
+        )
+        for seed in seeds
+    ]
+    if args.verdicts:
+        _find_verdicts([job for job in jobs if job.verdict is None], verdicts, args.processes)
+        return
+    found: list[_Run] = []
+    for job, runs in zip(jobs, _runs(jobs, args.processes), strict=True):
+        if job.verdict is None:
+            verdicts.add(job.seed, runs[0].verdict)
+        for run in runs:
+            found.append(run)
+            if not (args.failures and (run.outcome is None or run.outcome.flawless)):
+                print(_described(run, details=args.details), flush=True)
+    verdicts.write()
+    for policy in args.policy:
+        print(_summary(policy, [run for run in found if run.policy == policy]))
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.first_fleets", description="Run random fleets.")
     parser.add_argument("--seeds", default="0:100", metavar="A:B", help="from A up to B, or one seed")
     parser.add_argument("--policy", nargs="+", default=_POLICIES, choices=_POLICIES)
     parser.add_argument("--patience", type=float, default=60.0, metavar="S", help="0 for no limit (60)")
     parser.add_argument("--limit", type=float, default=LIMIT, metavar="S", help="end each run at this simulated time")
     parser.add_argument("--all", action="store_true", help="run fleets that may be unsolvable, too, without the search")
+    parser.add_argument(
+        "--cache", type=Path, metavar="FILE", help="read verdicts of the search there, and add new ones"
+    )
+    parser.add_argument("--verdicts", action="store_true", help="find missing verdicts only; run nothing")
+    parser.add_argument("--processes", type=int, metavar="N", help="how many at once (one for each core)")
     parser.add_argument("--failures", action="store_true", help="print the runs that failed only")
     parser.add_argument(
         "--details", action="store_true", help="print each aborted goal, and which robots touch or wait"
     )
-    args = parser.parse_args(argv)
-    first, colon, last = args.seeds.partition(":")
-    seeds = range(int(first), int(last) if colon else int(first) + 1)
-    found: list[_Run] = []
-    for run in _runs(seeds, args.policy, solvable=not args.all, patience=args.patience or None, limit=args.limit):
-        found.append(run)
-        if not (args.failures and (run.outcome is None or run.outcome.flawless)):
-            print(_described(run, details=args.details), flush=True)
-    for policy in args.policy:
-        print(_summary(policy, [run for run in found if run.policy == policy]))
+    return parser
+
+
+def _find_verdicts(jobs: Sequence[_Job], verdicts: Verdicts, processes: int | None) -> None:
+    """Find out which fleets are solvable, and print it."""
+    count = {"solvable": 0, "unknown": 0, "unsolvable": 0}
+    with ProcessPoolExecutor(processes or os.cpu_count()) as pool:
+        for job, verdict in zip(jobs, pool.map(_verdict_of, jobs), strict=True):
+            verdicts.add(job.seed, verdict)
+            count[verdict.answer] += 1
+    verdicts.write()
+    print(", ".join(f"{number} {answer}" for answer, number in count.items()))
+
+
+def _verdict_of(job: _Job) -> Verdict:
+    return solve(World.model_validate(random_fleet(job.seed)), any_robot=False)
 
 
 def _summary(policy: str, runs: Sequence[_Run]) -> str:
@@ -152,8 +242,20 @@ def _summary(policy: str, runs: Sequence[_Run]) -> str:
         f" {sum(len(each.touching) for each in outcomes)} pairs touch,"
         f" {sum(len(each.waiting) for each in outcomes)} robots wait at the end, longest instant"
         f" {1e3 * max((each.longest[0] for each in outcomes), default=0.0):.0f} ms,"
-        f" {sum(each.took for each in outcomes):.1f} s of processor time"
+        f" {sum(each.took for each in outcomes):.1f} s of processor time\n"
+        f"  failed: {_failed(runs)}"
     )
+
+
+def _failed(runs: Sequence[_Run]) -> str:
+    """Return the seeds that failed, by how: lost orders, robots that touch, robots that wait."""
+    failed: dict[str, list[str]] = {}
+    for run in runs:
+        outcome = run.outcome
+        if outcome is not None and not outcome.flawless:
+            signs = "l" * (outcome.served < outcome.total) + "t" * bool(outcome.touching) + "w" * bool(outcome.waiting)
+            failed.setdefault(signs, []).append(f"{run.seed}")
+    return "; ".join(f"{signs} {' '.join(seeds)}" for signs, seeds in sorted(failed.items())) or "none"
 
 
 if __name__ == "__main__":

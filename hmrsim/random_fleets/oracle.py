@@ -28,7 +28,9 @@ MAX_STATES = 4_000
 _WEIGHT = 3
 """How much the way that is left counts against the moves made so far: plans are found soon, and not the shortest."""
 
-_SHARE = 8
+_LEAP = 5
+
+_SHARE = 4
 """One in so many expansions is complete; the others leave out the moves of robots that are in nobody's way."""
 
 _MAX_HOLES = 8
@@ -141,6 +143,7 @@ class _Fleet:
         self.rings = [tuple(move.start for move in ring) for ring in self.places.rings]
         self.room = [place.room for place in self.places.all]
         self.is_waypoint = [place.waypoint != "" for place in self.places.all]
+        self._relaxations: dict[tuple[int, int, int, tuple[int, ...]], Relaxation] = {}
 
     def _number(self, point: tuple[float, float]) -> int:
         number = self.places.number(point)
@@ -186,6 +189,70 @@ class _Fleet:
             [(move.end, blocks(move)) for move in out if move.doors is None or name in move.doors]
             for out in self.places.moves
         ]
+
+    def relaxation(self, kind: int, start: int, target: int, others: Sequence[int]) -> Relaxation:
+        """Return the easier problem for a robot of a class that goes from one place to another.
+
+        Robots off the waypoints have room there as long as they stay; so the problem depends on which of them do.
+        """
+        is_waypoint = self.is_waypoint
+        spots = tuple(sorted({place for place in others if not is_waypoint[place]}))
+        key = kind, -1 if is_waypoint[start] else start, target, spots
+        if key not in self._relaxations:
+            self._relaxations[key] = self._relaxed(kind, start, target, spots, len(others) + 1)
+        return self._relaxations[key]
+
+    def _relaxed(self, kind: int, start: int, target: int, spots: Sequence[int], many: int) -> Relaxation:
+        is_waypoint = self.is_waypoint
+        shared = {spot: at for spot in spots if spot not in (start, target) and (at := self._shared_with(spot)) >= 0}
+        spots = [spot for spot in spots if spot not in shared]
+        rooms = [int(min(room, many)) if is_waypoint[at] else int(at in spots) for at, room in enumerate(self.room)]
+        used = [is_waypoint[at] or at in (start, target) or at in spots for at in range(len(rooms))]
+        replaced = self._replaced(kind, spots)
+        crossed = {spot for found in replaced.values() for spot in found}
+        ways: list[list[int]] = [[] for _ in rooms]
+        out_of: list[dict[int, None]] = [{} for _ in rooms]
+        for other, moves in enumerate(self.moves):
+            for at, out in enumerate(moves):
+                for end, _ in out:
+                    if not (used[at] and used[end]) or (at, end) in replaced:
+                        continue
+                    out_of[at][end] = None
+                    if other == kind and all(
+                        is_waypoint[place] or place in (start, target) or place in crossed for place in (at, end)
+                    ):
+                        ways[at].append(end)
+        return Relaxation(ways, [[*ends] for ends in out_of], rooms, target, shared)
+
+    def _shared_with(self, spot: int) -> int:
+        """Return the waypoint where no robot can be while one is at a spot beside it, its only neighbor; -1 if none."""
+        ends = {end for moves in self.moves for end, _ in moves[spot]}
+        if len(ends) != 1:
+            return -1
+        end = ends.pop()
+        all_kinds = (1 << self.count) - 1
+        into = [blocks for moves in self.moves for out in moves for to, blocks in out if to == end]
+        return end if into and all(dict(blocks).get(spot) == all_kinds for blocks in into) else -1
+
+    def _replaced(self, kind: int, spots: Sequence[int]) -> dict[tuple[int, int], list[int]]:
+        """Return the lanes that robots of a class can't drive while others are beside or on them, and these spots.
+
+        A robot that drives such a lane is seen as one that drives to the spot, and on from it.
+        """
+        moves, found = self.moves[kind], dict[tuple[int, int], list[int]]()
+        for start, out in enumerate(moves):
+            for end, blocks in out:
+                if not (self.is_waypoint[start] and self.is_waypoint[end]):
+                    continue
+                for at, kinds in blocks:
+                    if (
+                        at in spots
+                        and kinds == (1 << self.count) - 1
+                        and any(to == at for to, _ in out)
+                        and any(to == end for to, _ in moves[at])
+                    ):
+                        found.setdefault((start, end), []).append(at)
+        return found
 
     def serve_all(self) -> Verdict:
         """Return whether the orders can be served one after the other, each by any robot."""
@@ -313,7 +380,7 @@ class _Search:
         self._target = target
         self._max_states = max_states
         self._away = _Distances(fleet, target).all(kind)
-        self._relaxation: Relaxation | None = None
+        self._start = -1
         self._before: dict[_State, tuple[_State, list[list[_Step]]] | None] = {}
         self._cost: dict[_State, int] = {}
         self._first: list[tuple[float, int, _State]] = []
@@ -329,7 +396,7 @@ class _Search:
             return False
         if start[0] == self._target:
             return []
-        self._relaxation = self._relaxed(start)
+        self._start = start[0]
         self._before[start], self._cost[start] = None, 0
         self._push(start)
         while self._first or self._rest:
@@ -353,35 +420,14 @@ class _Search:
                 heapq.heappush(self._rest, (rank, self._number, state))
         return False
 
-    def _relaxed(self, start: _State) -> Relaxation:
-        """Return the easier problem, without robots that stand off the waypoints, but for one at the target."""
-        fleet, here = self._fleet, start[0]
-        others = [code // fleet.count for code in start[1]]
-        many = len(others) + 1
-        rooms = [int(min(room, many)) if fleet.is_waypoint[at] else 0 for at, room in enumerate(fleet.room)]
-        if self._target in others and not rooms[self._target]:
-            rooms[self._target] = 1
-        used = [fleet.is_waypoint[at] or at in (here, self._target) for at in range(len(rooms))]
-        ways = [
-            [end for end, _ in out if fleet.is_waypoint[end] or end == self._target] for out in fleet.moves[self._kind]
-        ]
-        joined: list[dict[int, None]] = [{} for _ in rooms]
-        for moves in fleet.moves:
-            for at, out in enumerate(moves):
-                for end, _ in out:
-                    if used[at] and used[end]:
-                        joined[at][end] = joined[end][at] = None
-        return Relaxation(ways, [[*ends] for ends in joined], rooms, self._target)
-
     def _push(self, state: _State) -> None:
-        if self._relaxation is None:
-            raise AssertionError
         count = self._fleet.count
-        left = self._relaxation.moves(state[0], [code // count for code in state[1]])
+        others = [code // count for code in state[1]]
+        left, effort = self._fleet.relaxation(self._kind, self._start, self._target, others).moves(state[0], others)
         if left == math.inf:
             return
         self._number += 1
-        heapq.heappush(self._first, (self._cost[state] + _WEIGHT * left, self._number, state))
+        heapq.heappush(self._first, (self._cost[state] + _WEIGHT * (_LEAP * left + effort), self._number, state))
 
     def _plan(self, state: _State) -> list[list[_Step]]:
         steps: list[list[_Step]] = []

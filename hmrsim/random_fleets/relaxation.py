@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -34,24 +34,45 @@ class Relaxation:
 
     Args:
         ways: By place, where the robot can go from it.
-        joined: By place, the places that a lane joins with it, in any direction.
+        others: By place, where others can go from it.
         rooms: How many of the others may be at each place.
         target: The place.
+        shared: Places that are parts of other ones: of both together only one has a robot.
     """
 
     def __init__(
-        self, ways: Sequence[Sequence[int]], joined: Sequence[Sequence[int]], rooms: Sequence[int], target: int
+        self,
+        ways: Sequence[Sequence[int]],
+        others: Sequence[Sequence[int]],
+        rooms: Sequence[int],
+        target: int,
+        shared: Mapping[int, int],
     ) -> None:
+        self._shared = shared
         self._ways = [frozenset(ends) for ends in ways]
-        self._joined = joined
+        self._into: list[list[int]] = [[] for _ in others]
+        self._out = others
+        for start, ends in enumerate(others):
+            for end in ends:
+                self._into[end].append(start)
+        self._joined = [[*dict.fromkeys((*ends, *self._into[at]))] for at, ends in enumerate(others)]
         self._rooms = rooms
         self._target = target
         self._parts = cache(self._find_parts)
         self._shares = cache(self._find_shares)
         self._known: dict[int, dict[tuple[int, _Counts], float]] = {}
+        self._next: dict[tuple[int, _Counts], list[tuple[int, _Counts]]] = {}
+        self._far = cache(self._find_far)
 
-    def moves(self, here: int, others: Sequence[int]) -> float:
-        """Return how many moves the robot needs at least from a place, where others are; infinite if it can't."""
+    def moves(self, here: int, others: Sequence[int]) -> tuple[float, float]:
+        """Return how many moves the robot needs at least from a place, where others are; infinite if it can't.
+
+        The second number is about how many moves the others need before the robot can make its next one.
+        """
+        if self._shared:
+            others = [self._shared.get(place, place) for place in others]
+            if any(others.count(place) > self._rooms[place] for place in self._shared.values()):
+                return 0.0, 0.0
         parts = self._parts(here)
         counts, total = [0] * len(parts.sizes), 0
         for place in others:
@@ -61,10 +82,55 @@ class Relaxation:
                 total += 1
             elif self._rooms[place]:
                 # It shares the place, or stands where the two touch from the start.
-                return 0.0
+                return 0.0, 0.0
         if total not in self._known:
             self._known[total] = self._find_all(total)
-        return self._known[total].get((here, tuple(counts)), math.inf)
+        state = here, tuple(counts)
+        left = self._known[total].get(state, math.inf)
+        if left in (0.0, math.inf):
+            return left, 0.0
+        wanted: dict[int, list[_Counts]] = {}
+        for end, after in self._next[state]:
+            wanted.setdefault(end, []).append(after)
+        return left, min(self._effort(here, end, options, others) for end, options in wanted.items())
+
+    def _effort(self, here: int, end: int, options: Sequence[_Counts], others: Sequence[int]) -> float:
+        """Return about how many moves others need until so many are in each part after the robot's next move."""
+        parts, (to_end, from_end) = self._parts(end), self._far(here, end)
+        many = len(parts.sizes)
+        there: list[list[float]] = [[] for _ in range(many)]
+        taken: dict[int, int] = {}
+        at_end = 0
+        for place in others:
+            taken[place] = taken.get(place, 0) + 1
+            if place == end and parts.of[end] < 0:
+                at_end += 1
+            elif parts.of[place] >= 0:
+                there[parts.of[place]].append(to_end[place])
+        holes: list[list[float]] = [[] for _ in range(many)]
+        for place, part in enumerate(parts.of):
+            if part >= 0 and from_end[place] < math.inf:
+                room = self._rooms[place] - taken.get(place, 0)
+                if room > 0:
+                    holes[part] += [from_end[place]] * room
+        for row in (*there, *holes):
+            row.sort()
+        return min(_effort_of(option, there, holes) for option in options)
+
+    def _find_far(self, here: int, end: int) -> tuple[list[float], list[float]]:
+        """Return how far it is for others to and from a place, while the robot is at another one."""
+        return self._spread(here, end, self._into), self._spread(here, end, self._out)
+
+    def _spread(self, here: int, end: int, ways: Sequence[Sequence[int]]) -> list[float]:
+        far = [math.inf] * len(ways)
+        far[end], todo = 0.0, deque([end])
+        while todo:
+            place = todo.popleft()
+            for other in ways[place]:
+                if far[other] == math.inf and self._rooms[other] - (other == here) > 0:
+                    far[other] = far[place] + 1
+                    todo.append(other)
+        return far
 
     def _find_all(self, total: int) -> dict[tuple[int, _Counts], float]:
         """Return the distances for so many others, by place and numbers in each part."""
@@ -77,6 +143,8 @@ class Relaxation:
                 if before not in away:
                     away[before] = away[state] + 1
                     todo.append(before)
+                if away[before] == away[state] + 1:
+                    self._next.setdefault(before, []).append(state)
         return away
 
     def _before(self, here: int, counts: _Counts) -> Iterator[tuple[int, _Counts]]:
@@ -145,6 +213,20 @@ class Relaxation:
                         todo.append(end)
             sizes.append(size)
         return _Parts(tuple(of), tuple(sizes))
+
+
+_LONG = 20.0
+"""Moves that are assumed where no way leads."""
+
+
+def _effort_of(wanted: _Counts, there: Sequence[Sequence[float]], holes: Sequence[Sequence[float]]) -> float:
+    """Return how many moves it takes until there are so many in each part, by the distances to the place between."""
+    effort = 0.0
+    for many, robots, free in zip(wanted, there, holes, strict=True):
+        change = many - len(robots)
+        row = robots[:-change] if change < 0 else free[:change]
+        effort += sum(min(away, _LONG) for away in row) + _LONG * (abs(change) - len(row))
+    return effort
 
 
 def _split(total: int, sizes: Sequence[int]) -> Iterator[_Counts]:
