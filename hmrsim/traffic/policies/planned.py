@@ -13,7 +13,7 @@ is not enough, as in dead ends, the robots are moved as under ``priority``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +21,7 @@ from pydantic import Field
 
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
+from hmrsim.traffic.policies._claim import AFTER
 from hmrsim.traffic.policies._streets import against
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
 
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
-
-_LONG = 20.0
-"""Simulated seconds after which the vehicle that set out first keeps others out of what it needs."""
 
 _Chain = list[tuple["Vehicle", Way]]
 """The vehicles that make room, and by which lanes."""
@@ -88,49 +86,23 @@ class Planned(Priority):
             admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._turned_off: dict[Vehicle, None] = {}
         self._kept_takes: dict[float, Sequence[float]] = {}
-        # What the vehicle that set out first keeps others out of, and those that ask again when it does no longer.
-        self._claimant: Vehicle | None = None
-        self._claimed: dict[int, None] = {}
-        self._kept_out: dict[Vehicle, None] = {}
-
-    def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again, the one that set out first first."""
-        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
 
     def reset(self) -> None:
         """Forget the past."""
         super().reset()
         self._turned_off.clear()
-        self._unclaim()
-
-    def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer; others may enter what it kept them out of."""
-        if robot is self._claimant:
-            self._unclaim()
-        super().forget(robot, leg)
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """As `Priority` does, but the vehicle that set out first may keep others out of a slot."""
-        if self._claimed and self._is_kept_out(robot, self.slots.of(leg), rank(robot)):
-            self._kept_out[robot] = None
-            return False
+        """As `Priority` does; a vehicle that goes on may turn off again."""
         if not super().take(robot, leg):
             return False
         if self._turned_off:
             self._turned_off.pop(robot, None)
         return True
 
-    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """As `Priority.blockers`, or the vehicle that keeps this one out."""
-        found = super().blockers(robot, leg)
-        if not found and self._claimant is not None and self._is_kept_out(robot, self.slots.of(leg), rank(robot)):
-            return [self._claimant]
-        return found
-
     def leave(self, robot: Vehicle) -> None:
         """As `Priority.leave`, and forget what it turned off from."""
         self._turned_off.pop(robot, None)
-        self._kept_out.pop(robot, None)
         super().leave(robot)
 
     def blocked(self, robot: Vehicle) -> None:
@@ -142,16 +114,16 @@ class Planned(Priority):
         seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(leg)))
         if self._take_free_lane(robot, leg, seen):
             return
-        long = self.admission.now - wait.since > _LONG
+        long = self.admission.now - wait.since > AFTER
         search = self._make_room(robot, leg, math.inf if long else _MAX_PUSHED)
         if search is not None and search.cut and not search.moving:
             search = self._make_room(robot, leg, math.inf)
         if search is not None:
             if not search.moving:
                 self._untie(robot)
-            elif long:
-                self._claim(robot, search)
             seen.update(search.seen)
+            if long:
+                self._claim_for(robot, wait, seen)
         if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
             self.slots.watch(robot, seen)
 
@@ -181,7 +153,7 @@ class Planned(Priority):
         goal = robot.goal
         if goal is None or self._holds_back(robot, best):
             return False
-        if self._claimed and self._is_kept_out(robot, best.slots, rank(robot)):
+        if self._claim and self._claim.excludes(robot, best.slots, rank(robot)):
             return False
         try:
             rest = self.admission.plan(robot, best.end, goal)
@@ -323,7 +295,7 @@ class Planned(Priority):
             elif (
                 self.ways.is_open(robot, way)
                 and not (self._resolutions and self._reservations.against(robot, way.slots, search.first))
-                and not (self._claimed and self._is_kept_out(robot, way.slots, search.order))
+                and not (self._claim and self._claim.excludes(robot, way.slots, search.order))
                 and self._may_clear(end, search)
             ):
                 occupied = costs is None and slots.full(end)
@@ -364,30 +336,6 @@ class Planned(Priority):
         self._stuck[robot] = None
         if not self._clear_lanes(robot):
             self._resolve(robot)
-
-    def _claim(self, robot: Vehicle, search: _Search) -> None:
-        """Have the vehicle that set out first keep others out of what can't make room now, until it has gone on."""
-        if robot is not self._claimant:
-            if any(rank(other) < search.order for other in self.admission.waits):
-                return
-            self._unclaim()
-            self._claimant = robot
-        self._claimed.update(search.seen)
-
-    def _unclaim(self) -> None:
-        self._claimant = None
-        self._claimed.clear()
-        kept_out, self._kept_out = self._kept_out, {}
-        if kept_out:
-            self.freed([*kept_out])
-
-    def _is_kept_out(self, robot: Vehicle, slots: Iterable[int], order: tuple[float, str]) -> bool:
-        """Return whether a vehicle may not enter slots, into which it would go for one of this rank."""
-        first = self._claimant
-        if first is None or robot is first or order <= rank(first):
-            return False
-        held = self.slots.held(robot)
-        return any(slot in self._claimed and slot not in held for slot in slots)
 
 
 POLICY = Policy(name="planned", settings=PlannedSettings, rule=Planned)

@@ -24,6 +24,7 @@ from pydantic import Field
 from hmrsim.diagnostics import listed
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
+from hmrsim.traffic.policies._claim import AFTER, Claim
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
 from hmrsim.traffic.policies._resolution import Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, rank, waits_for_cycle
@@ -96,6 +97,7 @@ class Priority(Reserve):
         self._max_states = settings.most_states
         self._reservations = Reservations(self.slots.near)
         self._resolver = DeadlockResolver(admission, self.slots, self.ways, self._reservations, self._movable)
+        self._claim = Claim(self.slots, self.freed)
         self._resolutions: dict[Vehicle, Resolution] = {}
         self._stuck: dict[Vehicle, None] = {}
         self._awaiting: dict[Resolution, None] = {}
@@ -106,12 +108,24 @@ class Priority(Reserve):
         """Return whether a resolution needs a slot."""
         return slot in self._reservations
 
+    def freed(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles ask again, the one that set out first first."""
+        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
+
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """Let a vehicle wait for a leg no longer; others may enter what it kept them out of."""
+        if robot is self._claim.holder:
+            self._claim.end()
+        super().forget(robot, leg)
+
     def take(self, robot: Vehicle, leg: Leg) -> bool:
         """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so.
 
         One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
         and the next resolution could have it go back there, for ever.
         """
+        if self._claim and self._claim.keeps_out(robot, self.slots.of(leg)):
+            return False
         if self._resolutions:
             if robot in self._resolutions:
                 # The second leg of a move needs nothing that it does not have.
@@ -135,14 +149,19 @@ class Priority(Reserve):
 
     def leave(self, robot: Vehicle) -> None:
         """As `Reserve.leave`, and forget its costs."""
+        self._claim.forget(robot)
         self._kept_costs.pop(robot, None)
         self.slots.leave(robot)
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need, or the one for which it is moved or held back."""
+        """Return the vehicles that hold what one would need, or the one for which it is moved or has to wait."""
         found = super().blockers(robot, leg)
         resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
-        return [resolution.first] if resolution and resolution.first is not robot else found
+        if resolution and resolution.first is not robot:
+            return [resolution.first]
+        if not found and self._claim.holder and self._claim.excludes(robot, self.slots.of(leg), rank(robot)):
+            return [self._claim.holder]
+        return found
 
     def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
         """Return the vehicles on their way that set out earlier: others are moved for these first."""
@@ -195,6 +214,7 @@ class Priority(Reserve):
     def reset(self) -> None:
         """Forget which vehicles could not be helped, and when."""
         super().reset()
+        self._claim.end()
         self._stuck.clear()
         self._awaiting.clear()
         self._opening.clear()
@@ -229,8 +249,17 @@ class Priority(Reserve):
                 if not helped and self._move_others(robot):
                     return
         # Else one of them is on its way, or is to go on first.
+        if self.admission.now - wait.since > AFTER:
+            self._claim_for(robot, wait, seen)
         if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
             self.slots.watch(robot, seen)
+
+    def _claim_for(self, robot: Vehicle, wait: Wait, seen: Iterable[int]) -> None:
+        """Have the vehicle that set out first of those that wait keep others out of what it needs, until it goes on."""
+        if self.admission.waits.get(robot) is not wait or robot in self._resolutions:
+            return
+        if robot is self._claim.holder or not any(rank(other) < rank(robot) for other in self.admission.waits):
+            self._claim.extend(robot, [*self.slots.of(wait.leg), *seen])
 
     def _move_others(self, robot: Vehicle) -> bool:
         """Search for a way out for a vehicle that can't go on; return whether another one has left a lane for it."""
