@@ -496,31 +496,36 @@ class Priority(Reserve):
         return other.will_yield and (works or not other.busy)
 
     def _begin_steps(self, resolution: Resolution) -> None:
-        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again.
-
-        Where a door is on the way, a step begins when that is open.
-        """
-        waits = False
-        for step in resolution.ready(self.slots.near):
-            if not all(map(self._may_still_move, step)):
-                self._drop(resolution)
-                return
-            if not all(move.robot.may_yield for move in step):
-                # It comes to where it is to move from, or works there.
-                waits = True
-                continue
-            let = [self.admission.lets(move.robot, move.way.legs) for move in step]
-            if not all(let):
-                self._awaiting[resolution] = None
-                waits = True
-            elif self.slots.exchange([(move.robot, move.way.slots) for move in step]):
-                resolution.begin(step)
-                self._reservations.remove(resolution, [step])
-                for move in step:
-                    self.admission.push(move.robot, move.way.legs, resolution.first)
+        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again."""
+        began, waits = True, False
+        while began:
+            # Where vehicles leave, the next ones may come.
+            began, waits = False, False
+            for step in resolution.ready(self.slots.near):
+                if not all(map(self._may_still_move, step)):
+                    self._drop(resolution)
+                    return
+                if not self._may_begin(step, resolution):
+                    waits = True
+                elif self.slots.exchange([(move.robot, move.way.slots) for move in step]):
+                    began = True
+                    resolution.begin(step)
+                    self._reservations.remove(resolution, [step])
+                    for move in step:
+                        self.admission.push(move.robot, move.way.legs, resolution.first)
         self._let_go(resolution)
         if not (resolution.moving or waits):
             self._drop(resolution)
+
+    def _may_begin(self, step: Step, resolution: Resolution) -> bool:
+        """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
+        if not all(move.robot.may_yield for move in step):
+            return False
+        # Each is asked, so that each begins to open.
+        let = [self.admission.lets(move.robot, move.way.legs) for move in step]
+        if not all(let):
+            self._awaiting[resolution] = None
+        return all(let)
 
     def _may_still_move(self, move: Move) -> bool:
         """Return whether a vehicle is, or comes to, where it is to move from, and nothing is in its way for good."""
