@@ -55,12 +55,13 @@ class Group:
         self._occupied: dict[tuple[int, int], tuple[int, ...]] = {
             (i, place): slots.held(robot)
             for i, (robot, place) in enumerate(zip(robots, self.start, strict=True))
-            if robot.stands or robot.waits
+            if len(slots.held(robot)) > 1 and (robot.stands or robot.waits)
         }
         self._into = self._ways_to_target()
         self._ways: dict[tuple[int, int], list[Way]] = {}
         self._rooms: dict[int, float] = {}
         self._beside: dict[tuple[int, ...], dict[int, float]] = {}
+        self._kept_hits: dict[tuple[int, ...], dict[int, float]] = {}
 
     def _ways_to_target(self) -> dict[int, list[Way]]:
         """Return the ways from waypoints to where the first vehicle is to be, if that is no waypoint."""
@@ -125,20 +126,33 @@ class Group:
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
         """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
-        near = self._near(way.slots)
+        hits = self._hits(way.slots)
         found: list[int] = []
         for j, place in enumerate(places):
             if j == i:
                 continue
-            for slot in self.occupied(j, place):
-                if slot in way.slots:
-                    if self._is_full(slot, i, places):
-                        found.append(j)
-                        break
-                elif slot in near and self._touch(near[slot], i, j, places):
+            away = hits.get(place)
+            if away is not None:
+                if self._stops(away, place, i, j, places):
                     found.append(j)
-                    break
+            elif (j, place) in self._occupied and any(
+                at in hits and self._stops(hits[at], at, i, j, places) for at in self._occupied[j, place]
+            ):
+                found.append(j)
         return found
+
+    def _stops(self, away: float, slot: int, i: int, j: int, places: Places) -> bool:
+        """Return whether a vehicle in a slot so far away stops another one, which needs that slot if it is negative."""
+        if away < 0.0:
+            return self._room(slot) <= 1 or self._is_full(slot, i, places)
+        return self._touch(away, i, j, places)
+
+    def _hits(self, wanted: tuple[int, ...]) -> dict[int, float]:
+        """Return how far away the slots near those of a way are; -1 for those that it needs itself."""
+        known = self._kept_hits.get(wanted)
+        if known is None:
+            known = self._kept_hits[wanted] = {**self._near(wanted), **dict.fromkeys(wanted, -1.0)}
+        return known
 
     def fit(self, drives: Sequence[tuple[int, Way]]) -> bool:
         """Return whether vehicles that drive at the same time have room for it, and do not touch."""

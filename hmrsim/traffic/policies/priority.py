@@ -46,7 +46,7 @@ _BETWEEN_SEARCHES = 5.0
 """Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after."""
 
 _FIRST_STATES = 1_000
-_MORE_STATES = 5
+_MORE_STATES = 4
 """Combinations of places at which the first search for a vehicle looks, and how many times as many the next one does.
 
 Most vehicles can be helped by few moves, or go on by themselves before that is worth more.
@@ -60,7 +60,7 @@ class PrioritySettings(ReserveSettings):
         most_states: How many combinations of places a search for a way out of a deadlock looks at before it gives up.
     """
 
-    most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 20_000
+    most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 4_000
 
 
 _SHORT = 20.0
