@@ -56,7 +56,7 @@ class GaveUpWaiting(
     robot: RobotName
     at: Position
     waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
-    by: Annotated[tuple[str, ...], Field(description="The robots in its way; none where it waited for something else.")]
+    for_: Annotated[tuple[str, ...], Field(description="The robots in its way; none if something else is.")]
     why: Annotated[
         str,
         Field(description="Who is in its way, in which state, where, since when, and why it makes no room."),
