@@ -326,6 +326,11 @@ class Admission:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
         return self._barriers.kept_off(robot)
 
+    @property
+    def all_open(self) -> bool:
+        """Whether no lane is closed, and none has a barrier."""
+        return not self._obstructed
+
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
         return not self._obstructed or (lane not in self.closures.lanes and self._barriers.may_pass(robot, lane))

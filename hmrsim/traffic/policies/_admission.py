@@ -53,6 +53,10 @@ class AdmissionControl(Protocol):
     def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
 
+    @property
+    def all_open(self) -> bool:
+        """Whether no lane is closed, and none has a barrier."""
+
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
 

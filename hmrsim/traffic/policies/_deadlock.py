@@ -46,10 +46,10 @@ _Before = dict[object, tuple["Places", object, _Drives]]
 
 
 class Movable(Protocol):
-    """Whether the first vehicle may be moved for the second, now or soon."""
+    """Whether the first vehicle may be moved for the second."""
 
-    def __call__(self, other: Vehicle, robot: Vehicle, *, works: bool) -> bool:
-        """Return whether it may; with *works* also one that has to finish its work first."""
+    def __call__(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
+        """Return whether it may; if *soon*, also one that has to come to a stand or to finish its work first."""
 
 
 class DeadlockResolver:
@@ -76,26 +76,29 @@ class DeadlockResolver:
         self._reservations = reservations
         self._movable = movable
 
-    def find_steps(self, robot: Vehicle, target: int, max_states: int) -> tuple[list[Step] | None, bool]:
+    def find_steps(
+        self, robot: Vehicle, target: int, max_states: int, *, patient: bool
+    ) -> tuple[list[Step] | None, bool]:
         """Return steps after which a vehicle is at a slot, None if none are found, and whether that is sure.
 
         First the places of the vehicles in its way are searched exhaustively, with one more vehicle at a time, the
-        nearest first: that finds the fewest steps for these. Where these are many, or none, it is tried to clear a
-        route for it, from where it is or from where it gets out of the way first; the shorter moves are taken.
+        nearest first: that finds the fewest steps for these. Where there are none, or many, a *patient* search goes on:
+        vehicles that are about to stand, or at work, count as well; and it is tried to clear a route for the vehicle,
+        from where it is or from where it gets out of the way first. The shorter moves are taken.
 
-        *max_states* is how many combinations of places are searched; it is not sure if there are more.
+        *max_states* is how many combinations of places are searched each time; it is not sure if there are more.
         """
-        for works in (False, True):
-            around = self._around(robot, target, works=works)
-            nearest = list(islice(around, _MAX_SEARCHED))
-            steps, sure = self._search_nearest(robot, nearest, target, max_states)
-            if steps is None or len(steps) > _FEW_STEPS:
-                further = islice(around, _MAX_CLEARING - _MAX_SEARCHED)
-                cleared = None if sure else self._clear_route([robot, *nearest, *further], target)
-                steps = min((each for each in (steps, cleared) if each), key=_length, default=None)
-            if steps is not None:
-                return steps, True
-        return None, sure
+        nearest = list(islice(self._around(robot, target, soon=False), _MAX_SEARCHED))
+        steps, sure = self._search_nearest(robot, nearest, target, max_states)
+        if not patient or (steps is not None and len(steps) <= _FEW_STEPS):
+            return steps, steps is not None
+        around = list(islice(self._around(robot, target, soon=True), _MAX_CLEARING - 1))
+        others = around[:_MAX_SEARCHED]
+        found = [steps, None if sure and others == nearest else self._clear_route([robot, *around], target)]
+        if others != nearest:
+            more, sure = self._search_nearest(robot, others, target, max_states)
+            found.append(more)
+        return min((each for each in found if each), key=_length, default=None), sure
 
     def _search_nearest(
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
@@ -123,8 +126,8 @@ class DeadlockResolver:
             at[i] = way.end
         return steps
 
-    def _around(self, robot: Vehicle, target: int, *, works: bool) -> Iterator[Vehicle]:
-        """Yield the vehicles that may be moved, also those that work or not, in breadth-first order from the target."""
+    def _around(self, robot: Vehicle, target: int, *, soon: bool) -> Iterator[Vehicle]:
+        """Yield the vehicles that may be moved now, or *soon*, in breadth-first order from the target."""
         slots = self._slots
         seen, todo = {target: None}, deque([target])
         for _ in range(_MAX_AROUND):
@@ -134,7 +137,7 @@ class DeadlockResolver:
             for other in sorted(slots.inside(place), key=rank) if slots.inside(place) else ():
                 if other is robot or slots.held(other)[-1] != place or (other.moves and slots.is_lane(place)):
                     continue
-                if self._movable(other, robot, works=works):
+                if self._movable(other, robot, soon=soon):
                     yield other
             for slot in self._next_to(place):
                 if slot not in seen:

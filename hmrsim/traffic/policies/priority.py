@@ -66,8 +66,8 @@ class PrioritySettings(ReserveSettings):
 _SHORT = 20.0
 """Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
 
-_BEFORE_LONG = 10.0
-"""Simulated seconds that a vehicle waits before longer moves are made for it, while others move."""
+_BEFORE_LONG = 5.0
+"""Simulated seconds that a vehicle waits before longer moves are looked for, and made if others move meanwhile."""
 
 
 @dataclass
@@ -381,13 +381,16 @@ class Priority(Reserve):
             goes: Whether the first vehicle leaves its own place at the same time.
         """
         seen[slot] = None
-        for other in sorted({*self.slots.inside(slot), *self.slots.beside(pusher, slot)}, key=rank, reverse=True):
+        slots = self.slots
+        others: Sequence[Vehicle] = slots.inside(slot)
+        if len(others) > 1 or slots.near:
+            others = sorted({*others, *slots.beside(pusher, slot)}, key=rank, reverse=True)
+        for other in others:
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
-            for way in self._refuges(other, first, pusher, slot, seen):
-                there = [*self.slots.in_the_way(other, way.end)]
-                if not there or (goes and first in there):
+            for way, occupied in self._refuges(other, first, pusher, slot, seen):
+                if not occupied or (goes and first in slots.in_the_way(other, way.end)):
                     return [(other, way)]
                 further = self._chain(way.end, first, other, pushed, seen, goes=goes)
                 if further is not None:
@@ -416,32 +419,38 @@ class Priority(Reserve):
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
         return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
 
-    def _refuges(self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]) -> list[Way]:
-        """Return the ways by which a vehicle can yield a slot: the free ones first, the best for its own goal."""
+    def _refuges(
+        self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]
+    ) -> list[tuple[Way, bool]]:
+        """Return the ways by which a vehicle can yield a slot, and whether someone is at their ends.
+
+        The free ones come first, the best for its own goal.
+        """
+        slots, near, resolutions = self.slots, self.slots.near, self._resolutions
         wait = self.admission.waits.get(robot)
-        wanted, taken = self.slots.of(wait.leg)[-1:] if wait else (), self.slots.held(pusher)
+        wanted, taken = slots.of(wait.leg)[-1:] if wait else (), slots.held(pusher)
         costs, speed = self._costs(robot), self._speed(robot)
-
-        def cost(way: Way) -> tuple[bool, bool, float, int]:
-            occupied = any(self.slots.in_the_way(robot, way.end))
-            if costs is None:
-                return occupied, way.end not in wanted, way.length, way.end
-            return occupied, False, sum(leg.seconds(speed) for leg in way.legs) + costs[way.end], way.end
-
         found = []
         for way in self.ways.leaving(robot):
-            if way.end in taken or way.end == slot or self.slots.touch(robot, (way.end,), pusher, slot):
+            end = way.end
+            if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            missing = next(self.slots.missing(robot, way.slots[:-1]), None)
+            missing = next(slots.missing(robot, way.slots[:-1]), None)
             if missing is not None:
                 seen[missing] = None
                 continue
-            resolution = self._reservations.against(robot, way.slots, first)
-            if resolution is None:
-                found.append(way)
-            else:
+            resolution = self._reservations.against(robot, way.slots, first) if resolutions else None
+            if resolution is not None:
                 resolution.held_back[first] = None
-        return sorted(found, key=cost)
+                continue
+            occupied = slots.full(end) or (end in near and any(True for _ in slots.beside(robot, end)))
+            if costs is None:
+                found.append((occupied, end not in wanted, way.length, end, way))
+            else:
+                seconds = sum([leg.seconds(speed) for leg in way.legs])
+                found.append((occupied, False, seconds + costs[end], end, way))
+        found.sort(key=lambda each: each[:4])
+        return [(way, occupied) for occupied, *_, way in found]
 
     def _resolve(self, robot: Vehicle) -> None:
         """Move the vehicles around one that can't go on so that it can, if that is possible."""
@@ -452,10 +461,11 @@ class Priority(Reserve):
         states = before.states * _MORE_STATES if before and before.wait is wait else _FIRST_STATES
         states = min(states, self._max_states)
         self._searched[robot] = _Searched(wait, self.admission.now, states)
-        steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states)
+        patient = self.admission.now >= wait.since + _BEFORE_LONG
+        steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states, patient=patient)
         if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
-            if not around and not sure and states < self._max_states:
+            if not around and not sure and (states < self._max_states or not patient):
                 self._asks_later(robot)
                 return
             cycle = [] if around else waits_for_cycle(self.admission, robot)
@@ -489,11 +499,11 @@ class Priority(Reserve):
             return False
         return self.admission.is_held_up(robot) or not robot.busy
 
-    def _movable(self, other: Vehicle, robot: Vehicle, *, works: bool) -> bool:
-        """Return whether a vehicle may be moved for another, now or as soon as it stands; if it *works*, after that."""
+    def _movable(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
+        """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""
         if other in self._resolutions or rank(other) <= rank(robot):
             return False
-        return other.will_yield and (works or not other.busy)
+        return other.will_yield if soon else other.may_yield
 
     def _begin_steps(self, resolution: Resolution) -> None:
         """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again."""
