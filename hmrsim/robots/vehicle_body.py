@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from hmrsim.traffic.admission import Admission
     from hmrsim.world.model import Base
 
+_NANOSECOND: Final = 1e-9
+"""What belongs to one instant, in seconds: commands come at whole nanoseconds, robots arrive in between."""
+
 NEVER_STOPPED: Final = (-1.0, 0.0)
 """When a vehicle was stopped, and at which run-up, if it never was."""
 
@@ -170,7 +173,7 @@ class VehicleBody:
     @property
     def sets_out(self) -> bool:
         """Whether it begins a lane or a turn at this very instant."""
-        return self._state.moves and self.began == self._env.now
+        return self._state.moves and self._env.now < self.began + _NANOSECOND
 
     @property
     def busy(self) -> bool:

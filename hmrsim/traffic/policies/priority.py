@@ -461,7 +461,7 @@ class Priority(Reserve):
         states = before.states * _MORE_STATES if before and before.wait is wait else _FIRST_STATES
         states = min(states, self._max_states)
         self._searched[robot] = _Searched(wait, self.admission.now, states)
-        patient = self.admission.now >= wait.since + _BEFORE_LONG
+        patient = self.admission.now >= wait.since + _BEFORE_LONG or self.slots.at_rest(self._goes_nowhere)
         steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states, patient=patient)
         if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
