@@ -78,12 +78,10 @@ class Slots:
         slots = leg.slots
         if not slots:
             return (self.spot(leg.end, shared=leg.shares_end),)
-        if leg.leaves_for is not None:
-            return (self.spot(leg.leaves_for, shared=leg.shares_end), *slots)
-        if slots[-1] >= self._waypoints:
-            # It ends in the middle of a lane.
-            return (self.spot(leg.end), *slots)
-        return slots
+        if leg.leaves_for is None:
+            # It may end in the middle of a lane.
+            return slots if slots[-1] < self._waypoints else (self.spot(leg.end), *slots)
+        return (self.spot(leg.leaves_for, shared=leg.shares_end), *slots)
 
     def destination(self, leg: Leg) -> int:
         """Return the slot where a vehicle stands that has driven a leg, and has left the lanes if it does so next."""

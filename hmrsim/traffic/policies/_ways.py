@@ -29,11 +29,13 @@ class Way(NamedTuple):
         legs: One or two legs. The first one needs all slots, so that the vehicle stops nowhere in between.
         slots: What the vehicle needs to set out.
         end: The slot where it stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
+        number: That of the lane, if this is all of one from waypoint to waypoint; -1 otherwise.
     """
 
     legs: tuple[Leg, ...]
     slots: tuple[int, ...]
     end: int
+    number: int = -1
 
     @property
     def length(self) -> float:
@@ -82,7 +84,7 @@ class Ways:
         """Return the lanes that begin at a waypoint."""
         known = self._from_waypoint.get(node)
         if known is None:
-            known = [Way((edge.leg,), edge.leg.slots, edge.end) for edge in self._lanes.out[node]]
+            known = [Way((edge.leg,), edge.leg.slots, edge.end, edge.number) for edge in self._lanes.out[node]]
             self._from_waypoint[node] = known
         return known
 

@@ -87,6 +87,10 @@ class Planned(Priority):
         self._turned_off: dict[Vehicle, None] = {}
         self._kept_takes: dict[float, Sequence[float]] = {}
 
+    def freed(self, robots: Sequence[Vehicle]) -> None:
+        """Have vehicles ask again, the one that set out first first."""
+        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
+
     def reset(self) -> None:
         """Forget the past."""
         super().reset()
@@ -271,29 +275,28 @@ class Planned(Priority):
         speed = self._speed(robot)
         takes = self._takes(speed)
         found = []
-        place = slots.held(robot)[-1]
+        place, all_open = slots.held(robot)[-1], self.admission.all_open
         wait = None if robot.may_yield else self.admission.waits.get(robot)
         if wait is not None:
             # It can only go on as it is to.
             leg, needed = wait.leg, slots.of(wait.leg)
             ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
         elif place < len(self._lanes.out):
-            edges = zip(self.ways.from_waypoint(place), self._lanes.out[place], strict=True)
-            ways = [(way, takes[edge.number]) for way, edge in edges]
+            ways = [(way, takes[way.number]) for way in self.ways.from_waypoint(place)]
         else:
             ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]
         for way, seconds in ways:
             end = way.end
             if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            full = next((at for at in way.slots[:-1] if at != place and slots.full(at)), None)
-            if full is not None:
-                for other in slots.inside(full):
-                    self._note(other, full, search)
+            lane = way.slots[0]
+            if lane not in (end, place) and slots.full(lane):
+                for other in slots.inside(lane):
+                    self._note(other, lane, search)
             elif near and self._is_beside(robot, way, search):
                 continue
             elif (
-                self.ways.is_open(robot, way)
+                (all_open or self.ways.is_open(robot, way))
                 and not (self._resolutions and self._reservations.against(robot, way.slots, search.first))
                 and not (self._claim and self._claim.excludes(robot, way.slots, search.order))
                 and self._may_clear(end, search)

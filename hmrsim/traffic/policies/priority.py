@@ -108,10 +108,6 @@ class Priority(Reserve):
         """Return whether a resolution needs a slot."""
         return slot in self._reservations
 
-    def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again, the one that set out first first."""
-        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
-
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer; others may enter what it kept them out of."""
         if robot is self._claim.holder:
