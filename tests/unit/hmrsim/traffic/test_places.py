@@ -1,0 +1,167 @@
+"""Robots at places beside the lanes, and in the middle of a lane, take part in traffic as those at waypoints do."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.geometry import distance
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.services import registry as services
+from tests.simulation import simulate
+
+A, B, C = (letter * 32 for letter in "abc")
+YIELDING = ("priority", "planned")
+LINE = {
+    "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [12, 0]},
+    "lanes": [["a", "b"], ["b", "c"], ["c", "d"]],
+}
+FORK = {
+    "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [4, 3]},
+    "lanes": [["a", "b"], ["b", "c"], ["b", "d"]],
+}
+BASE = {"base": {"speed": 1.0, "radius": 0.3}}
+
+
+def go(robot, x, y, goal_id):
+    """Return the command that sends a robot to a point."""
+    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
+    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
+
+
+def wait(robot, seconds, goal_id):
+    """Return the command that has a robot work where it stands."""
+    return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=seconds)), goal_id)
+
+
+def fleet(policy, world, robots, **settings):
+    """Return a simulation of robots of 0.3 m at these points."""
+    there = {name: {"at": at, **BASE} for name, at in robots.items()}
+    return simulate({**world, "robots": there, "traffic": {"policy": policy, **settings}})
+
+
+def end(log, goal_id):
+    """Return when and how a goal ended."""
+    return log.changes(goal_id)[-1]
+
+
+@pytest.mark.parametrize("policy", YIELDING)
+class TestYielding:
+    """Whoever stands in the way makes room, wherever that is."""
+
+    def test_a_robot_leaves_the_place_to_which_another_one_is_sent(self, policy):
+        """The place is 1 m beside the lanes; both can't stand there."""
+        run = fleet(policy, LINE, {"parked": [4, 1], "comes": "a"})
+        log = run((0.0, go("comes", 4, 1, A)))
+
+        assert (6.0, "SUCCEEDED") == end(log, A)
+        assert ["parked", "parked"] == [fields["robot"] for _, fields in log.happened("made_room")]
+
+    def test_two_change_places_where_one_can_step_aside(self, policy):
+        """One wants into the place beside a dead end, the other one out of it."""
+        run = fleet(policy, FORK, {"leaves": [8, 1.5], "comes": "a"})
+        log = run((0.0, go("comes", 8, 1.5, A)), (0.0, go("leaves", 0, 0, B)))
+
+        assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
+
+    def test_a_robot_in_the_middle_of_a_lane_drives_back_to_let_another_one_out(self, policy):
+        """It wants into the dead end before it, where an idle one stands."""
+        run = fleet(policy, {**FORK, "waypoints": {**FORK["waypoints"], "c": [10, 0]}}, {"idle": "c", "comes": [7, 0]})
+        log = run((0.0, go("comes", 10, 0, A)))
+
+        assert (18.0, "SUCCEEDED") == end(log, A)
+
+    def test_a_robot_makes_room_at_a_waypoint_for_one_that_would_touch_it_beside(self, policy):
+        """The place is 0.5 m from the waypoint; two robots need 0.6 m."""
+        run = fleet(policy, LINE, {"idle": "b", "comes": "a"})
+        log = run((0.0, go("comes", 4, 0.5, A)))
+        robots = run.simulator.robots
+
+        assert (8.5, "SUCCEEDED") == end(log, A)
+        assert distance(robots["idle"].pose().point, robots["comes"].pose().point) >= 0.6
+
+    def test_one_drives_on_around_a_one_way_cell_to_let_another_one_out(self, policy):
+        """The way back leads around the whole cell."""
+        cell = {"n": [0, 5], "e": [5, 0], "s": [0, -5], "w": [-5, 0], "bay": [9, 0], "aside": [0, 9]}
+        lanes = [{"from": one, "to": other, "one_way": True} for one, other in ("en", "nw", "ws", "se")]
+        world = {"waypoints": cell, "lanes": [*lanes, ["e", "bay"], ["n", "aside"]]}
+        run = fleet(policy, world, {"first": "e", "inside": "bay"})
+        log = run((0.0, go("first", 9, 0, A)), (0.0, go("inside", -5, 0, B)))
+
+        assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
+
+
+@pytest.mark.parametrize("policy", ["reserve", *YIELDING])
+class TestWaiting:
+    """A robot waits where it blocks nobody, for as long as that may help."""
+
+    def test_a_robot_waits_for_a_place_before_the_last_lane(self, policy):
+        """Another one works there until 20 s; from b to c a third one passes meanwhile."""
+        run = fleet(policy, LINE, {"works": [8, 1], "comes": "a", "passes": "b"})
+        run.simulator.submit(wait("works", 20, C))
+        log = run((0.0, go("comes", 8, 1, A)), (0.0, go("passes", 12, 0, B)), until=15.0)
+
+        assert (8.0, "SUCCEEDED") == end(log, B)
+        assert (4.0, 0.0) == run.simulator.robots["comes"].pose().point
+
+    def test_patience_does_not_count_while_the_robot_ahead_drives(self, policy):
+        """It takes 80 s on its lane; patience is 60 s."""
+        world = {"waypoints": {"a": [0, 0], "b": [4, 0], "c": [44, 0], "d": [50, 0]}, "lanes": LINE["lanes"]}
+        robots = {"slow": {"at": "b", "base": {"speed": 0.5}}, "behind": {"at": "a", "base": {"speed": 1.0}}}
+        run = simulate({**world, "robots": robots, "traffic": {"policy": policy}})
+        log = run((0.0, go("slow", 50, 0, A)), (0.0, go("behind", 44, 0, B)))
+
+        assert (120.0, "SUCCEEDED") == end(log, B)
+
+    def test_patience_does_not_count_while_the_robot_in_the_way_works(self, policy):
+        """It works for 65 s."""
+        run = fleet(policy, FORK, {"works": "b", "comes": "a"})
+        run.simulator.submit(wait("works", 65, C))
+        log = run((0.0, go("comes", 4, 3, A)), until=64.0)
+
+        assert (0.0, "EXECUTING") == end(log, A)
+
+
+def test_a_goal_after_an_aborted_one_begins_to_wait_anew():
+    """Sent the same way again at once, it has the whole of its patience."""
+    run = fleet("reserve", FORK, {"idle": "b", "comes": "a"}, patience=10.0)
+    log = run((0.0, go("comes", 8, 0, A)), (10.0, go("comes", 8, 0, B)))
+
+    assert [(10.0, "ABORTED"), (20.0, "ABORTED")] == [end(log, A), end(log, B)]
+
+
+def test_a_robot_that_is_put_beside_another_one_can_leave_it():
+    """They touch from the start; neither can be kept from driving off."""
+    run = fleet("priority", LINE, {"one": [4, 1], "other": "d"})
+    request = {"entity": "other", "state": {"pose": {"position": {"x": 4.2, "y": 1.0}}}}
+    message = services()["set_entity_state"].request.model_validate(request)
+    run.simulator.submit(CallService("set_entity_state", message, object()))
+    log = run((0.0, go("one", 0, 0, A)))
+
+    assert (5.0, "SUCCEEDED") == end(log, A)
+
+
+class TestExplanation:
+    """The result of a goal says who was in the way, in which state, since when, and why it made no room."""
+
+    def test_one_that_waits_for_a_robot_in_a_dock_is_told_so(self):
+        """It is docked from the start, on the only lane."""
+        world = {**LINE, "docks": {"berth": {"at": "b"}}}
+        run = fleet("priority", world, {"docked": "b", "comes": "a"})
+        log = run((0.0, go("comes", 8, 0, A)))
+        robots = {"robot": "comes", "at": [0.0, 0.0], "waited": 60.0, "for": ["docked"]}
+
+        why = "by docked, docked in 'berth' at b since 0 s; it makes no room meanwhile"
+        assert f"blocked for 60 s at a {why}" == log.result(A).error_msg
+        assert [(60.0, {**robots, "why": why})] == log.happened("gave_up_waiting")
+
+    def test_one_that_has_nowhere_to_go_is_told_with_who_is_there(self):
+        """Both ends of its lane are taken."""
+        world = {"waypoints": LINE["waypoints"], "lanes": LINE["lanes"][:2]}
+        run = fleet("priority", world, {"idle": "b", "end": "c", "comes": "a"})
+        log = run((0.0, go("comes", 8, 0, A)))
+
+        idle = "idle, idle at b since 0 s; it has nowhere to go: a and c are taken by comes, end"
+        assert f"blocked for 60 s at a by {idle}" == log.result(A).error_msg
