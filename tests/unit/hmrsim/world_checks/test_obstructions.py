@@ -227,7 +227,4 @@ def test_under_free_no_robot_keeps_others_out():
 
 @pytest.mark.parametrize("name", shipped_maps())
 def test_shipped_worlds(name):
-    """The nurse station of the hospital is a little near to the hall for the two widest robots."""
-    near = [("places", "nurse_station", "at")] if name.startswith("hospital") else []
-
-    assert near == [finding.path for finding in check_obstructions(shipped(name).world)]
+    assert [] == list(check_obstructions(shipped(name).world))
