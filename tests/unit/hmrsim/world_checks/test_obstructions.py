@@ -227,4 +227,5 @@ def test_under_free_no_robot_keeps_others_out():
 
 @pytest.mark.parametrize("name", shipped_maps())
 def test_shipped_worlds(name):
+    """No robot of theirs is in the way where it stands."""
     assert [] == list(check_obstructions(shipped(name).world))
