@@ -34,10 +34,10 @@ def path_of(log):
 
 
 def test_the_path_leads_along_the_lanes_and_ends_as_the_goal_says(run):
-    """From where the robot is; each pose faces the way that goes on from there."""
+    """From where the robot is, up to the point nearest to the goal; each pose faces the way that goes on from there."""
     log = run((2.0, compute(at(9.0, 2.4, 1.0))))
 
-    assert [(1.0, 2.0, 0.0), (5.0, 2.0, 0.099669), (9.0, 2.4, 1.0)] == path_of(log)
+    assert [(1.0, 2.0, 0.0), (5.0, 2.0, 0.0), (9.0, 2.0, 1.570796), (9.0, 2.4, 1.0)] == path_of(log)
     assert (2.0, "SUCCEEDED") == log.changes(A)[-1]
     assert "map" == log.result(A).path.header.frame_id
     assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point

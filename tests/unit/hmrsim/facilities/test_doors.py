@@ -299,7 +299,7 @@ class TestJams:
         run.simulator.run()
 
         assert (60.0, "ABORTED") == run.log.changes(EVE)[-1]
-        assert "blocked for 60 s at (0, 0): west-east is closed: gate is jammed" == run.log.result(EVE).error_msg
+        assert "blocked for 60 s at west: west-east is closed: gate is jammed" == run.log.result(EVE).error_msg
 
     def test_one_that_jams_open_stays_open_until_it_is_free(self):
         """As often as it was jammed."""

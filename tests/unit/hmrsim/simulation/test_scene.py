@@ -117,7 +117,8 @@ class TestScene:
 
         shown = robot(simulator)
 
-        assert (True, {"since": 2.0, "at": [5.0, 2.0], "lane": ["door", "shelf"], "why": "gate is opening"}) == (
+        waiting = {"since": 2.0, "at": [5.0, 2.0], "lane": ["door", "shelf"], "why": "gate is opening", "blockers": []}
+        assert (True, waiting) == (
             shown["waits"],
             {key: value for key, value in shown["waiting"].items() if key != "robot"},
         )
