@@ -10,25 +10,29 @@ from __future__ import annotations
 import heapq
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hmrsim.engine.chance import Chance
 from hmrsim.random_fleets.places import Move, Places
-from hmrsim.random_fleets.relaxation import Relaxation
+from hmrsim.random_fleets.relaxation import Layer, Relaxation
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Demand, World
 
-MAX_STATES = 4_000
-"""Configurations that one search expands before it is given up."""
+MAX_STATES = 10_000
+"""Configurations that one search expands before it is given up: a second or two."""
+
+_SEARCHES = 4
+"""All searches of a fleet together expand so many times that number, so that no fleet takes more than 20 s or so."""
 
 _WEIGHT = 3
 """How much the way that is left counts against the moves made so far: plans are found soon, and not the shortest."""
 
-_LEAP = 5
+_LEAP = 100
+"""How many moves of others count as much as one move of the easier problem: more than there ever are before one."""
 
 _SHARE = 4
 """One in so many expansions is complete; the others leave out the moves of robots that are in nobody's way."""
@@ -143,7 +147,7 @@ class _Fleet:
         self.rings = [tuple(move.start for move in ring) for ring in self.places.rings]
         self.room = [place.room for place in self.places.all]
         self.is_waypoint = [place.waypoint != "" for place in self.places.all]
-        self._relaxations: dict[tuple[int, int, int, tuple[int, ...]], Relaxation] = {}
+        self._relaxations: dict[object, Relaxation] = {}
 
     def _number(self, point: tuple[float, float]) -> int:
         number = self.places.number(point)
@@ -190,69 +194,59 @@ class _Fleet:
             for out in self.places.moves
         ]
 
-    def relaxation(self, kind: int, start: int, target: int, others: Sequence[int]) -> Relaxation:
-        """Return the easier problem for a robot of a class that goes from one place to another.
-
-        Robots off the waypoints have room there as long as they stay; so the problem depends on which of them do.
-        """
-        is_waypoint = self.is_waypoint
-        spots = tuple(sorted({place for place in others if not is_waypoint[place]}))
-        key = kind, -1 if is_waypoint[start] else start, target, spots
+    def relaxation(self, kind: int, target: int, state: _State) -> Relaxation:
+        """Return the easier problem for a robot of a class that goes to a place, from where it and others are."""
+        taken = {code // self.count: code % self.count for code in state[1] if not self.is_waypoint[code // self.count]}
+        here = -1 if self.is_waypoint[state[0]] else state[0]
+        waypoints = len(state[1]) - len(taken)
+        key = kind, here, target, waypoints, tuple(sorted(taken.items()))
         if key not in self._relaxations:
-            self._relaxations[key] = self._relaxed(kind, start, target, spots, len(others) + 1)
+            many = len(state[1]) + 1
+
+            def layer(left: tuple[int, ...]) -> Layer:
+                return self._layer(kind, (here, target), {spot: taken[spot] for spot in left}, many)
+
+            self._relaxations[key] = Relaxation(layer, target, [*taken], waypoints)
         return self._relaxations[key]
 
-    def _relaxed(self, kind: int, start: int, target: int, spots: Sequence[int], many: int) -> Relaxation:
-        is_waypoint = self.is_waypoint
-        shared = {spot: at for spot in spots if spot not in (start, target) and (at := self._shared_with(spot)) >= 0}
-        spots = [spot for spot in spots if spot not in shared]
-        rooms = [int(min(room, many)) if is_waypoint[at] else int(at in spots) for at, room in enumerate(self.room)]
-        used = [is_waypoint[at] or at in (start, target) or at in spots for at in range(len(rooms))]
-        replaced = self._replaced(kind, spots)
-        crossed = {spot for found in replaced.values() for spot in found}
-        ways: list[list[int]] = [[] for _ in rooms]
-        out_of: list[dict[int, None]] = [{} for _ in rooms]
+    def _is_in_the_way(self, code: int, ends: Collection[int]) -> bool:
+        """Return whether a robot keeps others from driving between waypoints and some more places, or may do so."""
+        spot, kind = divmod(code, self.count)
+        return (
+            self.is_waypoint[spot]
+            or spot in ends
+            or any(
+                spot != start and any(at == spot and kinds >> kind & 1 for at, kinds in blocks)
+                for moves in self.moves
+                for start, out in enumerate(moves)
+                if self.is_waypoint[start] or start in ends
+                for end, blocks in out
+                if self.is_waypoint[end] or end in ends
+            )
+        )
+
+    def _layer(self, kind: int, ends: tuple[int, int], taken: Mapping[int, int], many: int) -> Layer:
+        """Return the lanes while robots of these classes are at some spots."""
+        is_waypoint, size = self.is_waypoint, len(self.room)
+        signs = {spot: 1 << taken[spot] for spot in taken}
+        ways: list[list[int]] = [[] for _ in range(size)]
+        others: list[dict[int, None]] = [{} for _ in range(size)]
+        exits: dict[int, dict[int, None]] = {spot: {} for spot in taken}
         for other, moves in enumerate(self.moves):
             for at, out in enumerate(moves):
-                for end, _ in out:
-                    if not (used[at] and used[end]) or (at, end) in replaced:
+                for end, blocks in out:
+                    if any(number in signs and kinds & signs[number] and number != at for number, kinds in blocks):
                         continue
-                    out_of[at][end] = None
-                    if other == kind and all(
-                        is_waypoint[place] or place in (start, target) or place in crossed for place in (at, end)
-                    ):
+                    if at in taken:
+                        if taken[at] == other and is_waypoint[end]:
+                            exits[at][end] = None
+                        continue
+                    if other == kind and (is_waypoint[at] or at in ends) and (is_waypoint[end] or end in ends):
                         ways[at].append(end)
-        return Relaxation(ways, [[*ends] for ends in out_of], rooms, target, shared)
-
-    def _shared_with(self, spot: int) -> int:
-        """Return the waypoint where no robot can be while one is at a spot beside it, its only neighbor; -1 if none."""
-        ends = {end for moves in self.moves for end, _ in moves[spot]}
-        if len(ends) != 1:
-            return -1
-        end = ends.pop()
-        all_kinds = (1 << self.count) - 1
-        into = [blocks for moves in self.moves for out in moves for to, blocks in out if to == end]
-        return end if into and all(dict(blocks).get(spot) == all_kinds for blocks in into) else -1
-
-    def _replaced(self, kind: int, spots: Sequence[int]) -> dict[tuple[int, int], list[int]]:
-        """Return the lanes that robots of a class can't drive while others are beside or on them, and these spots.
-
-        A robot that drives such a lane is seen as one that drives to the spot, and on from it.
-        """
-        moves, found = self.moves[kind], dict[tuple[int, int], list[int]]()
-        for start, out in enumerate(moves):
-            for end, blocks in out:
-                if not (self.is_waypoint[start] and self.is_waypoint[end]):
-                    continue
-                for at, kinds in blocks:
-                    if (
-                        at in spots
-                        and kinds == (1 << self.count) - 1
-                        and any(to == at for to, _ in out)
-                        and any(to == end for to, _ in moves[at])
-                    ):
-                        found.setdefault((start, end), []).append(at)
-        return found
+                    if is_waypoint[at] and is_waypoint[end]:
+                        others[at][end] = None
+        rooms = [int(min(room, many)) if is_waypoint[at] else 0 for at, room in enumerate(self.room)]
+        return Layer(ways, [[*row] for row in others], rooms, {spot: [*row] for spot, row in exits.items()})
 
     def serve_all(self) -> Verdict:
         """Return whether the orders can be served one after the other, each by any robot."""
@@ -313,8 +307,13 @@ class _Fleet:
 
     def _search(self, at: Mapping[str, int], name: str, target: int) -> list[list[_Step]] | Literal[False] | None:
         """Return the steps that bring a robot to a place; False if there are none, None if that is unknown."""
-        others = tuple(sorted(at[other] * self.count + self._kinds[other] for other in at if other != name))
-        search = _Search(self, self._kinds[name], target, self._max_states)
+        codes = sorted(at[other] * self.count + self._kinds[other] for other in at if other != name)
+        spots = {at[name]: None, target: None}
+        spots |= {code // self.count: None for code in codes if not self.is_waypoint[code // self.count]}
+        # The others stay where they are.
+        others = tuple(code for code in codes if self._is_in_the_way(code, spots))
+        most = min(self._max_states, _SEARCHES * self._max_states - self._states)
+        search = _Search(self, self._kinds[name], target, most)
         steps = search.run((at[name], others))
         self._states += search.expanded
         return steps
@@ -380,7 +379,7 @@ class _Search:
         self._target = target
         self._max_states = max_states
         self._away = _Distances(fleet, target).all(kind)
-        self._start = -1
+        self._relaxation: Relaxation | None = None
         self._before: dict[_State, tuple[_State, list[list[_Step]]] | None] = {}
         self._cost: dict[_State, int] = {}
         self._first: list[tuple[float, int, _State]] = []
@@ -396,7 +395,7 @@ class _Search:
             return False
         if start[0] == self._target:
             return []
-        self._start = start[0]
+        self._relaxation = self._fleet.relaxation(self._kind, self._target, start)
         self._before[start], self._cost[start] = None, 0
         self._push(start)
         while self._first or self._rest:
@@ -422,8 +421,9 @@ class _Search:
 
     def _push(self, state: _State) -> None:
         count = self._fleet.count
-        others = [code // count for code in state[1]]
-        left, effort = self._fleet.relaxation(self._kind, self._start, self._target, others).moves(state[0], others)
+        if self._relaxation is None:
+            raise AssertionError
+        left, effort = self._relaxation.moves(state[0], [code // count for code in state[1]])
         if left == math.inf:
             return
         self._number += 1
