@@ -15,10 +15,10 @@ from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav2_msgs import DockRobot
-from hmrsim.navigation.route import Route
 from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
+    from hmrsim.navigation.route import Route
     from hmrsim.robots.docking import DockBay
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
@@ -67,7 +67,7 @@ def _process(
                         if 0.0 < goal.max_staging_time <= robot.now - began:
                             # Time advances while an external planner plans, without a check of the timeout.
                             raise late
-                        yield from drive(robot, _shared(way) if isinstance(way, Route) else way, None)
+                        yield from drive(robot, way, None)
             except GoalAborted as why:
                 text = ", ".join(filter(None, (f"can't line up for {dock.name!r}: {why}", dock.queue_of(robot))))
                 raise GoalAborted(_RESULT.FAILED_TO_STAGE, text, why.cause) from None
