@@ -51,7 +51,7 @@ class GaveUpWaiting(
     changes=Part.WAITING,
     sets={"waits": False},
 ):
-    """A robot has waited for as long as `patience` says while no robot in its way made progress: its goal is aborted."""
+    """A robot has waited as long as `patience` says while none in its way made progress, and its goal is aborted."""
 
     robot: RobotName
     at: Position
