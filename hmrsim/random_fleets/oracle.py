@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hmrsim.engine.chance import Chance
 from hmrsim.random_fleets.places import Move, Places
-from hmrsim.random_fleets.relaxation import Layer, Relaxation
+from hmrsim.random_fleets.relaxation import Layer, Relaxation, TooMuchWork, Work
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
@@ -26,7 +26,10 @@ MAX_STATES = 10_000
 """Configurations that one search expands before it is given up: a second or two."""
 
 _SEARCHES = 4
-"""All searches of a fleet together expand so many times that number, so that no fleet takes more than 20 s or so."""
+"""All searches of a fleet together expand at most so many times that number: 10 s or so."""
+
+_MOST_WORK = 700_000
+"""States of the easier problem that all searches of a fleet together look at: 10 s or so."""
 
 _WEIGHT = 3
 """How much the way that is left counts against the moves made so far: plans are found soon, and not the shortest."""
@@ -148,6 +151,7 @@ class _Fleet:
         self.room = [place.room for place in self.places.all]
         self.is_waypoint = [place.waypoint != "" for place in self.places.all]
         self._relaxations: dict[object, Relaxation] = {}
+        self._work = Work(_MOST_WORK)
 
     def _number(self, point: tuple[float, float]) -> int:
         number = self.places.number(point)
@@ -206,7 +210,7 @@ class _Fleet:
             def layer(left: tuple[int, ...]) -> Layer:
                 return self._layer(kind, (here, target), {spot: taken[spot] for spot in left}, many)
 
-            self._relaxations[key] = Relaxation(layer, target, [*taken], waypoints)
+            self._relaxations[key] = Relaxation(layer, target, [*taken], waypoints, self._work)
         return self._relaxations[key]
 
     def _is_in_the_way(self, code: int, ends: Collection[int]) -> bool:
@@ -275,16 +279,21 @@ class _Fleet:
         capable = [name for name in at if lifts(self._world, name, order.weight)]
         capable.sort(key=lambda name: away.of(self._kinds[name], at[name]))
         unknown = False
-        for name in capable:
-            total, now = 0, dict(at)
-            for target in (start, end):
-                steps = self._search(now, name, target)
-                if not isinstance(steps, list):
-                    unknown |= steps is None
-                    break
-                total += self._apply(now, name, steps)
-            else:
-                return now, total
+        # Another robot is often the quicker one to find a plan for.
+        for max_states in (self._max_states // 20, self._max_states):
+            unknown = False
+            for name in capable:
+                total, now = 0, dict(at)
+                for target in (start, end):
+                    steps = self._search(now, name, target, max_states)
+                    if not isinstance(steps, list):
+                        unknown |= steps is None
+                        break
+                    total += self._apply(now, name, steps)
+                else:
+                    return now, total
+            if not unknown:
+                break
         why = f"{order.name} from {order.start} to {order.end}"
         if unknown:
             return Verdict("unknown", 0, self._states, f"gave up on {why}")
@@ -298,23 +307,28 @@ class _Fleet:
                 if lifts(self._world, name, order.weight):
                     wanted[name, order.start] = wanted[name, order.end] = None
         for name, place in wanted:
-            steps = self._search(self._at, name, self._number(self._world.point(place)))
+            steps = self._search(self._at, name, self._number(self._world.point(place)), self._max_states)
             if steps is False:
                 return Verdict("unsolvable", 0, self._states, f"{name} can't get to {place}")
             if steps is None:
                 return Verdict("unknown", 0, self._states, f"gave up on {name} to {place}")
         return Verdict("solvable", moves, self._states)
 
-    def _search(self, at: Mapping[str, int], name: str, target: int) -> list[list[_Step]] | Literal[False] | None:
+    def _search(
+        self, at: Mapping[str, int], name: str, target: int, max_states: int
+    ) -> list[list[_Step]] | Literal[False] | None:
         """Return the steps that bring a robot to a place; False if there are none, None if that is unknown."""
         codes = sorted(at[other] * self.count + self._kinds[other] for other in at if other != name)
         spots = {at[name]: None, target: None}
         spots |= {code // self.count: None for code in codes if not self.is_waypoint[code // self.count]}
         # The others stay where they are.
         others = tuple(code for code in codes if self._is_in_the_way(code, spots))
-        most = min(self._max_states, _SEARCHES * self._max_states - self._states)
+        most = min(max_states, _SEARCHES * self._max_states - self._states)
         search = _Search(self, self._kinds[name], target, most)
-        steps = search.run((at[name], others))
+        try:
+            steps = search.run((at[name], others))
+        except TooMuchWork:
+            steps = None
         self._states += search.expanded
         return steps
 

@@ -40,6 +40,17 @@ class _Parts:
     sizes: tuple[int, ...]
 
 
+class TooMuchWork(Exception):
+    """The easier problem is too large."""
+
+
+@dataclass
+class Work:
+    """How many states may be looked at yet."""
+
+    left: int
+
+
 class _Shares(NamedTuple):
     """What becomes of the parts once the robot is at its start, and not at the end of a move.
 
@@ -249,11 +260,18 @@ class Relaxation:
         target: The place.
         spots: The spots that are taken at first.
         waypoints: How many others are at waypoints at first.
+        work: How many states may be looked at yet; it becomes less.
     """
 
     def __init__(
-        self, layer: Callable[[tuple[int, ...]], Layer], target: int, spots: Sequence[int], waypoints: int
+        self,
+        layer: Callable[[tuple[int, ...]], Layer],
+        target: int,
+        spots: Sequence[int],
+        waypoints: int,
+        work: Work,
     ) -> None:
+        self._work = work
         self._target = target
         self._spots = tuple(sorted(spots))
         self._many = waypoints + len(spots)
@@ -340,6 +358,9 @@ class Relaxation:
             further = known[after] + 1
             if known.get(state, math.inf) < further:
                 break
+            if not self._work.left:
+                raise TooMuchWork
+            self._work.left -= 1
             todo.popleft()
             for before in self._before(after):
                 if known.setdefault(before, further) < further:
