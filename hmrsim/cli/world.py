@@ -1,4 +1,4 @@
-"""``hmrsim world``: the worlds that are shipped, and the start of one's own."""
+"""``hmrsim world``: the worlds that are shipped, and new ones."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 _COMMANDS: Final = {
     "list": "list the worlds that are shipped",
     "new": "write a commented world to begin with",
+    "generate": "write a small random fleet with orders",
     "schema": "print the schema of world files, for editors",
 }
 """Each is a module ``world_…`` with a function *configure*, which adds arguments to the command's parser."""
@@ -20,11 +21,12 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim world list
   hmrsim world new my_world.yaml && hmrsim run my_world.yaml
+  hmrsim world generate fleet.yaml --seed 7
   hmrsim world schema > world.schema.json"""
 
 
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim world``."""
-    parser.description = "List the worlds that are shipped, begin one's own, and print the schema of world files."
+    parser.description = "List the worlds that are shipped, write new ones, and print the schema of world files."
     parser.epilog = _EXAMPLES
     add_commands(parser, _COMMANDS, f"{__name__}_")

@@ -53,6 +53,7 @@ COMMANDS = (
     ["world"],
     ["world", "list"],
     ["world", "new"],
+    ["world", "generate"],
     ["world", "schema"],
     ["doctor"],
     ["map"],
