@@ -3,23 +3,26 @@
 One robot moves at a time along a lane, or all robots of a ring at once. Robots keep apart wherever they stand or
 drive; doors and lifts let them pass, doors only those for which they open. All robots but the one with the order are
 interchangeable, as far as nothing tells them apart: footprints that matter, and doors that open for some.
+
+Other robots make room at waypoints only, and those that start docked make none before they have had an order, as
+under the traffic policies.
 """
 
 from __future__ import annotations
 
-import heapq
-import math
-from collections import deque
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hmrsim.engine.chance import Chance
-from hmrsim.random_fleets.places import Move, Places
-from hmrsim.random_fleets.relaxation import Layer, Relaxation, TooMuchWork, Work
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.random_fleets.lanes import lanes_of
+from hmrsim.random_fleets.places import Places
+from hmrsim.random_fleets.relaxation import TooMuchWork, Work
+from hmrsim.random_fleets.search import Distances, Search
 
 if TYPE_CHECKING:
+    from hmrsim.random_fleets.lanes import Lanes
+    from hmrsim.random_fleets.search import Step
     from hmrsim.world.model import Demand, World
 
 MAX_STATES = 10_000
@@ -30,18 +33,6 @@ _SEARCHES = 4
 
 _MOST_WORK = 700_000
 """States of the easier problem that all searches of a fleet together look at: 10 s or so."""
-
-_WEIGHT = 3
-"""How much the way that is left counts against the moves made so far: plans are found soon, and not the shortest."""
-
-_LEAP = 100
-"""How many moves of others count as much as one move of the easier problem: more than there ever are before one."""
-
-_SHARE = 4
-"""One in so many expansions is complete; the others leave out the moves of robots that are in nobody's way."""
-
-_MAX_HOLES = 8
-"""Free places into which a robot in the way is pushed, at most."""
 
 
 @dataclass(frozen=True)
@@ -109,21 +100,14 @@ def solve(world: World, *, any_robot: bool = True, max_states: int = MAX_STATES)
     """
     fleet = _Fleet(world, max_states)
     verdict = fleet.serve_all()
+    if verdict.answer == "unsolvable" and fleet.docked:
+        free = _Fleet(world, max_states, docked_stay=False).serve_all()
+        if free.answer != "unsolvable":
+            # An order for a docked robot may help.
+            return replace(verdict, answer="unknown", why=f"{verdict.why}, while docked robots stay")
     if any_robot or verdict.answer != "solvable":
         return verdict
     return fleet.reach_all(verdict.moves)
-
-
-class _Step(NamedTuple):
-    """One robot's part of a step: from where to where, and its class."""
-
-    start: int
-    end: int
-    kind: int
-
-
-_State = tuple[int, tuple[int, ...]]
-"""Where the robot with the order is, and the sorted codes of the others: place times classes, plus class."""
 
 
 class _Fleet:
@@ -131,9 +115,13 @@ class _Fleet:
 
     Args:
         max_states: Configurations that each search expands before it is given up.
+        docked_stay: Whether robots that start docked make no room.
+
+    Attributes:
+        docked: The robots that start docked, and make no room.
     """
 
-    def __init__(self, world: World, max_states: int) -> None:
+    def __init__(self, world: World, max_states: int, *, docked_stay: bool = True) -> None:
         self._world = world
         self._max_states = max_states
         self._states = 0
@@ -143,114 +131,16 @@ class _Fleet:
         ends = [world.point(name) for order in self._orders for name in (order.start, order.end)]
         self.places = Places(world, [*starts, *ends])
         self._at: dict[str, int] = {name: self._number(point) for name, point in zip(names, starts, strict=True)}
-        self._kinds = self._classes(names)
-        self.count = 1 + max(self._kinds.values(), default=0)
-        members = [next(name for name in names if self._kinds[name] == kind) for kind in range(self.count)]
-        self.moves = [self._moves_of(member, members) for member in members]
-        self.rings = [tuple(move.start for move in ring) for ring in self.places.rings]
-        self.room = [place.room for place in self.places.all]
-        self.is_waypoint = [place.waypoint != "" for place in self.places.all]
-        self._relaxations: dict[object, Relaxation] = {}
-        self._work = Work(_MOST_WORK)
+        self.docked = [name for name in names if docked_stay and world.robots[name].at in world.docks]
+        radii = {name: world.robot_type(world.robots[name]).base.radius or 0.0 for name in names}
+        self._lanes, self._kinds = lanes_of(self.places, radii, Work(_MOST_WORK))
+        self._left: dict[tuple[tuple[int, int], ...], Lanes] = {(): self._lanes}
 
     def _number(self, point: tuple[float, float]) -> int:
         number = self.places.number(point)
         if number is None:
             raise AssertionError
         return number
-
-    def _radius(self, name: str) -> float:
-        return self._world.robot_type(self._world.robots[name]).base.radius or 0.0
-
-    def _classes(self, names: Sequence[str]) -> dict[str, int]:
-        """Return the class of each robot; those of one class can stand and drive in the same places."""
-        moves = [move for out in self.places.moves for move in out]
-        gaps = sorted({away for move in moves for _, away in move.near if away > 0.0})
-        doors = sorted({tuple(sorted(move.doors)) for move in moves if move.doors is not None})
-        radii = sorted({self._radius(name) for name in names})
-        numbers: dict[object, int] = {}
-        classes = {}
-        for name in names:
-            radius = self._radius(name)
-            sign = (
-                tuple(name in allowed for allowed in doors),
-                tuple(touch(away, radius + other) for away in gaps for other in radii),
-            )
-            classes[name] = numbers.setdefault(sign, len(numbers))
-        return classes
-
-    def _moves_of(self, name: str, members: Sequence[str]) -> list[list[tuple[int, tuple[tuple[int, int], ...]]]]:
-        """Return by place where a robot can go, and which classes of robots must not be at which places then."""
-        radius, all_kinds = self._radius(name), (1 << len(members)) - 1
-
-        def against(away: float) -> int:
-            if away <= 0.0:
-                return all_kinds
-            kinds = (kind for kind, other in enumerate(members) if touch(away, radius + self._radius(other)))
-            return sum(1 << kind for kind in kinds)
-
-        def blocks(move: Move) -> tuple[tuple[int, int], ...]:
-            near = ((number, against(away)) for number, away in move.near)
-            return tuple((number, kinds) for number, kinds in near if kinds)
-
-        return [
-            [(move.end, blocks(move)) for move in out if move.doors is None or name in move.doors]
-            for out in self.places.moves
-        ]
-
-    def relaxation(self, kind: int, target: int, state: _State) -> Relaxation:
-        """Return the easier problem for a robot of a class that goes to a place, from where it and others are."""
-        taken = {code // self.count: code % self.count for code in state[1] if not self.is_waypoint[code // self.count]}
-        here = -1 if self.is_waypoint[state[0]] else state[0]
-        waypoints = len(state[1]) - len(taken)
-        key = kind, here, target, waypoints, tuple(sorted(taken.items()))
-        if key not in self._relaxations:
-            many = len(state[1]) + 1
-
-            def layer(left: tuple[int, ...]) -> Layer:
-                return self._layer(kind, (here, target), {spot: taken[spot] for spot in left}, many)
-
-            self._relaxations[key] = Relaxation(layer, target, [*taken], waypoints, self._work)
-        return self._relaxations[key]
-
-    def _is_in_the_way(self, code: int, ends: Collection[int]) -> bool:
-        """Return whether a robot keeps others from driving between waypoints and some more places, or may do so."""
-        spot, kind = divmod(code, self.count)
-        return (
-            self.is_waypoint[spot]
-            or spot in ends
-            or any(
-                spot != start and any(at == spot and kinds >> kind & 1 for at, kinds in blocks)
-                for moves in self.moves
-                for start, out in enumerate(moves)
-                if self.is_waypoint[start] or start in ends
-                for end, blocks in out
-                if self.is_waypoint[end] or end in ends
-            )
-        )
-
-    def _layer(self, kind: int, ends: tuple[int, int], taken: Mapping[int, int], many: int) -> Layer:
-        """Return the lanes while robots of these classes are at some spots."""
-        is_waypoint, size = self.is_waypoint, len(self.room)
-        signs = {spot: 1 << taken[spot] for spot in taken}
-        ways: list[list[int]] = [[] for _ in range(size)]
-        others: list[dict[int, None]] = [{} for _ in range(size)]
-        exits: dict[int, dict[int, None]] = {spot: {} for spot in taken}
-        for other, moves in enumerate(self.moves):
-            for at, out in enumerate(moves):
-                for end, blocks in out:
-                    if any(number in signs and kinds & signs[number] and number != at for number, kinds in blocks):
-                        continue
-                    if at in taken:
-                        if taken[at] == other and is_waypoint[end]:
-                            exits[at][end] = None
-                        continue
-                    if other == kind and (is_waypoint[at] or at in ends) and (is_waypoint[end] or end in ends):
-                        ways[at].append(end)
-                    if is_waypoint[at] and is_waypoint[end]:
-                        others[at][end] = None
-        rooms = [int(min(room, many)) if is_waypoint[at] else 0 for at, room in enumerate(self.room)]
-        return Layer(ways, [[*row] for row in others], rooms, {spot: [*row] for spot, row in exits.items()})
 
     def serve_all(self) -> Verdict:
         """Return whether the orders can be served one after the other, each by any robot."""
@@ -275,7 +165,7 @@ class _Fleet:
     def _serve(self, order: Order, at: Mapping[str, int]) -> tuple[dict[str, int], int] | Verdict:
         """Return where the robots are after an order, and how many moves that takes."""
         start, end = (self._number(self._world.point(name)) for name in (order.start, order.end))
-        away = _Distances(self, start)
+        away = Distances(self._lanes, start)
         capable = [name for name in at if lifts(self._world, name, order.weight)]
         capable.sort(key=lambda name: away.of(self._kinds[name], at[name]))
         unknown = False
@@ -316,15 +206,17 @@ class _Fleet:
 
     def _search(
         self, at: Mapping[str, int], name: str, target: int, max_states: int
-    ) -> list[list[_Step]] | Literal[False] | None:
+    ) -> list[list[Step]] | Literal[False] | None:
         """Return the steps that bring a robot to a place; False if there are none, None if that is unknown."""
-        codes = sorted(at[other] * self.count + self._kinds[other] for other in at if other != name)
+        docked = [other for other in self.docked if other != name and at[other] == self._at[other]]
+        lanes = self._without(tuple(sorted((at[other], self._kinds[other]) for other in docked)))
+        codes = (at[other] * lanes.count + self._kinds[other] for other in at if other != name and other not in docked)
         spots = {at[name]: None, target: None}
-        spots |= {code // self.count: None for code in codes if not self.is_waypoint[code // self.count]}
+        spots |= {place: None for other, place in at.items() if not lanes.is_waypoint[place]}
         # The others stay where they are.
-        others = tuple(code for code in codes if self._is_in_the_way(code, spots))
+        others = tuple(sorted(code for code in codes if lanes.is_in_the_way(code, spots)))
         most = min(max_states, _SEARCHES * self._max_states - self._states)
-        search = _Search(self, self._kinds[name], target, most)
+        search = Search(lanes, self._kinds[name], target, most)
         try:
             steps = search.run((at[name], others))
         except TooMuchWork:
@@ -332,7 +224,13 @@ class _Fleet:
         self._states += search.expanded
         return steps
 
-    def _apply(self, at: dict[str, int], name: str, steps: Sequence[Sequence[_Step]]) -> int:
+    def _without(self, docked: tuple[tuple[int, int], ...]) -> Lanes:
+        """Return the lanes that are left while robots are docked."""
+        if docked not in self._left:
+            self._left[docked] = self._lanes.without(docked)
+        return self._left[docked]
+
+    def _apply(self, at: dict[str, int], name: str, steps: Sequence[Sequence[Step]]) -> int:
         """Move the robots of a plan; return how many moves that were."""
         for step in steps:
             moved: dict[str, int] = {}
@@ -344,238 +242,3 @@ class _Fleet:
                 moved[next(other for other in there if self._kinds[other] == kind)] = end
             at.update(moved)
         return sum(map(len, steps))
-
-
-class _Distances:
-    """How many moves it is to a place from everywhere, by class, where no robot is in the way."""
-
-    def __init__(self, fleet: _Fleet, target: int) -> None:
-        self._fleet = fleet
-        self._target = target
-        self._known: dict[int, list[float]] = {}
-
-    def of(self, kind: int, place: int) -> float:
-        """Return how far it is for a class from a place; infinite if no way leads there."""
-        return self.all(kind)[place]
-
-    def all(self, kind: int) -> list[float]:
-        """Return how far it is for a class from each place."""
-        if kind not in self._known:
-            fleet, target = self._fleet, self._target
-            into: list[list[int]] = [[] for _ in fleet.room]
-            for start, out in enumerate(fleet.moves[kind]):
-                for end, _ in out:
-                    if fleet.is_waypoint[end] or end == target:
-                        into[end].append(start)
-            away = [math.inf] * len(into)
-            away[target], todo = 0.0, deque([target])
-            while todo:
-                place = todo.popleft()
-                for before in into[place]:
-                    if away[before] == math.inf:
-                        away[before] = away[place] + 1
-                        todo.append(before)
-            self._known[kind] = away
-        return self._known[kind]
-
-
-class _Search:
-    """A best-first search for the steps that bring one robot to a place.
-
-    Args:
-        kind: The robot's class.
-        target: The place. It alone may be off the waypoints: other robots leave such places, and do not come back.
-    """
-
-    def __init__(self, fleet: _Fleet, kind: int, target: int, max_states: int) -> None:
-        self._fleet = fleet
-        self._kind = kind
-        self._target = target
-        self._max_states = max_states
-        self._away = _Distances(fleet, target).all(kind)
-        self._relaxation: Relaxation | None = None
-        self._before: dict[_State, tuple[_State, list[list[_Step]]] | None] = {}
-        self._cost: dict[_State, int] = {}
-        self._first: list[tuple[float, int, _State]] = []
-        self._rest: list[tuple[float, int, _State]] = []
-        self._number = 0
-        self.expanded = 0
-        self._counts: list[int] = []
-        self._masks: list[int] = []
-
-    def run(self, start: _State) -> list[list[_Step]] | Literal[False] | None:
-        """Return the steps; False if there are none, None if too many configurations were expanded."""
-        if self._away[start[0]] == math.inf:
-            return False
-        if start[0] == self._target:
-            return []
-        self._relaxation = self._fleet.relaxation(self._kind, self._target, start)
-        self._before[start], self._cost[start] = None, 0
-        self._push(start)
-        while self._first or self._rest:
-            if self.expanded >= self._max_states:
-                return None
-            self.expanded += 1
-            complete = not self._first or (self._rest and self.expanded % _SHARE == 0)
-            rank, _, state = heapq.heappop(self._rest if complete else self._first)
-            self._look(state)
-            found = self._complete_steps(state) if complete else self._promising_steps(state)
-            for after, steps in found:
-                if after in self._before:
-                    continue
-                self._before[after] = state, steps
-                self._cost[after] = self._cost[state] + sum(map(len, steps))
-                if after[0] == self._target:
-                    return self._plan(after)
-                self._push(after)
-            if not complete:
-                self._number += 1
-                heapq.heappush(self._rest, (rank, self._number, state))
-        return False
-
-    def _push(self, state: _State) -> None:
-        count = self._fleet.count
-        if self._relaxation is None:
-            raise AssertionError
-        left, effort = self._relaxation.moves(state[0], [code // count for code in state[1]])
-        if left == math.inf:
-            return
-        self._number += 1
-        heapq.heappush(self._first, (self._cost[state] + _WEIGHT * (_LEAP * left + effort), self._number, state))
-
-    def _plan(self, state: _State) -> list[list[_Step]]:
-        steps: list[list[_Step]] = []
-        before = self._before[state]
-        while before is not None:
-            state, more = before
-            steps = [*more, *steps]
-            before = self._before[state]
-        return steps
-
-    def _look(self, state: _State) -> None:
-        """Count the robots at each place."""
-        count = self._fleet.count
-        counts, masks = [0] * len(self._fleet.room), [0] * len(self._fleet.room)
-        counts[state[0]], masks[state[0]] = 1, 1 << self._kind
-        for code in state[1]:
-            place, kind = divmod(code, count)
-            counts[place] += 1
-            masks[place] |= 1 << kind
-        self._counts, self._masks = counts, masks
-
-    def _promising_steps(self, state: _State) -> Iterator[tuple[_State, list[list[_Step]]]]:
-        """Yield what the robot can do, and how those in its way can make room by chains into free places."""
-        fleet, (here, others) = self._fleet, state
-        for end, blocks in fleet.moves[self._kind][here]:
-            if not (fleet.is_waypoint[end] or end == self._target):
-                continue
-            blockers = [number for number, kinds in blocks if self._masks[number] & kinds]
-            if self._counts[end] >= fleet.room[end]:
-                blockers.append(end)
-            if not blockers:
-                yield (end, others), [[_Step(here, end, -1)]]
-            elif self._away[end] < math.inf:
-                for blocker in blockers:
-                    yield from self._chains(state, blocker, end)
-        yield from self._ring_steps(state)
-
-    def _complete_steps(self, state: _State) -> Iterator[tuple[_State, list[list[_Step]]]]:
-        """Yield the moves of all other robots to waypoints."""
-        fleet, (here, others) = self._fleet, state
-        before = -1
-        for i, code in enumerate(others):
-            if code == before:
-                continue
-            before = code
-            place, kind = divmod(code, fleet.count)
-            for end, blocks in fleet.moves[kind][place]:
-                if fleet.is_waypoint[end] and self._is_open(end, blocks, self._counts, self._masks):
-                    after = sorted((*others[:i], end * fleet.count + kind, *others[i + 1 :]))
-                    yield (here, tuple(after)), [[_Step(place, end, kind)]]
-
-    def _is_open(
-        self, end: int, blocks: Sequence[tuple[int, int]], counts: Sequence[int], masks: Sequence[int]
-    ) -> bool:
-        return counts[end] < self._fleet.room[end] and not any(masks[number] & kinds for number, kinds in blocks)
-
-    def _chains(self, state: _State, blocker: int, wanted: int) -> Iterator[tuple[_State, list[list[_Step]]]]:
-        """Yield how the robot at a place moves on along waypoints into free ones; those on its way move before it."""
-        fleet, here = self._fleet, state[0]
-        if blocker == here:
-            return
-        kind = self._kind_at(blocker)
-        came: dict[int, int] = {blocker: -1, here: -1}
-        todo, holes = deque([blocker]), 0
-        while todo and holes < _MAX_HOLES:
-            place = todo.popleft()
-            for end, _ in fleet.moves[kind][place]:
-                if end in came or not fleet.is_waypoint[end]:
-                    continue
-                came[end] = place
-                todo.append(end)
-                if self._counts[end] < fleet.room[end] and end != wanted:
-                    holes += 1
-                    yield from self._shift(state, came, end)
-
-    def _kind_at(self, place: int) -> int:
-        """Return the class of a robot at a place."""
-        mask = self._masks[place]
-        return (mask & -mask).bit_length() - 1
-
-    def _shift(self, state: _State, came: Mapping[int, int], hole: int) -> Iterator[tuple[_State, list[list[_Step]]]]:
-        """Yield the configuration after the robots of a chain have moved on, if each of them can."""
-        path = [hole]
-        while came[path[-1]] >= 0:
-            path.append(came[path[-1]])
-        codes, steps, to = [*state[1]], list[list[_Step]](), 0
-        for i in range(1, len(path)):
-            code = self._code_at(path[i], codes)
-            if code is None:
-                continue
-            # It drives from lane to lane to where the one before it was.
-            for j in range(i, to, -1):
-                kind = code % self._fleet.count
-                if not self._can_move(state[0], codes, kind, path[j], path[j - 1]):
-                    return
-                codes.remove(code)
-                code = path[j - 1] * self._fleet.count + kind
-                codes.append(code)
-                steps.append([_Step(path[j], path[j - 1], kind)])
-            to = i
-        yield (state[0], tuple(sorted(codes))), steps
-
-    def _code_at(self, place: int, codes: Sequence[int]) -> int | None:
-        return next((code for code in codes if code // self._fleet.count == place), None)
-
-    def _can_move(self, here: int, codes: Sequence[int], kind: int, start: int, end: int) -> bool:
-        """Return whether a robot of a class can move while the others are at these places."""
-        fleet = self._fleet
-        blocks = next((blocks for to, blocks in fleet.moves[kind][start] if to == end), None)
-        if blocks is None or sum(code // fleet.count == end for code in codes) + (here == end) >= fleet.room[end]:
-            return False
-        around = dict(blocks)
-        if around.get(here, 0) >> self._kind & 1:
-            return False
-        return not any(around.get(code // fleet.count, 0) >> code % fleet.count & 1 for code in codes)
-
-    def _ring_steps(self, state: _State) -> Iterator[tuple[_State, list[list[_Step]]]]:
-        """Yield the configurations after all robots of a full ring have moved on at once."""
-        fleet, (here, others) = self._fleet, state
-        for ring in fleet.rings:
-            if any(self._counts[place] < fleet.room[place] for place in ring):
-                continue
-            steps, codes, place = [], [*others], here
-            for start, end in zip(ring, (*ring[1:], ring[0]), strict=True):
-                if start == here:
-                    kind, place = self._kind, end
-                    steps.append(_Step(start, end, -1))
-                else:
-                    kind = self._kind_at(start)
-                    codes.remove(start * fleet.count + kind)
-                    codes.append(end * fleet.count + kind)
-                    steps.append(_Step(start, end, kind))
-                blocks = next((blocks for to, blocks in fleet.moves[kind][start] if to == end), None)
-                if blocks is None or any(self._masks[at] & kinds for at, kinds in blocks if at not in ring):
-                    break
-            else:
-                yield (place, tuple(sorted(codes))), [steps]
