@@ -131,7 +131,7 @@ def test_a_trace_that_can_not_be_replayed_is_read():
 
     checked = check_trace(lines(text), properties_of({"properties": {"door": {"never": {"event": "door_opened"}}}}))
 
-    assert (14, True) == (
+    assert (13, True) == (
         len(checked.monitor.violations),
         "(this version can't replay it (line 1: a trace of contract 99;" in checked.notes[0],
     )
