@@ -492,7 +492,8 @@ class Admission:
         """
         if not self._still_waits(wait):
             return None
-        robot, seen = wait.robot, dict.fromkeys(self._rules.ahead_of(wait.robot) if self._rules else ())
+        robot = wait.robot
+        seen = dict.fromkeys(self._rules.ahead_of(robot) if self._rules and not wait.why else ())
         for each in (todo := [robot]):
             for other in self.blockers(each):
                 if other not in seen:

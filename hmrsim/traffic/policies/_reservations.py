@@ -167,10 +167,6 @@ class Slots:
                 if touch(away, radius + other.radius):
                     yield at, other
 
-    def lanes_stood_on(self) -> list[int]:
-        """Return the lanes in whose middle some vehicle stands, in order."""
-        return sorted({held[-1] for held in self._held.values() if held and self.is_lane(held[-1])})
-
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
         return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)

@@ -336,9 +336,7 @@ class Planned(Priority):
             robot = min(cycle, key=rank)
             if self._is_seen_to(robot):
                 return
-        self._stuck[robot] = None
-        if not self._clear_lanes(robot):
-            self._resolve(robot)
+        self._move_others(robot)
 
 
 POLICY = Policy(name="planned", settings=PlannedSettings, rule=Planned)

@@ -13,6 +13,7 @@ ever.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -42,8 +43,14 @@ if TYPE_CHECKING:
     """The vehicles that yield, and by which ways."""
 
 
-_BETWEEN_SEARCHES = 5.0
-"""Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after."""
+_PAUSE = 5.0
+"""Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after.
+
+It also waits so long before longer moves are looked for, and before any while others move.
+"""
+
+_PAUSES = 4
+"""Pauses that fit into the patience of a vehicle, at least."""
 
 _FIRST_STATES = 1_000
 _MORE_STATES = 4
@@ -65,9 +72,6 @@ class PrioritySettings(ReserveSettings):
 
 _SHORT = 20.0
 """Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
-
-_BEFORE_LONG = 5.0
-"""Simulated seconds that a vehicle waits before longer moves are looked for, and made if others move meanwhile."""
 
 
 @dataclass
@@ -95,6 +99,7 @@ class Priority(Reserve):
         self._lanes = admission.graph.lanes
         self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
         self._max_states = settings.most_states
+        self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
         self._reservations = Reservations(self.slots.near)
         self._resolver = DeadlockResolver(admission, self.slots, self.ways, self._reservations, self._movable)
         self._claim = Claim(self.slots, self.freed)
@@ -240,10 +245,12 @@ class Priority(Reserve):
             helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
             if helping is not None:
                 helping.held_back[robot] = None
-            elif not any(other.waits and rank(other) < rank(robot) for other in blockers):
-                helped = self._push(robot, seen) or self._may_go_on_soon(wait, seen)
-                if not helped and self._move_others(robot):
-                    return
+            elif not (
+                any(other.waits and rank(other) < rank(robot) for other in blockers)
+                or self._push(robot, seen)
+                or self._may_go_on_soon(wait, seen)
+            ):
+                self._move_others(robot)
         # Else one of them is on its way, or is to go on first.
         if self.admission.now - wait.since > AFTER:
             self._claim_for(robot, wait, seen)
@@ -257,13 +264,10 @@ class Priority(Reserve):
         if robot is self._claim.holder or not any(rank(other) < rank(robot) for other in self.admission.waits):
             self._claim.extend(robot, [*self.slots.of(wait.leg), *seen])
 
-    def _move_others(self, robot: Vehicle) -> bool:
-        """Search for a way out for a vehicle that can't go on; return whether another one has left a lane for it."""
+    def _move_others(self, robot: Vehicle) -> None:
+        """Search for a way out for a vehicle that can't go on, and have others move accordingly."""
         self._stuck[robot] = None
-        if self._clear_lanes(robot):
-            return True
         self._resolve(robot)
-        return False
 
     def _may_go_on_soon(self, wait: Wait, seen: dict[int, None]) -> bool:
         """Return whether a vehicle moves in one of the slots *seen* to be in the way: it asks again when that stands.
@@ -271,7 +275,7 @@ class Priority(Reserve):
         A search moves only vehicles that stand, so that it would be in vain in most cases. It is put off for some
         seconds only, as others may pass by all the time.
         """
-        due = wait.since + _BETWEEN_SEARCHES
+        due = wait.since + self._pause
         if self.admission.now >= due or not any(
             not (other.stands or other.waits) for slot in seen for other in self.slots.inside(slot)
         ):
@@ -284,11 +288,11 @@ class Priority(Reserve):
     def _asks_later(self, robot: Vehicle) -> bool:
         """Return whether it is too early for another search for a vehicle; then it asks again when it is not."""
         wait, before = self.admission.waits.get(robot), self._searched.get(robot)
-        if wait is None or before is None or self.admission.now >= before.at + _BETWEEN_SEARCHES:
+        if wait is None or before is None or self.admission.now >= before.at + self._pause:
             return False
         if before.again is not wait:
             before.again = wait
-            self.admission.look_again_at(robot, before.at + _BETWEEN_SEARCHES)
+            self.admission.look_again_at(robot, before.at + self._pause)
         return True
 
     def _is_due(self, robot: Vehicle) -> bool:
@@ -296,7 +300,7 @@ class Priority(Reserve):
         wait, before = self.admission.waits.get(robot), self._searched.get(robot)
         if wait is None or before is None or before.again is not wait:
             return False
-        return self.admission.now < before.at + _BETWEEN_SEARCHES
+        return self.admission.now < before.at + self._pause
 
     def stays_aside(self, robot: Vehicle) -> bool:
         """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
@@ -345,16 +349,6 @@ class Priority(Reserve):
         for other, way in chain:
             self.admission.push(other, way.legs, robot)
         return True
-
-    def _clear_lanes(self, robot: Vehicle) -> bool:
-        """Have a vehicle leave the lane in whose middle it stands and blocks others; return whether one can."""
-        for slot in self.slots.lanes_stood_on():
-            if not any(self._gives_way(other, robot) for other in self.slots.inside(slot)):
-                continue
-            chain = self._chain(slot, robot, robot, {robot: None}, {}, goes=False)
-            if chain is not None and self._yield(chain, robot) is not False:
-                return True
-        return False
 
     def _chain(
         self,
@@ -457,7 +451,7 @@ class Priority(Reserve):
         states = before.states * _MORE_STATES if before and before.wait is wait else _FIRST_STATES
         states = min(states, self._max_states)
         self._searched[robot] = _Searched(wait, self.admission.now, states)
-        patient = self.admission.now >= wait.since + _BEFORE_LONG or self.slots.at_rest(self._goes_nowhere)
+        patient = self.admission.now >= wait.since + self._pause or self.slots.at_rest(self._goes_nowhere)
         steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states, patient=patient)
         if steps is None:
             around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
@@ -487,7 +481,7 @@ class Priority(Reserve):
     def _takes_long(self, steps: Sequence[Step], wait: Wait) -> bool:
         """Return whether it is better to wait some more than to make these moves."""
         seconds = sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
-        return seconds > _SHORT and self.admission.now < wait.since + _BEFORE_LONG
+        return seconds > _SHORT and self.admission.now < wait.since + self._pause
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""
