@@ -99,12 +99,15 @@ def _digest(seed: int) -> str:
     return hashlib.sha256(json.dumps(random_fleet(seed)).encode()).hexdigest()[:16]
 
 
-def run(seeds: int = 200, policies: Sequence[str] = _POLICIES) -> list[Row]:
+def run(seeds: int = 200, policies: Sequence[str] = _POLICIES, cache: Path | None = None) -> list[Row]:
     """Measure the fleets of so many seeds under each policy."""
-    rows: list[Row] = []
-    found = [run for runs in _runs([_Job(seed, tuple(policies), None) for seed in range(seeds)]) for run in runs]
-    for policy in policies:
-        outcomes = [run.outcome for run in found if run.policy == policy and run.outcome is not None]
+    verdicts = Verdicts(cache)
+    runs = [*_runs([_Job(seed, tuple(policies), verdicts.get(seed)) for seed in range(seeds)])]
+    solvable = sum(of_seed[0].verdict.answer == "solvable" for of_seed in runs)
+    rows = [Row("solvable fleets", 100.0 * solvable / seeds, f"% of {seeds}")]
+    for number, policy in enumerate(policies):
+        # The runs of a seed are in the order of the policies.
+        outcomes = [outcome for of_seed in runs if (outcome := of_seed[number].outcome) is not None]
         served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
         rows += [
             Row(f"{policy}: orders served", 100.0 * served / max(1, total), f"% of {total:,}"),
@@ -112,10 +115,14 @@ def run(seeds: int = 200, policies: Sequence[str] = _POLICIES) -> list[Row]:
             Row(f"{policy}: aborted goals", sum(len(each.aborted) for each in outcomes), "goals"),
             Row(f"{policy}: robots at rest that touch", sum(len(each.touching) for each in outcomes), "pairs"),
             Row(f"{policy}: robots that wait at the end", sum(len(each.waiting) for each in outcomes), "robots"),
-            Row(f"{policy}: longest instant", 1e3 * max(each.longest[0] for each in outcomes), "ms"),
-            Row(f"{policy}: processor time", sum(each.took for each in outcomes) / len(outcomes), "s a fleet"),
+            Row(f"{policy}: longest instant", 1e3 * max((each.longest[0] for each in outcomes), default=0.0), "ms"),
+            Row(f"{policy}: processor time", _mean([each.took for each in outcomes]), "s a fleet"),
         ]
     return rows
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / max(1, len(values))
 
 
 def _share(outcomes: Sequence[Outcome]) -> float:

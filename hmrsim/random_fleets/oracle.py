@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from hmrsim.engine.chance import Chance
+from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.random_fleets.lanes import lanes_of
 from hmrsim.random_fleets.places import Places
 from hmrsim.random_fleets.relaxation import TooMuchWork, Work
@@ -110,28 +111,42 @@ def solve(world: World, *, any_robot: bool = True, max_states: int = MAX_STATES)
     return fleet.reach_all(verdict.moves)
 
 
+def reaches(world: World, robot: str, place: str, *, max_states: int = MAX_STATES) -> bool | None:
+    """Return whether a robot can get to a place from where it starts; None if the search was given up.
+
+    Args:
+        world: Its names must have been checked.
+        robot: The robot's name.
+        place: The name of a place or waypoint.
+        max_states: Configurations that the search expands before it is given up.
+    """
+    return _Fleet(world, max_states, places=[place]).reaches(robot, place)
+
+
 class _Fleet:
     """The robots of a world and the places where they are.
 
     Args:
         max_states: Configurations that each search expands before it is given up.
         docked_stay: Whether robots that start docked make no room.
+        places: Where robots are sent beside the places of orders.
 
     Attributes:
         docked: The robots that start docked, and make no room.
     """
 
-    def __init__(self, world: World, max_states: int, *, docked_stay: bool = True) -> None:
+    def __init__(self, world: World, max_states: int, *, docked_stay: bool = True, places: Sequence[str] = ()) -> None:
         self._world = world
         self._max_states = max_states
         self._states = 0
         names = [name for name in world.robots if not world.robot_type(world.robots[name]).base.flies]
         self._orders = orders_of(world)
         starts = [world.point(world.robots[name].at) for name in names]
-        ends = [world.point(name) for order in self._orders for name in (order.start, order.end)]
+        names_of_ends = [*(name for order in self._orders for name in (order.start, order.end)), *places]
+        ends = [*map(world.point, names_of_ends)]
         self.places = Places(world, [*starts, *ends])
         self._at: dict[str, int] = {name: self._number(point) for name, point in zip(names, starts, strict=True)}
-        self.docked = [name for name in names if docked_stay and world.robots[name].at in world.docks]
+        self.docked = [name for name in names if docked_stay and _starts_docked(world, name)]
         radii = {name: world.robot_type(world.robots[name]).base.radius or 0.0 for name in names}
         self._lanes, self._kinds = lanes_of(self.places, radii, Work(_MOST_WORK))
         self._left: dict[tuple[tuple[int, int], ...], Lanes] = {(): self._lanes}
@@ -197,12 +212,17 @@ class _Fleet:
                 if lifts(self._world, name, order.weight):
                     wanted[name, order.start] = wanted[name, order.end] = None
         for name, place in wanted:
-            steps = self._search(self._at, name, self._number(self._world.point(place)), self._max_states)
-            if steps is False:
-                return Verdict("unsolvable", 0, self._states, f"{name} can't get to {place}")
-            if steps is None:
+            reached = self.reaches(name, place)
+            if reached is None:
                 return Verdict("unknown", 0, self._states, f"gave up on {name} to {place}")
+            if not reached:
+                return Verdict("unsolvable", 0, self._states, f"{name} can't get to {place}")
         return Verdict("solvable", moves, self._states)
+
+    def reaches(self, name: str, place: str) -> bool | None:
+        """Return whether a robot can get to a place from where it starts; None if that is unknown."""
+        steps = self._search(self._at, name, self._number(self._world.point(place)), self._max_states)
+        return None if steps is None else steps is not False
 
     def _search(
         self, at: Mapping[str, int], name: str, target: int, max_states: int
@@ -242,3 +262,12 @@ class _Fleet:
                 moved[next(other for other in there if self._kinds[other] == kind)] = end
             at.update(moved)
         return sum(map(len, steps))
+
+
+def _starts_docked(world: World, robot: str) -> bool:
+    start, names = world.point(world.robots[robot].at), {robot, world.robots[robot].type}
+    return any(
+        distance(world.dock_point(name), start) <= SAME_PLACE
+        for name, dock in world.docks.items()
+        if dock.reserved_for is None or names & {*dock.reserved_for}
+    )
