@@ -1,0 +1,30 @@
+"""Small random fleets, as new users draw them, serve all of their orders under `priority` and `planned`."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks._dispatched import dispatched
+from benchmarks.first_fleets import fleet
+
+SEEDS = (6, 7, 10, 13, 22, 34, 53, 57, 58, 66, 72, 80)
+"""Fleets whose orders can all be served, each of which once showed a mistake of the policies."""
+
+
+@pytest.mark.parametrize("policy", ["priority", "planned"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_plain_dispatcher_serves_every_order(seed, policy):
+    """No robots touch where they stand, and none waits for ever."""
+    outcome = dispatched(fleet(seed, policy))
+
+    assert (outcome.total, [], []) == (outcome.served, outcome.touching, outcome.waiting)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:4])
+def test_a_robot_that_is_given_up_names_blocker_state_and_reason(seed):
+    """Under `reserve`, where robots make no room, most are."""
+    outcome = dispatched(fleet(seed, "reserve"))
+    blocked = [text for text in outcome.aborted if "blocked for" in text]
+
+    assert blocked
+    assert all(" by " in text and " since " in text and "; it " in text for text in blocked)
