@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hmrsim.random_fleets.relaxation import Layer, Relaxation
+from hmrsim.random_fleets.layers import Layer
+from hmrsim.random_fleets.relaxation import Relaxation
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:

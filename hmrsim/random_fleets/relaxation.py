@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-_Counts = tuple[int, ...]
+if TYPE_CHECKING:
+    from hmrsim.random_fleets.layers import Counts, Layer, Opening
 
 
 class _State(NamedTuple):
@@ -24,20 +25,7 @@ class _State(NamedTuple):
 
     spots: tuple[int, ...]
     here: int
-    counts: _Counts
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """The parts into which one robot at a place cuts the lanes.
-
-    Attributes:
-        of: By place, the number of its part; -1 where no other robot can be.
-        sizes: How many robots have room in each.
-    """
-
-    of: tuple[int, ...]
-    sizes: tuple[int, ...]
+    counts: Counts
 
 
 class TooMuchWork(Exception):
@@ -49,207 +37,6 @@ class Work:
     """How many states may be looked at yet."""
 
     left: int
-
-
-class _Shares(NamedTuple):
-    """What becomes of the parts once the robot is at its start, and not at the end of a move.
-
-    Attributes:
-        main: The part in which the end is; -1 if no other robot can be there.
-        room: How many robots of the part of the start have room in it.
-        cut: The other parts into which that part splits.
-        same: By part, but for that of the start, in which part it is then.
-        sizes: The sizes of *cut*.
-    """
-
-    main: int
-    room: int
-    cut: tuple[int, ...]
-    same: tuple[int, ...]
-    sizes: tuple[int, ...]
-
-
-class _Opening(NamedTuple):
-    """What becomes of the parts once a robot has left its spot.
-
-    Attributes:
-        inside: By part then, which parts it was before.
-        rooms: The sizes of these.
-        exits: To which parts the robot can go, and by which of those before; -1 for a place that was none's.
-        order: By part before, which one it is then, if there are as many as before; else None.
-    """
-
-    inside: tuple[tuple[int, ...], ...]
-    rooms: tuple[tuple[int, ...], ...]
-    exits: tuple[tuple[int, tuple[int, ...]], ...]
-    order: tuple[int, ...] | None
-
-
-class Layer:
-    """The lanes while some spots are taken.
-
-    Args:
-        ways: By place, where the robot can go from it.
-        others: By place, where others can go from it.
-        rooms: How many of the others may be at each place.
-        exits: Where the robot at each taken spot can go.
-    """
-
-    def __init__(
-        self,
-        ways: Sequence[Sequence[int]],
-        others: Sequence[Sequence[int]],
-        rooms: Sequence[int],
-        exits: Mapping[int, Sequence[int]],
-    ) -> None:
-        self.rooms = rooms
-        self.exits = exits
-        self._ways = ways
-        self._out = others
-        self._parts: dict[int, _Parts] = {}
-        self._shares: dict[tuple[int, int], _Shares] = {}
-        self._openings: dict[tuple[int, int], _Opening] = {}
-        self._far: dict[tuple[int, int, bool], list[float]] = {}
-
-    @cached_property
-    def _from(self) -> list[list[int]]:
-        return _reversed(self._ways)
-
-    @cached_property
-    def _into(self) -> list[list[int]]:
-        return _reversed(self._out)
-
-    @cached_property
-    def _joined(self) -> list[list[int]]:
-        return [[*dict.fromkeys((*ends, *self._into[at]))] for at, ends in enumerate(self._out)]
-
-    def parts(self, here: int) -> _Parts:
-        """Return the parts into which the robot cuts the lanes."""
-        if here not in self._parts:
-            self._parts[here] = self._find_parts(here)
-        return self._parts[here]
-
-    def counts(self, here: int, others: Sequence[int]) -> _Counts:
-        """Return how many of the others are in each part."""
-        parts = self.parts(here)
-        counts = [0] * len(parts.sizes)
-        for place in others:
-            if parts.of[place] >= 0:
-                counts[parts.of[place]] += 1
-        return tuple(counts)
-
-    def before(self, here: int, counts: _Counts) -> Iterator[tuple[int, _Counts]]:
-        """Yield from where the robot may have come with one move, and how many others were in each part then."""
-        for start in self._from[here]:
-            for before in self._back(here, start, counts):
-                yield start, before
-
-    def _back(self, here: int, start: int, counts: _Counts) -> Iterator[_Counts]:
-        parts, after = self.parts(here), self.parts(start)
-        part = parts.of[start]
-        if part < 0:
-            # Only this robot is ever there.
-            inside, size, own = 0, 0, 0
-        else:
-            inside, size, own = counts[part], parts.sizes[part], self.rooms[start]
-        turns = sum(parts.of[place] == part for place in self._joined[here]) > 1
-        if own and inside >= size and not turns:
-            return
-        shares = self._shared(here, start)
-        main, shared, others, same, _ = shares
-        # Where the robot is part of a full ring, the robot behind it follows.
-        room = shared + (1 if own and turns else 0)
-        rest = [0] * len(after.sizes)
-        for number, robots in enumerate(counts):
-            if number != part:
-                rest[same[number]] += robots
-        for split in _up_to(inside, shares.sizes):
-            left = inside - sum(split)
-            if left > room or (left and main < 0):
-                continue
-            new = [*rest]
-            for number, robots in zip(others, split, strict=True):
-                new[number] = robots
-            if left:
-                new[main] += left
-            yield tuple(new)
-
-    def _shared(self, here: int, start: int) -> _Shares:
-        """Return what becomes of the parts once the robot has gone from *start* to *here*, seen backwards."""
-        if (here, start) not in self._shares:
-            self._shares[here, start] = self._find_shared(here, start)
-        return self._shares[here, start]
-
-    def _find_shared(self, here: int, start: int) -> _Shares:
-        parts, after = self.parts(here), self.parts(start)
-        main = after.of[here]
-        part = parts.of[start]
-        shared, others, same = 0, dict[int, None](), [-1] * len(parts.sizes)
-        for place, number in enumerate(parts.of):
-            if number < 0 or after.of[place] < 0:
-                continue
-            if number != part:
-                same[number] = after.of[place]
-            elif after.of[place] == main:
-                shared += self.rooms[place] - (place == start) - (place == here)
-            else:
-                others[after.of[place]] = None
-        return _Shares(main, shared, tuple(others), tuple(same), tuple(after.sizes[number] for number in others))
-
-    def opening(self, spot: int, after: Layer, here: int) -> _Opening:
-        """Return what becomes of the parts if a robot leaves its spot, and the layer is another one then."""
-        if (spot, here) not in self._openings:
-            self._openings[spot, here] = self._find_opening(spot, after.parts(here), self.parts(here))
-        return self._openings[spot, here]
-
-    def _find_opening(self, spot: int, after: _Parts, before: _Parts) -> _Opening:
-        inside: list[list[int]] = [[] for _ in after.sizes]
-        for number in range(len(before.sizes)):
-            inside[after.of[before.of.index(number)]].append(number)
-        exits: dict[int, dict[int, None]] = {}
-        for end in self.exits[spot]:
-            if after.of[end] >= 0:
-                exits.setdefault(after.of[end], {})[before.of[end]] = None
-        order = [after.of[before.of.index(number)] for number in range(len(before.sizes))]
-        same = len(order) == len(after.sizes) and before.sizes == tuple(after.sizes[number] for number in order)
-        return _Opening(
-            tuple(map(tuple, inside)),
-            tuple(tuple(before.sizes[number] for number in numbers) for numbers in inside),
-            tuple((part, tuple(ends)) for part, ends in exits.items()),
-            tuple(order) if same else None,
-        )
-
-    def _find_parts(self, here: int) -> _Parts:
-        rooms = [room - (place == here) for place, room in enumerate(self.rooms)]
-        of, sizes = [-1] * len(rooms), list[int]()
-        for first, room in enumerate(rooms):
-            if room <= 0 or of[first] >= 0:
-                continue
-            of[first], todo, size = len(sizes), [first], 0
-            while todo:
-                place = todo.pop()
-                size += rooms[place]
-                for end in self._joined[place]:
-                    if rooms[end] > 0 and of[end] < 0:
-                        of[end] = len(sizes)
-                        todo.append(end)
-            sizes.append(size)
-        return _Parts(tuple(of), tuple(sizes))
-
-    def distances(self, here: int, place: int, *, to: bool) -> list[float]:
-        """Return how far it is for others to or from a place, while the robot is at another one."""
-        key = here, place, to
-        if key not in self._far:
-            ways, far = self._into if to else self._out, [math.inf] * len(self.rooms)
-            far[place], todo = 0.0, deque([place])
-            while todo:
-                at = todo.popleft()
-                for other in ways[at]:
-                    if far[other] == math.inf and self.rooms[other] - (other == here) > 0:
-                        far[other] = far[at] + 1
-                        todo.append(other)
-            self._far[key] = far
-        return self._far[key]
 
 
 class Relaxation:
@@ -295,6 +82,9 @@ class Relaxation:
 
         Those are its own and one of each robot that leaves a spot. The second number is about how many moves the
         others need before the next of these.
+
+        Raises:
+            TooMuchWork: No more states may be looked at.
         """
         spots = tuple(spot for spot in self._spots if spot in others)
         layer = self._layers[spots]
@@ -305,7 +95,7 @@ class Relaxation:
         left = self._distance(state)
         if left in (0.0, math.inf):
             return left, 0.0
-        wanted: dict[int, list[_Counts]] = {}
+        wanted: dict[int, list[Counts]] = {}
         effort = math.inf
         for after in self._next[state]:
             if after.here != here:
@@ -330,7 +120,7 @@ class Relaxation:
             default=_LONG,
         )
 
-    def _arranging(self, layer: Layer, here: int, end: int, options: Sequence[_Counts], others: Sequence[int]) -> float:
+    def _arranging(self, layer: Layer, here: int, end: int, options: Sequence[Counts], others: Sequence[int]) -> float:
         """Return about how many moves others need until so many are in each part after the robot's next move."""
         parts, to_end = layer.parts(end), layer.distances(here, end, to=True)
         there: list[list[float]] = [[] for _ in parts.sizes]
@@ -380,7 +170,7 @@ class Relaxation:
                 for before in self._before_leaving(spot, self._layers[spots], self._layers[taken], here, counts):
                     yield _State(taken, here, before)
 
-    def _before_leaving(self, spot: int, after: Layer, before: Layer, here: int, counts: _Counts) -> Iterator[_Counts]:
+    def _before_leaving(self, spot: int, after: Layer, before: Layer, here: int, counts: Counts) -> Iterator[Counts]:
         """Yield how many others may have been in each part before one left a spot."""
         opening = before.opening(spot, after, here)
         if len(opening.exits) == 1 and opening.order is not None:
@@ -393,7 +183,7 @@ class Relaxation:
             return
         yield from dict.fromkeys(self._before_opening(opening, before.parts(here).sizes, counts))
 
-    def _before_opening(self, opening: _Opening, sizes: Sequence[int], counts: _Counts) -> Iterator[_Counts]:
+    def _before_opening(self, opening: Opening, sizes: Sequence[int], counts: Counts) -> Iterator[Counts]:
         for part, ends in opening.exits:
             if not counts[part]:
                 continue
@@ -414,7 +204,7 @@ _LONG = 20.0
 """Moves that are assumed where no way leads."""
 
 
-def _effort(wanted: _Counts, there: Sequence[Sequence[float]], holes: Sequence[Sequence[float]]) -> float:
+def _effort(wanted: Counts, there: Sequence[Sequence[float]], holes: Sequence[Sequence[float]]) -> float:
     """Return how many moves it takes until there are so many in each part, by the distances to the place between."""
     effort = 0.0
     for many, robots, free in zip(wanted, there, holes, strict=True):
@@ -424,27 +214,10 @@ def _effort(wanted: _Counts, there: Sequence[Sequence[float]], holes: Sequence[S
     return effort
 
 
-def _reversed(ways: Sequence[Sequence[int]]) -> list[list[int]]:
-    into: list[list[int]] = [[] for _ in ways]
-    for start, ends in enumerate(ways):
-        for end in ends:
-            into[end].append(start)
-    return into
-
-
 @lru_cache(maxsize=100_000)
-def _split(total: int, sizes: _Counts) -> tuple[_Counts, ...]:
+def _split(total: int, sizes: Counts) -> tuple[Counts, ...]:
     """Return all ways to put so many robots into parts of these sizes."""
     if not sizes:
         return () if total else ((),)
     least, most = max(0, total - sum(sizes[1:])), min(total, sizes[0])
     return tuple((first, *rest) for first in range(least, most + 1) for rest in _split(total - first, sizes[1:]))
-
-
-@lru_cache(maxsize=100_000)
-def _up_to(total: int, sizes: _Counts) -> tuple[_Counts, ...]:
-    """Return all ways to put at most so many robots into parts of these sizes."""
-    if not sizes:
-        return ((),)
-    most = min(total, sizes[0])
-    return tuple((first, *rest) for first in range(most + 1) for rest in _up_to(total - first, sizes[1:]))

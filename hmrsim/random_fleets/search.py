@@ -91,7 +91,11 @@ class Search:
         self._masks: list[int] = []
 
     def run(self, start: State) -> list[list[Step]] | Literal[False] | None:
-        """Return the steps; False if there are none, None if too many configurations were expanded."""
+        """Return the steps; False if there are none, None if too many configurations were expanded.
+
+        Raises:
+            TooMuchWork: The easier problem is too large.
+        """
         if self._away[start[0]] == math.inf:
             return False
         if start[0] == self._target:
