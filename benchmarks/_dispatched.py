@@ -50,7 +50,7 @@ class Outcome:
         total: Orders that were placed.
         aborted: Each goal that was aborted: when, which robot, its action and destination, and why.
         touching: Pairs of robots that stand or wait so near that they touch, and since when; pairs that touch at the
-            start, or share a waypoint with room for several, are none.
+            start, or share a waypoint with room for several, are none, and neither is one at a stop of a lift.
         waiting: The robots that still wait at the end, and what they wait for.
         deadlocks: Deadlocks that were published.
         longest: The longest processor time of an instant of simulated time, in seconds, and when that was.
@@ -248,8 +248,9 @@ class _Touching:
         self._simulator = simulator
         self._outcome = outcome
         self._seen: dict[tuple[str, str], None] = dict.fromkeys(self._pairs(also_moving=True))
-        rooms = rooms_of_waypoints(simulator.world, 1)
-        self._roomy = [simulator.world.points[name] for name, room in rooms.items() if room > 1]
+        points, rooms = simulator.world.points, rooms_of_waypoints(simulator.world, 1)
+        self._roomy = [points[name] for name, room in rooms.items() if room > 1]
+        self._endless = [points[name] for name, room in rooms.items() if room == math.inf]
 
     def look(self) -> None:
         """Note the pairs that touch now, each once."""
@@ -258,11 +259,17 @@ class _Touching:
                 self._seen[one, other] = None
                 robots = self._simulator.robots
                 a, b = robots[one].pose().point, robots[other].pose().point
-                if any(distance(a, point) <= SAME_PLACE and distance(b, point) <= SAME_PLACE for point in self._roomy):
+                if self._may_touch(a, b):
                     del self._seen[one, other]
                     continue
                 text = f"{self._simulator.now:.1f} s {one} at ({a[0]:g}, {a[1]:g}), {other} at ({b[0]:g}, {b[1]:g})"
                 self._outcome.touching.append(text)
+
+    def _may_touch(self, a: Point, b: Point) -> bool:
+        """Return whether two robots share a waypoint, or one is where there is room for any number, as at a lift."""
+        ends = [(distance(a, point) <= SAME_PLACE, distance(b, point) <= SAME_PLACE) for point in self._roomy]
+        endless = (distance(at, point) <= SAME_PLACE for at in (a, b) for point in self._endless)
+        return (True, True) in ends or any(endless)
 
     def _pairs(self, *, also_moving: bool = False) -> Iterator[tuple[str, str]]:
         still = [robot for robot in self._simulator.robots.values() if also_moving or robot.stands or robot.waits]

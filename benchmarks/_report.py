@@ -128,7 +128,16 @@ def as_markdown(rows: Iterable[Row]) -> str:
 
 
 def write(path: Path, name: str, when: str, rows: Sequence[Row]) -> None:
-    """Put a benchmark's rows into a document, between the comments ``<!-- begin NAME -->`` and ``<!-- end NAME -->``.
+    """Put a benchmark's rows into a document, with the date and the machine.
+
+    Raises:
+        ValueError: The document has no comments for this benchmark.
+    """
+    put(path, name, f"{when}: {machine()}.\n\n{as_markdown(rows)}")
+
+
+def put(path: Path, name: str, text: str) -> None:
+    """Put a text into a document, between the comments ``<!-- begin NAME -->`` and ``<!-- end NAME -->``.
 
     Raises:
         ValueError: The document has no such comments.
@@ -138,4 +147,4 @@ def write(path: Path, name: str, when: str, rows: Sequence[Row]) -> None:
     _, ended, tail = rest.partition(end)
     if not began or not ended:
         raise ValueError(f"{path}: no {begin} … {end} to write between")
-    path.write_text(f"{head}{begin}\n{when}: {machine()}.\n\n{as_markdown(rows)}\n{end}{tail}")
+    path.write_text(f"{head}{begin}\n{text}\n{end}{tail}")

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks._dispatched import LIMIT, Outcome, dispatched
-from benchmarks._report import Row
+from benchmarks._report import Row, put
 from hmrsim.random_fleets.generator import random_fleet
 from hmrsim.random_fleets.oracle import Verdict, solve
 from hmrsim.world.model import World
@@ -203,6 +203,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     verdicts.write()
     for policy in args.policy:
         print(_summary(policy, [run for run in found if run.policy == policy]))
+    if args.write:
+        put(args.write, "first_fleets", _table(args.policy, found))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -217,6 +219,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--verdicts", action="store_true", help="find missing verdicts only; run nothing")
     parser.add_argument("--processes", type=int, metavar="N", help="how many at once (one for each core)")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="put a table of policies into this document")
     parser.add_argument("--failures", action="store_true", help="print the runs that failed only")
     parser.add_argument(
         "--details", action="store_true", help="print each aborted goal, and which robots touch or wait"
@@ -252,6 +255,21 @@ def _summary(policy: str, runs: Sequence[_Run]) -> str:
         f" {sum(each.took for each in outcomes):.1f} s of processor time\n"
         f"  failed: {_failed(runs)}"
     )
+
+
+def _table(policies: Sequence[str], runs: Sequence[_Run]) -> str:
+    """Return a row for each policy, in Markdown."""
+    heads = ("policy", "orders delivered", "fleets with every order delivered", "aborted goals")
+    lines = [f"| {' | '.join(heads)} |", "|---|---:|---:|---:|"]
+    for policy in policies:
+        outcomes = [run.outcome for run in runs if run.policy == policy and run.outcome is not None]
+        served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
+        whole = sum(each.served == each.total for each in outcomes)
+        aborted = sum(len(each.aborted) for each in outcomes)
+        share = 100.0 * served / max(1, total)
+        cells = f"`{policy}`", f"{served:,} of {total:,} ({share:.1f} %)", f"{whole} of {len(outcomes)}", f"{aborted:,}"
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def _failed(runs: Sequence[_Run]) -> str:
