@@ -137,7 +137,7 @@ class Reserve:
 
     def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:
         """Return why a vehicle that could be moved is not."""
-        return f"makes no room under the policy {self.admission.world.traffic.policy!r}; others do"
+        return f"makes no room under the policy {self.admission.world.policy!r}; others do"
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
