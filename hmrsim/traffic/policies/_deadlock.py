@@ -134,7 +134,7 @@ class DeadlockResolver:
             if not todo:
                 return
             place = todo.popleft()
-            for other in sorted(slots.inside(place), key=rank) if slots.inside(place) else ():
+            for other in sorted(slots.inside(place), key=rank):
                 if other is robot or slots.held(other)[-1] != place or (other.moves and slots.is_lane(place)):
                     continue
                 if self._movable(other, robot, soon=soon):

@@ -472,7 +472,7 @@ class Priority(Reserve):
                 else:
                     self.give_up(cycle)
             return
-        if self._takes_long(steps, wait) and not self.slots.at_rest(self._goes_nowhere):
+        if not patient and _duration(steps) > _SHORT:
             # By then, others may be where they are in nobody's way.
             self._asks_later(robot)
             return
@@ -480,11 +480,6 @@ class Priority(Reserve):
         self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
         self._reservations.add(resolution)
         self._begin_steps(resolution)
-
-    def _takes_long(self, steps: Sequence[Step], wait: Wait) -> bool:
-        """Return whether it is better to wait some more than to make these moves."""
-        seconds = sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
-        return seconds > _SHORT and self.admission.now < wait.since + self._pause
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""
@@ -560,6 +555,11 @@ class Priority(Reserve):
         """Publish a deadlock once, and not each time that it is looked at."""
         if not any(robot in self._resolutions for robot in cycle):
             super()._publish(cycle)
+
+
+def _duration(steps: Sequence[Step]) -> float:
+    """Return how long steps take if they are made one after the other, in seconds."""
+    return sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
 
 
 POLICY = Policy(name="priority", settings=PrioritySettings, rule=Priority)
