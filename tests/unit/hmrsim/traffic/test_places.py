@@ -165,3 +165,15 @@ class TestExplanation:
 
         idle = "idle, idle at b since 0 s; it has nowhere to go: a and c are taken by comes, end"
         assert f"blocked for 60 s at a by {idle}" == log.result(A).error_msg
+
+
+def test_places_that_nobody_needs_are_forgotten():
+    """Clients may send robots to any number of points; where a robot stands is kept."""
+    run = fleet("reserve", LINE, {"parked": [4, 1], "comes": "a"})
+    slots = run.simulator.roster.admission._rules.slots
+    parked = slots.held(run.simulator.robots["parked"])
+    for number in range(1_000):
+        slots.spot((number / 10, 50.0))
+
+    assert len(slots.points) < 300
+    assert (4.0, 1.0) == slots.points[parked[-1]]
