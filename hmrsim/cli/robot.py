@@ -89,4 +89,4 @@ def _states(robot: Mapping[str, Any], queue: str | None) -> list[str]:
 def _why_it_waits(waiting: Mapping[str, Any]) -> str:
     if waiting.get("why"):
         return f"waits: {waiting['why']}"
-    return f"waits for {listed(waiting['for'])}" if waiting.get("for") else "waits"
+    return f"waits for {'; and for '.join(waiting['blockers'])}" if waiting.get("blockers") else "waits"

@@ -11,6 +11,7 @@ async ([base, VIEW, prefix = '']) => {
   const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
   const { told, goalWords } = await import(`${base}/model/words.js`);
+  const { blockerWords } = await import(`${base}/panels/phrases.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
   const robot = (name, more = {}) => ({
@@ -118,6 +119,14 @@ async ([base, VIEW, prefix = '']) => {
       equal(['idle', 26], [there.stateAt(26), there.ends]);
       there.stop(21, [5, 10]);
       equal([[5, 10, 3], -Infinity], [there.poseAt(30), there.ends]);
+    },
+    'a waiting robot names who is in its way, and what they do there'() {
+      const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [1, 0], for: ['eve'] }));
+      model.robots.get('eve').put(1, 10, 10, 0);
+      equal('eve: idle at ward', blockerWords(model.robots.get('wall_e'), model, 4));
+      equal('', blockerWords(model.robots.get('eve'), model, 4));
+      model.apply(event(2, 'waiting', { robot: 'eve', at: [10, 10], for: ['wall_e'] }));
+      equal('eve: waiting for wall_e at ward, 3.0 s', blockerWords(model.robots.get('wall_e'), model, 5));
     },
     'a robot waits for others until it moves'() {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));

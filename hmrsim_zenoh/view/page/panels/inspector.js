@@ -2,7 +2,7 @@
 
 import { goalWords } from '../model/words.js';
 import { button, el, mark, say, sign } from './dom.js';
-import { actionWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
+import { actionWords, blockerWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
 import { TypeSign } from './type_sign.js';
 
 export class Inspector {
@@ -107,6 +107,7 @@ export class Inspector {
       ['Dock', robot.dock],
       ['Carries', robot.holds.join(', ')],
       ['Faults', faults.map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ')],
+      ['In its way', blockerWords(robot, model, now)],
       ['Blocks', waiting.map(({ name }) => name).join(', ')],
       ['Other goals', behind.map((goal) => `${actionWords(goal.action)} ${goalWords(goal.action, goal.goal, model.world)}`).join(', ')],
       ['Components', robot.components.map(actionWords).join(', ')],

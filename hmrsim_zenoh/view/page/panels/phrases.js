@@ -68,6 +68,23 @@ export function whyWords(robot, state, model, now) {
   return said || script;
 }
 
+/**
+ * Return who is in a waiting robot's way, and what each of them does there; "" if it waits for no robot.
+ *
+ * @param {import('../model/robot.js').Robot} robot
+ * @param {import('../model/model.js').Model} model
+ * @param {number} now
+ */
+export function blockerWords(robot, model, now) {
+  const blockers = robot.waitsFor.map((name) => model.robots.get(name)).filter(Boolean);
+  return blockers.map((each) => {
+    const state = each.stateAt(now);
+    const why = whyWords(each, state, model, now);
+    const at = why ? '' : where(each, model, now);
+    return `${each.name}: ${[state, why].filter(Boolean).join(' ')}${at}`;
+  }).join('; ');
+}
+
 const REASONS = {
   offline: (robot) => `no connection to ${robot.name}: nothing that it publishes arrives`,
   stopped: (robot) => Object.values(robot.ailments).join('; '),

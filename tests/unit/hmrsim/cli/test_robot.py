@@ -40,7 +40,10 @@ def test_a_robot_queues_for_a_dock():
 
 def test_a_robot_waits_for_others():
     """On its way."""
-    assert "waits for latte, chai" == state(waits=True, waiting={"for": ["latte", "chai"]})
+    blockers = ["latte, idle at counter since 8 s; it has nowhere to go", "chai, driving at hall"]
+    assert "waits for latte, idle at counter since 8 s; it has nowhere to go; and for chai, driving at hall" == state(
+        waits=True, waiting={"for": ["latte", "chai"], "blockers": blockers}
+    )
 
 
 def test_a_robot_waits_for_something_else():
