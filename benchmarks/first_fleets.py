@@ -1,9 +1,10 @@
 """First fleets: orders served on small random fleets, as new users draw them, by one plain dispatcher.
 
 Fleets are those that `hmrsim world generate` writes; the dispatcher is that of `benchmarks/_dispatched.py`. Only fleets
-count whose orders can all be served, as a search over configurations of robots shows.
+count whose orders can all be served: because a run under one of the policies did so, or as a search over configurations
+of robots shows.
 
-``python -m benchmarks.first_fleets --seeds 0:200 --policy planned --failures`` shows what goes wrong. The search takes
+``python -m benchmarks.first_fleets --seeds 0:200 --policy planned --failures`` shows what goes wrong. A search takes
 longer than the runs: ``--cache FILE`` keeps its verdicts.
 """
 
@@ -32,25 +33,31 @@ _POLICIES = ("reserve", "priority", "planned")
 
 
 class _Run(NamedTuple):
-    """What came of one fleet under one policy; no outcome if it was not run."""
+    """What came of one fleet under one policy."""
 
     seed: int
     policy: str
+    outcome: Outcome
+
+
+class _Runs(NamedTuple):
+    """What came of one fleet under each policy, and whether it is solvable."""
+
     verdict: Verdict
-    outcome: Outcome | None
+    searched: bool
+    runs: list[_Run]
 
 
 class _Job(NamedTuple):
-    """A fleet to run under some policies, if it is solvable or need not be.
+    """A fleet to run under some policies.
 
     Attributes:
-        verdict: Whether it is solvable; None if a search has to find out.
+        verdict: Whether it is solvable; None if a search has to find out where no run shows it.
     """
 
     seed: int
     policies: tuple[str, ...]
     verdict: Verdict | None
-    solvable: bool = True
     patience: float | None = 60.0
     limit: float = LIMIT
 
@@ -102,12 +109,13 @@ def _digest(seed: int) -> str:
 def run(seeds: int = 200, policies: Sequence[str] = _POLICIES, cache: Path | None = None) -> list[Row]:
     """Measure the fleets of so many seeds under each policy."""
     verdicts = Verdicts(cache)
-    runs = [*_runs([_Job(seed, tuple(policies), verdicts.get(seed)) for seed in range(seeds)])]
-    solvable = sum(of_seed[0].verdict.answer == "solvable" for of_seed in runs)
+    jobs = [_Job(seed, tuple(policies), verdicts.get(seed)) for seed in range(seeds)]
+    runs = [each.runs for each in _runs(jobs) if each.verdict.answer == "solvable"]
+    solvable = len(runs)
     rows = [Row("solvable fleets", 100.0 * solvable / seeds, f"% of {seeds}")]
     for number, policy in enumerate(policies):
         # The runs of a seed are in the order of the policies.
-        outcomes = [outcome for of_seed in runs if (outcome := of_seed[number].outcome) is not None]
+        outcomes = [of_seed[number].outcome for of_seed in runs]
         served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
         rows += [
             Row(f"{policy}: orders served", 100.0 * served / max(1, total), f"% of {total:,}"),
@@ -134,31 +142,26 @@ def fleet(seed: int, policy: str, patience: float | None = 60.0) -> World:
     return World.model_validate(random_fleet(seed) | {"traffic": {"policy": policy, "patience": patience}})
 
 
-def _runs(jobs: Sequence[_Job], processes: int | None = None) -> Iterable[list[_Run]]:
+def _runs(jobs: Sequence[_Job], processes: int | None = None) -> Iterable[_Runs]:
     """Yield the runs of jobs in order, on all cores."""
     with ProcessPoolExecutor(processes or os.cpu_count()) as pool:
         yield from pool.map(_run_seed, jobs)
 
 
-def _run_seed(job: _Job) -> list[_Run]:
-    # It is the same under each policy.
-    verdict = job.verdict or solve(World.model_validate(random_fleet(job.seed)), any_robot=False)
-    is_run = verdict.answer == "solvable" or not job.solvable
-    return [
-        _Run(
-            job.seed,
-            policy,
-            verdict,
-            dispatched(fleet(job.seed, policy, job.patience), job.limit) if is_run else None,
-        )
-        for policy in job.policies
+def _run_seed(job: _Job) -> _Runs:
+    runs = [
+        _Run(job.seed, policy, dispatched(fleet(job.seed, policy, job.patience), job.limit)) for policy in job.policies
     ]
+    if any(run.outcome.served == run.outcome.total for run in runs):
+        return _Runs(Verdict("solvable", why="a run served all orders"), False, runs)
+    # It is the same under each policy.
+    searched = job.verdict is None
+    verdict = job.verdict or solve(World.model_validate(random_fleet(job.seed)), any_robot=False)
+    return _Runs(verdict, searched, runs)
 
 
 def _described(run: _Run, *, details: bool) -> str:
     outcome = run.outcome
-    if outcome is None:
-        return f"{run.seed:5} {run.policy:9} not run: {run.verdict.answer}, {run.verdict.why}"
     line = (
         f"{run.seed:5} {run.policy:9} {outcome.served:2}/{outcome.total:2} served, {len(outcome.aborted):2} aborted,"
         f" {len(outcome.touching)} touching, {len(outcome.waiting)} waiting, {outcome.deadlocks} deadlocks,"
@@ -177,28 +180,27 @@ def main(argv: Sequence[str] | None = None) -> None:
     first, colon, last = args.seeds.partition(":")
     seeds = range(int(first), int(last) if colon else int(first) + 1)
     verdicts = Verdicts(args.cache)
-    policies = () if args.verdicts else tuple(args.policy)
     jobs = [
         _Job(
             seed,
-            policies,
+            tuple(args.policy),
             Verdict("unknown") if args.all else verdicts.get(seed),
-            not args.all,
             args.patience or None,
             args.limit,
         )
         for seed in seeds
     ]
-    if args.verdicts:
-        _find_verdicts([job for job in jobs if job.verdict is None], verdicts, args.processes)
-        return
     found: list[_Run] = []
-    for job, runs in zip(jobs, _runs(jobs, args.processes), strict=True):
-        if job.verdict is None:
-            verdicts.add(job.seed, runs[0].verdict)
-        for run in runs:
+    for seed, fleet_runs in zip(seeds, _runs(jobs, args.processes), strict=True):
+        if fleet_runs.searched:
+            verdicts.add(seed, fleet_runs.verdict)
+        if not args.all and fleet_runs.verdict.answer != "solvable":
+            if not args.failures:
+                print(f"{seed:5} does not count: {fleet_runs.verdict.answer}, {fleet_runs.verdict.why}", flush=True)
+            continue
+        for run in fleet_runs.runs:
             found.append(run)
-            if not (args.failures and (run.outcome is None or run.outcome.flawless)):
+            if not (args.failures and run.outcome.flawless):
                 print(_described(run, details=args.details), flush=True)
     verdicts.write()
     for policy in args.policy:
@@ -217,7 +219,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--cache", type=Path, metavar="FILE", help="read verdicts of the search there, and add new ones"
     )
-    parser.add_argument("--verdicts", action="store_true", help="find missing verdicts only; run nothing")
     parser.add_argument("--processes", type=int, metavar="N", help="how many at once (one for each core)")
     parser.add_argument("--write", type=Path, metavar="FILE", help="put a table of policies into this document")
     parser.add_argument("--failures", action="store_true", help="print the runs that failed only")
@@ -227,23 +228,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _find_verdicts(jobs: Sequence[_Job], verdicts: Verdicts, processes: int | None) -> None:
-    """Find out which fleets are solvable, and print it."""
-    count = {"solvable": 0, "unknown": 0, "unsolvable": 0}
-    with ProcessPoolExecutor(processes or os.cpu_count()) as pool:
-        for job, verdict in zip(jobs, pool.map(_verdict_of, jobs), strict=True):
-            verdicts.add(job.seed, verdict)
-            count[verdict.answer] += 1
-    verdicts.write()
-    print(", ".join(f"{number} {answer}" for answer, number in count.items()))
-
-
-def _verdict_of(job: _Job) -> Verdict:
-    return solve(World.model_validate(random_fleet(job.seed)), any_robot=False)
-
-
 def _summary(policy: str, runs: Sequence[_Run]) -> str:
-    outcomes = [run.outcome for run in runs if run.outcome is not None]
+    outcomes = [run.outcome for run in runs]
     served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
     flawless = sum(each.flawless for each in outcomes)
     return (
@@ -262,7 +248,7 @@ def _table(policies: Sequence[str], runs: Sequence[_Run]) -> str:
     heads = ("policy", "orders delivered", "fleets with every order delivered", "aborted goals")
     lines = [f"| {' | '.join(heads)} |", "|---|---:|---:|---:|"]
     for policy in policies:
-        outcomes = [run.outcome for run in runs if run.policy == policy and run.outcome is not None]
+        outcomes = [run.outcome for run in runs if run.policy == policy]
         served, total = (sum(getattr(each, name) for each in outcomes) for name in ("served", "total"))
         whole = sum(each.served == each.total for each in outcomes)
         aborted = sum(len(each.aborted) for each in outcomes)
@@ -277,7 +263,7 @@ def _failed(runs: Sequence[_Run]) -> str:
     failed: dict[str, list[str]] = {}
     for run in runs:
         outcome = run.outcome
-        if outcome is not None and not outcome.flawless:
+        if not outcome.flawless:
             signs = "l" * (outcome.served < outcome.total) + "t" * bool(outcome.touching) + "w" * bool(outcome.waiting)
             failed.setdefault(signs, []).append(f"{run.seed}")
     return "; ".join(f"{signs} {' '.join(seeds)}" for signs, seeds in sorted(failed.items())) or "none"
