@@ -177,3 +177,13 @@ def test_places_that_nobody_needs_are_forgotten():
 
     assert len(slots.points) < 300
     assert (4.0, 1.0) == slots.points[parked[-1]]
+
+
+@pytest.mark.parametrize("policy", ["reserve", *YIELDING])
+def test_a_robot_that_waits_for_a_door_in_the_middle_of_a_lane_keeps_the_lane(policy):
+    """It came from beside it; another one that may drive the lane meanwhile would drive into it."""
+    door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 8}}
+    run = fleet(policy, {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}, {"first": [9, 2], "next": "b"})
+    run((0.0, go("first", 12, 0, A)), (2.5, go("next", 9, 0, B)), until=8.0)
+
+    assert [(9, 0), (4, 0)] == [run.simulator.robots[name].pose().point for name in ("first", "next")]
