@@ -479,9 +479,8 @@ class Admission:
         wait = self.waits.get(robot)
         if wait is None:
             return None
-        blockers = [] if wait.why else [str(blocker) for blocker in self._blockers_of(robot)]
         said = self._described(wait, self._waits_for(wait)).to_json()
-        return {"since": wait.since, **said, "blockers": blockers}
+        return {"since": wait.since, **said, "blockers": [*map(str, self._blockers_of(wait))]}
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
@@ -507,7 +506,7 @@ class Admission:
     def _give_up(self, wait: Wait) -> None:
         """Abort the goal of a vehicle that has waited for too long."""
         robot, waited = wait.robot, self._env.now - wait.since
-        blockers = self._blockers_of(robot)
+        blockers = self._blockers_of(wait)
         why = f": {wait.why}" if wait.why else f" by {described(blockers) or 'another robot'}"
         at = robot.pose().point
         self.publisher.publish(
@@ -529,8 +528,13 @@ class Admission:
             for other in robots
         ]
 
-    def _blockers_of(self, robot: Vehicle) -> list[Blocker]:
-        return self.explain_blockers(sorted(self.blockers(robot), key=lambda other: other.name), robot)
+    def _blockers_of(self, wait: Wait) -> list[Blocker]:
+        """Return all about who is in a vehicle's way, or about those whose turn is before its own."""
+        robot = wait.robot
+        if wait.why or self._rules is None:
+            return []
+        found = self.blockers(robot) or self._rules.ahead_of(robot)
+        return self.explain_blockers(sorted(found, key=lambda other: other.name), robot)
 
     def forget(self, robot: Vehicle) -> None:
         """Let a vehicle wait no longer; nothing happens if it does not."""

@@ -168,8 +168,13 @@ class Priority(Reserve):
         return found
 
     def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
-        """Return the vehicles on their way that set out earlier: others are moved for these first."""
-        return [other for other in self.slots.vehicles() if not other.stands and rank(other) < rank(robot)]
+        """Return the vehicles that are moved for one, and those on their way that set out earlier.
+
+        Others are moved for these first.
+        """
+        resolution = self._resolutions.get(robot)
+        moved = [other for other in resolution.robots if other is not robot] if resolution else []
+        return moved + [other for other in self.slots.vehicles() if not other.stands and rank(other) < rank(robot)]
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""
