@@ -34,7 +34,7 @@ test-docs: $(READY)  ## Run each code block of the documentation, and compare wh
 	$(BIN)/python -m pytest -n auto --dist load tests/docs $(ARGS)
 
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
-	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 3600 $(ARGS)
+	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 14400 $(ARGS)
 
 torture: $(READY)  ## Send a million requests that nobody should send, damage 100,000 files, compare monitors
 	$(BIN)/python -m tests.torture.requests $(ARGS)

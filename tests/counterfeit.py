@@ -13,6 +13,7 @@ import zenoh
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,8 +22,6 @@ Change = Callable[[str, bytes], bytes]
 """Returns what is sent in place of a payload; the key is without the prefix, such as ``_world/info``."""
 
 _PREFIX = "hmrsim/"
-_PATIENCE = 5.0
-"""Wall seconds that the real one may take."""
 
 
 class Counterfeit:
@@ -76,7 +75,7 @@ class Counterfeit:
         with suppress(zenoh.ZError), query:
             options = {"payload": query.payload, "encoding": query.encoding, "attachment": query.attachment}
             known = {name: value for name, value in options.items() if value is not None}
-            for reply in self._real.get(query.selector, timeout=_PATIENCE, **known):
+            for reply in self._real.get(query.selector, timeout=PATIENCE, **known):
                 if reply.ok is not None:
                     key, encoding = str(reply.ok.key_expr), reply.ok.encoding
                     query.reply(key, self._changed(key, reply.ok.payload), encoding=encoding)

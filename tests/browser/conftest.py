@@ -18,9 +18,7 @@ from hmrsim_zenoh import Client, SessionOptions
 from hmrsim_zenoh.wire.keys import Verb
 from tests import processes
 from tests.paths import ROOT
-
-PATIENCE = 30.0
-"""Wall seconds after which what a process should say is missing."""
+from tests.patience import PATIENCE
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +96,7 @@ class Process:
         """End it as Ctrl-C does; return its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
-        self.process.communicate(timeout=PATIENCE)
+        self.process.communicate()
         return self.process.returncode
 
 

@@ -85,7 +85,7 @@ def test_a_tree_is_shown(viewed, open_page):
     tree = "bt_controller.examples:go_to_pose"
 
     words = [sys.executable, "-m", "bt_controller", "run", tree, "--robot", "wall_e", "--connect", endpoint, "--quiet"]
-    assert subprocess.run(words, check=False, capture_output=True, timeout=60).returncode == 0
+    assert subprocess.run(words, check=False, capture_output=True).returncode == 0
 
     until(page, "document.querySelector('.right').textContent.includes('GoToPoseAction')")
 
@@ -96,7 +96,7 @@ def test_the_coverage_of_a_tree_is_shown(viewed, open_page, tmp_path):
     page = open_page(f"{url}?panel=trees")
     words = [sys.executable, "-m", "bt_controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e"]
     words += ["--connect", endpoint, "--quiet", "--coverage", str(tmp_path / "seen.json")]
-    assert subprocess.run(words, check=False, capture_output=True, timeout=60).returncode == 0
+    assert subprocess.run(words, check=False, capture_output=True).returncode == 0
 
     until(page, "[...document.querySelectorAll('.covered')].some((each) => each.title === 'SUCCESS 1, never failed')")
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import signal
-import subprocess
 import threading
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
+
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
+    import subprocess
     from collections.abc import Callable
-
-PATIENCE: Final = 60.0
-"""Wall seconds that a command of a page may take."""
-_PATIENCE_AT_THE_END: Final = 10.0
 
 
 class Background:
@@ -36,12 +34,8 @@ class Background:
     def stop(self) -> None:
         """End it as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(_PATIENCE_AT_THE_END)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait(_PATIENCE_AT_THE_END)
-        self._reader.join(_PATIENCE_AT_THE_END)
+        self._process.wait()
+        self._reader.join(PATIENCE)
         self._process.stdout.close()
 
     def _read(self) -> None:

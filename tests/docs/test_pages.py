@@ -14,7 +14,6 @@ TEXTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 PAGES = [page for page in TEXTS if blocks_of(page)]
 
 
-@pytest.mark.timeout(240)
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT).with_suffix("")) for page in PAGES])
 def test_a_page_does_what_it_shows(page, tmp_path):
     """Block by block, in one folder, as a reader would."""

@@ -10,9 +10,6 @@ import pytest
 from tests import processes
 from tests.paths import ROOT
 
-PATIENCE = 60.0
-"""Wall seconds after which a process that should have ended is a failure."""
-
 
 class Started:
     """A process of ours, with what it has written."""
@@ -35,7 +32,7 @@ class Started:
         """Send a signal if one is given, wait for the end, and return exit code, output and errors."""
         if number is not None:
             self.process.send_signal(number)
-        out, err = self.process.communicate(timeout=PATIENCE)
+        out, err = self.process.communicate()
         return self.process.returncode, out, err
 
 

@@ -78,7 +78,7 @@ def experiment(tmp_path):
     def run(folder: str, *options: str, **changes: Any) -> list[dict[str, Any]]:
         (tmp_path / "e.yaml").write_text(yaml.safe_dump({**BASE, **changes}, sort_keys=False), encoding="utf-8")
         command = [sys.executable, "-m", "hmrsim.cli", "experiment", "run", "e.yaml", "-o", folder, *options]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         return rows(tmp_path / folder)
 
@@ -155,9 +155,7 @@ def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
     def told(*arguments: str, code: int = 0) -> str:
         command = [sys.executable, "-m", "hmrsim.cli", *arguments]
         environment = os.environ | {"COLUMNS": "200"}
-        done = subprocess.run(
-            command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False, env=environment
-        )
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=environment)
         assert code == done.returncode, done.stderr
         return done.stdout
 

@@ -9,6 +9,7 @@ import pytest
 
 from hmrsim_zenoh import Client, Commander, SessionOptions
 from tests.paths import REFERENCES
+from tests.patience import PATIENCE
 
 DRAWING = REFERENCES / "drawio" / "place_with_walls.drawio"
 
@@ -104,7 +105,7 @@ def test_the_medicine_ends_at_the_robot_s_centre(serve):
         while told.empty():
             Commander(client, "wall_e").wait(0)
         fetch(client)
-        dropped = next(event for event in iter(lambda: told.get(timeout=30), None) if event["kind"] == "placed")
+        dropped = next(event for event in iter(lambda: told.get(timeout=PATIENCE), None) if event["kind"] == "placed")
 
     assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
 

@@ -81,7 +81,6 @@ def test_what_is_installed_is_what_the_bill_of_materials_lists(installed):
     assert {f"{name}=={version}" for name, version in there.items()} < locked
 
 
-@pytest.mark.timeout(300)
 def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path):
     """Both are the commands of the image; a free port takes the place of theirs."""
     words = [*containerfile.words_of("ENTRYPOINT"), *containerfile.words_of("CMD")]
@@ -91,24 +90,22 @@ def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path
     with subprocess.Popen([installed / program, *arguments], **quiet) as process:
         where = process.stdout.readline().split()[1]
         health = [installed / check, *options, "--connect", where]
-        while_it_runs = subprocess.run(health, **quiet, timeout=60, check=False)
+        while_it_runs = subprocess.run(health, **quiet, check=False)
         process.terminate()
-    afterwards = subprocess.run([*health, "--timeout", "0.5"], **quiet, timeout=60, check=False)
+    afterwards = subprocess.run([*health, "--timeout", "0.5"], **quiet, check=False)
 
     assert (0, 3) == (while_it_runs.returncode, afterwards.returncode)
     assert "latte" in while_it_runs.stdout
 
 
-@pytest.mark.timeout(300)
 def test_the_demo_runs_from_elsewhere(installed, tmp_path):
     """Maps and schemas are in the wheel; the mission ends well."""
     words = [installed / "hmrsim", "demo", "--real-time-factor", "30"]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
 
     assert 0 == done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.timeout(300)
 def test_shipped_worlds_are_found_by_name(installed, tmp_path):
     """From any folder."""
     for world in ("scenario1", "scenario2", "hospital", "warehouse"):
@@ -119,7 +116,6 @@ def test_shipped_worlds_are_found_by_name(installed, tmp_path):
         assert 0 == done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.timeout(300)
 def test_an_action_of_another_package_is_served(installed, tmp_path):
     """Installed beside ours, found by its entry point: in the list of actions and in the schemas."""
     (tmp_path / "dance.py").write_text(
@@ -151,12 +147,11 @@ def test_an_action_of_another_package_is_served(installed, tmp_path):
             [installed / "hmrsim", "action", "send-goal", "/wall_e/dance", "{time: {sec: 0}}", "--connect", endpoint],
             capture_output=True,
             text=True,
-            timeout=60,
             check=False,
         )
     finally:
         simulator.terminate()
-        simulator.communicate(timeout=30)
+        simulator.communicate()
     subprocess.run([installed / "python", "-m", "hmrsim_zenoh.schemas", tmp_path / "schemas"], check=True)
 
     assert "Goal finished with status: SUCCEEDED" in sent.stdout

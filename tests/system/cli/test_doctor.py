@@ -14,10 +14,10 @@ from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 
-PATIENCE = 10.0
 NOBODY = "tcp/127.0.0.1:1"
 CLIENT = Endpoint(Kind.CLIENT, "/wall_e/wait/_action/send_goal", "nav2_msgs::action::dds_::Wait_SendGoal_", "RIHS01_00")
 

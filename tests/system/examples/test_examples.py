@@ -53,28 +53,23 @@ def test_it_prints_what_it_should(example):
 def test_an_example_that_needs_no_simulator(example):
     """It prints what it should, and loads nothing of the network."""
     code = f"import runpy, sys; runpy.run_path({str(example)!r}, run_name='__main__'); sys.exit('zenoh' in sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=100, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
 def test_the_example_that_searches():
     """It finds the same each time."""
-    done = subprocess.run([sys.executable, SEARCH], cwd=ROOT, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run([sys.executable, SEARCH], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (SEARCH.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
-@pytest.mark.timeout(420)
 def test_the_example_that_learns():
     """It learns the same each time, and what it has learned is better."""
     pytest.importorskip("gymnasium", reason="environments need the extra gym")
     pytest.importorskip("scipy", reason="comparisons need the extra experiments")
-    done = subprocess.run(
-        [sys.executable, LEARNING], cwd=ROOT, capture_output=True, text=True, timeout=400, check=False
-    )
+    done = subprocess.run([sys.executable, LEARNING], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (LEARNING.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
@@ -91,7 +86,7 @@ def command_of(example, endpoint):
 def check_output(example, endpoint):
     """Run an example against a simulator."""
     command = command_of(example, endpoint)
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 

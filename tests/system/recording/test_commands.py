@@ -18,8 +18,8 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.patience import PATIENCE
 
-PATIENCE = 60.0
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
 WALL_E = {"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}}
 
@@ -51,7 +51,7 @@ def end(process, number=None):
     """Send a signal if one is given, wait for the end; return exit code, output and errors."""
     if number is not None:
         process.send_signal(number)
-    out, err = process.communicate(timeout=PATIENCE)
+    out, err = process.communicate()
     return process.returncode, out, err
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 HMRSIM = Path(sys.executable).with_name("hmrsim")
-PATIENCE = 60.0
-"""Wall seconds after which a process that should have ended is a failure."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class Running:
     def end(self, number: int = signal.SIGTERM) -> int:
         """Send a signal and return the exit code."""
         self.process.send_signal(number)
-        return self.process.wait(PATIENCE)
+        return self.process.wait()
 
 
 @contextmanager

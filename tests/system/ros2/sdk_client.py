@@ -21,7 +21,7 @@ from rosbags.interfaces import Nodetype
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 from zenoh_ros2_sdk import ROS2ServiceClient, ROS2Subscriber, ZenohSession, get_service_names_and_types
 
-PATIENCE = 60.0
+PATIENCE = 300.0
 NOBODY = bytes(16)
 OURS = bytes(range(16))
 """The id that we ask under without the SDK's client."""

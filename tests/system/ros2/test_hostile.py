@@ -11,12 +11,12 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.patience import PATIENCE
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD
 from tests.system.ros2.processes import simulator
 from tests.wire.ros2.client import CDR, NO_ID, SUCCEEDED, RosClient, attachment, get_state, goal_to, ros_action
 
-PATIENCE = 30.0
 GID = bytes(range(16))
 ACTIONS = (
     "navigate_to_pose",

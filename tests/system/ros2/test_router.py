@@ -18,11 +18,11 @@ import zenoh
 from hmrsim_zenoh.errors import PortTaken, PrefixTaken
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.system.ros2.processes import HMRSIM
 from tests.wire.ros2.client import SUCCEEDED, RosClient, goal_to, open_session, statuses
 
-PATIENCE = 30.0
 KEY = "0/wall_e/here"
 TOKEN = "@ros2_lv/0/here"
 
@@ -183,7 +183,6 @@ def test_the_command_line_finds_a_simulator_that_has_joined(options):
             [HMRSIM, "action", "list", "--connect", options.default],
             capture_output=True,
             text=True,
-            timeout=PATIENCE,
             check=True,
         )
 

@@ -6,8 +6,9 @@ import signal
 
 import pytest
 
+from tests.patience import PATIENCE
 from tests.system.ros2.processes import free_endpoint, simulator
-from tests.wire.ros2.client import PATIENCE, SUCCEEDED, RosClient, Unanswered, goal_to, ros_action
+from tests.wire.ros2.client import SUCCEEDED, RosClient, Unanswered, goal_to, ros_action
 
 
 def fleet(robots):

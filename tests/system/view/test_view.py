@@ -10,7 +10,7 @@ import pytest
 
 from hmrsim.cli import main
 from tests import processes
-from tests.wire.view.pages import PATIENCE, fetched, opened
+from tests.wire.view.pages import fetched, opened
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_a_signal_ends_it_well(start, simulator, number):
     with opened(url) as page:
         page.get("_world/info")
         process.send_signal(number)
-        out, err = process.communicate(timeout=PATIENCE)
+        out, err = process.communicate()
 
     assert ("ready", 0, "", "") == (word, process.returncode, out, err)
 
@@ -103,7 +103,7 @@ def test_a_run_with_a_view(start):
     with opened(url) as page:
         seen = page.get("_world/info")["replies"][0][1]["world"]["name"]
         process.terminate()
-        _, err = process.communicate(timeout=PATIENCE)
+        _, err = process.communicate()
 
     assert ("scenario 1", 0, True) == (seen, process.returncode, url in err)
     with pytest.raises(OSError, match="refused"):
@@ -113,7 +113,7 @@ def test_a_run_with_a_view(start):
 def test_a_run_whose_view_has_no_port_is_2(start, taken):
     """It says so at once, in words of its own option."""
     process = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0", "--view", taken, "--log-level", "error")
-    out, err = process.communicate(timeout=PATIENCE)
+    out, err = process.communicate()
 
     assert (2, "") == (process.returncode, out)
     assert f"hmrsim: --view: 127.0.0.1:{taken} is taken; name another with --view, 0 for a free one\n" == err

@@ -24,6 +24,6 @@ def test_the_figures_are_those_of_the_example():
 def test_without_the_extra_it_says_what_to_install():
     """Whichever of its names is asked for."""
     code = "import sys; sys.modules['gymnasium'] = None; import hmrsim_gym"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
     assert "MissingExtra: environments need gymnasium and pettingzoo; pip install 'hmrsim[gym]'" in done.stderr

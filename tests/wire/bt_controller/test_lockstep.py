@@ -22,6 +22,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import Dropped, Idle
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 
@@ -196,7 +197,7 @@ def test_a_controller_that_thinks_for_too_long_gets_an_error():
 
     class Slow(Behaviour):
         def update(self):
-            dropped.wait(10.0)
+            dropped.wait(PATIENCE)
             return Status.RUNNING
 
     with served_world(clock="lockstep", participant_timeout=0.1) as options, Client(options, name="trees") as client:

@@ -8,6 +8,7 @@ from py_trees.common import Status
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)
@@ -76,7 +77,7 @@ def test_a_goal_that_was_dropped_for_that_of_another_leaf_is_sent_again(life):
     """As when a guard has the robot charged before the new life has come to where the old one was."""
     first, (dropped,) = life(FAR)
     dropped.wait_accepted(5.0)
-    first._client.send_goal(NEAR).result(5.0)
+    first._client.send_goal(NEAR).result(PATIENCE)
     second, (found,) = life(FAR)
 
     assert (Status.SUCCESS, GoalStatus.ABORTED) == (end(second), found.status)

@@ -11,6 +11,7 @@ import pytest
 from bt_controller.core.topics import Topics
 from bt_controller.world.directory import NotServed
 from hmrsim_zenoh.client.client import Client
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 NAMES = [f"r{number}" for number in range(20)]
@@ -123,7 +124,7 @@ def test_each_message_wakes_the_watcher_where_time_goes_by_itself():
         # A message may have come before that already.
         while (now := topics.latest("r3", "battery_state").percentage) == before:
             woken.clear()
-            assert woken.wait(10.0)
+            assert woken.wait(PATIENCE)
         topics.close()
 
     assert now < before <= 1.0

@@ -13,12 +13,11 @@ import zenoh
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.keys import Keys, Verb
 from hmrsim_zenoh.wire.session import SessionOptions, open_server
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-PATIENCE = 10.0
-"""Wall seconds after which a test gives up; nothing takes as long."""
 
 Body = dict[str, Any]
 Step = Any

@@ -10,6 +10,7 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import GoalRejectedError, ResultExpired
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 GOAL_ID = "00000000000000000000000000000abc"
@@ -32,7 +33,7 @@ def test_an_unknown_goal_is_sent(clock):
     """It is sent as any other goal."""
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         goal = send(client)
-        goal.result(20.0)
+        goal.result(PATIENCE)
 
     assert (False, None, GoalStatus.SUCCEEDED) == (goal.adopted, goal.found, goal.status)
 
@@ -44,7 +45,7 @@ def test_a_goal_that_runs_is_followed(clock):
             send(client, 30.0).wait_accepted(5.0)
         with Client(options, name="second") as client:
             goal = send(client, 30.0)
-            result = goal.result(30.0)
+            result = goal.result(PATIENCE)
 
     assert (True, GoalStatus.EXECUTING, GoalStatus.SUCCEEDED) == (goal.adopted, goal.found, goal.status)
     assert 30.0 == result.total_elapsed_time.to_seconds()
@@ -59,10 +60,10 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
             first.wait_accepted(5.0)
             if status is GoalStatus.CANCELED:
                 first.cancel()
-            result = first.result(30.0)
+            result = first.result(PATIENCE)
         with Client(options, name="second") as client:
             goal = send(client, 30.0)
-            again = goal.result(5.0)
+            again = goal.result(PATIENCE)
 
     assert (True, status, status, result) == (goal.adopted, goal.found, goal.status, again)
 
@@ -70,11 +71,11 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
 def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
     """Its result is not known, and the goal is not begun a second time."""
     with served_world(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
-        send(client).result(20.0)
-        send(client, goal_id="f" * 32).result(20.0)
+        send(client).result(PATIENCE)
+        send(client, goal_id="f" * 32).result(PATIENCE)
         goal = send(client)
         with pytest.raises(ResultExpired, match=f"goal {GOAL_ID} is SUCCEEDED, but its result is not kept any longer"):
-            goal.result(5.0)
+            goal.result(PATIENCE)
 
     assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
 
@@ -82,6 +83,6 @@ def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
 def test_a_client_that_does_not_adopt_is_refused(clock):
     """An id that another client has used is a mistake."""
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
-        send(client).result(20.0)
+        send(client).result(PATIENCE)
         with pytest.raises(GoalRejectedError, match=r"duplicate_goal_id: goal .* was sent before and is SUCCEEDED"):
-            send(client, adopt=False).result(5.0)
+            send(client, adopt=False).result(PATIENCE)

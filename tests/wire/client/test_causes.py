@@ -10,9 +10,8 @@ from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed
+from tests.patience import PATIENCE
 from tests.served_world import served_world
-
-SOON = 10.0
 
 
 @pytest.fixture(params=[{"clock": "lockstep"}, {"real_time_factor": 50.0}], ids=["lockstep", "realtime"])
@@ -27,11 +26,11 @@ def test_a_goal_that_is_preempted_says_so(client, verb):
     """One that succeeds has no cause, and none that goes on."""
     wait = client.action_client("wall_e", registry()["wait"])
     first = getattr(wait, verb)(Wait.Goal(time=Duration(sec=600)))
-    first.wait_accepted(SOON)
+    first.wait_accepted(PATIENCE)
     assert first.cause == ""
     second = getattr(wait, verb)(Wait.Goal(time=Duration(sec=1)))
     for goal in (first, second):
-        goal.result(SOON)
+        goal.result(PATIENCE)
 
     assert (first.cause, second.cause) == ("preempted", "")
 

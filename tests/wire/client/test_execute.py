@@ -13,10 +13,10 @@ from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.client.worker import Rounds, Worker
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.keys import Verb
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 GOAL = Wait.Goal(time=Duration(sec=2))
-SOON = 5.0
 SUCCEEDED, ABORTED = 4, 6
 
 
@@ -34,23 +34,23 @@ def test_a_goal_is_executed_by_a_simulator(clock, watched):
         seen = []
         goal = wait.execute(GOAL, on_feedback=seen.append, on_change=lambda goal: watched(goal.status))
 
-        assert goal.result(SOON).total_elapsed_time == Duration(sec=2)
+        assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=2)
         watched.wait(lambda statuses: statuses[-1:] == [GoalStatus.SUCCEEDED])
         assert seen or clock == "realtime"
         rejected = client.action_client("zoe", registry()["wait"]).execute(GOAL)
         with pytest.raises(GoalRejectedError, match="unknown_robot"):
-            rejected.result(SOON)
+            rejected.result(PATIENCE)
 
 
 def test_one_query_does(simulator, wait_client):
     """Acceptance and result are its replies."""
     simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
     goal = wait_client.execute(GOAL)
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     assert (goal.status, goal.done) == (GoalStatus.ACCEPTED, False)
 
     simulator.release(simulator.end(SUCCEEDED, total_elapsed_time={"sec": 2}), verb=Verb.EXECUTE)
-    assert goal.result(SOON) == Wait.Result(total_elapsed_time=Duration(sec=2))
+    assert goal.result(PATIENCE) == Wait.Result(total_elapsed_time=Duration(sec=2))
     ((name, body),) = simulator.requests
     assert (name, body["goal_id"]) == ("execute", goal.goal_id)
 
@@ -59,7 +59,7 @@ def test_a_robot_without_the_key_is_asked_by_the_others(wait_client, simulator):
     """The query ends without an answer."""
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
 
-    assert wait_client.execute(GOAL).result(SOON) == Wait.Result()
+    assert wait_client.execute(GOAL).result(PATIENCE) == Wait.Result()
     assert ["execute", "send_goal", "get_result"] == [name for name, _ in simulator.requests]
 
 
@@ -69,7 +69,7 @@ def test_a_result_that_was_lost_is_asked_for(wait_client, simulator):
     simulator.steps["get_result"] = [simulator.lose, simulator.end(ABORTED)]
     goal = wait_client.execute(GOAL)
 
-    assert goal.result(SOON) == Wait.Result()
+    assert goal.result(PATIENCE) == Wait.Result()
     assert goal.status is GoalStatus.ABORTED
 
 
@@ -78,7 +78,7 @@ def test_a_goal_of_which_all_was_lost_is_sent_again(wait_client, simulator):
     simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
 
-    assert wait_client.execute(GOAL).result(SOON) == Wait.Result()
+    assert wait_client.execute(GOAL).result(PATIENCE) == Wait.Result()
 
 
 @pytest.mark.parametrize("text", ["so it is", '{"error": "so it is"}'])
@@ -87,7 +87,7 @@ def test_an_error_is_the_goals(wait_client, simulator, text):
     simulator.steps["execute"] = [simulator.say_error(text)]
 
     with pytest.raises(RequestError, match="so it is"):
-        wait_client.execute(GOAL).result(SOON)
+        wait_client.execute(GOAL).result(PATIENCE)
     assert simulator.count(Verb.SEND_GOAL) == 0
 
 
@@ -96,22 +96,22 @@ def test_an_answer_that_hangs_is_looked_for(wait_client, simulator, monkeypatch)
     monkeypatch.setattr(Rounds, "add", lambda rounds, call: rounds._worker.after(0.0, call))
     simulator.steps["execute"] = [simulator.hold]
     goal = wait_client.execute(GOAL)
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     simulator.wait_for(Verb.EXECUTE)
     simulator.release(simulator.both(simulator.accept, simulator.end(SUCCEEDED)), verb=Verb.EXECUTE)
 
-    assert goal.result(SOON) == Wait.Result()
+    assert goal.result(PATIENCE) == Wait.Result()
 
 
 def test_a_simulator_that_dies_fails_its_goals(wait_client, simulator):
     """As with `send_goal`."""
     simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
     goal = wait_client.execute(GOAL)
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     simulator.close()
 
     with pytest.raises(SimulatorGone):
-        goal.result(SOON)
+        goal.result(PATIENCE)
 
 
 def test_a_cancel_goes_along(wait_client, simulator):

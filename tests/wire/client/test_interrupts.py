@@ -17,9 +17,9 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
-SOON = 10.0
 WAIT = registry()["wait"]
 
 
@@ -80,11 +80,11 @@ def interrupted_script(options, at) -> Interrupt:
         try:
             with traced(interrupt):
                 goal = wait.send_goal(Wait.Goal(time=Duration(sec=3)))
-                goal.result(SOON)
+                goal.result(PATIENCE)
         except KeyboardInterrupt:
             if goal is not None:
                 goal.cancel()
-                goal.result(SOON)
+                goal.result(PATIENCE)
     return interrupt
 
 

@@ -22,9 +22,9 @@ from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.client.lockstep import MAX_BYTES
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
-SOON = 10.0
 WAIT = registry()["wait"]
 
 
@@ -60,7 +60,7 @@ def test_a_goal_takes_its_time_and_no_more(client, wait):
     """Time is where the goal ended, whatever the wall's clock says."""
     goal = wait.send_goal(seconds(3000))
 
-    assert goal.result(SOON).total_elapsed_time == Duration(sec=3000)
+    assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=3000)
     assert (client.now, goal.status) == (3000.0, GoalStatus.SUCCEEDED)
 
 
@@ -74,7 +74,7 @@ def test_sending_a_goal_takes_no_time(client, wait):
 def test_waiting_for_the_acceptance_takes_no_time(client, wait):
     """The goal is applied, and nothing more happens."""
     goal = wait.send_goal(seconds(3))
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
 
     assert (goal.accepted, goal.done, client.now) == (True, False, 0.0)
 
@@ -83,7 +83,7 @@ def test_a_cancel_of_all_goals_does_not_overtake_one_that_was_sent_before(client
     """It goes the same way, and ends it at this very instant."""
     goal = wait.send_goal(seconds(100))
     wait.cancel_all()
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert (GoalStatus.CANCELED, 0.0) == (goal.status, client.now)
 
@@ -92,7 +92,7 @@ def test_a_cancel_of_all_goals_does_not_concern_one_that_is_sent_later(wait):
     """Nor is there anything to do where there are none."""
     wait.cancel_all()
     goal = wait.send_goal(seconds(100))
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert GoalStatus.SUCCEEDED is goal.status
 
@@ -105,7 +105,7 @@ def test_goals_of_many_robots_run_side_by_side(client):
         for robot, time in (("wall_e", 5.0), ("eve", 2.5), ("cart", 4.0))
     ]
     for goal in goals:
-        goal.result(SOON)
+        goal.result(PATIENCE)
 
     # All three were accepted by the time that the first had ended.
     assert ends == [2.5, 2.5, 2.5, 2.5, 4.0, 5.0]
@@ -115,11 +115,11 @@ def test_the_ids_are_the_same_in_every_run(options):
     """They count by participant, also over its lives, and whatever ids the user gives."""
     with Client(options, name="nurse") as client:
         first = client.action_client("wall_e", WAIT).send_goal(seconds(1))
-        first.result(SOON)
+        first.result(PATIENCE)
     with Client(options, name="nurse") as client:
         given = client.action_client("wall_e", WAIT).send_goal(seconds(1), goal_id="0" * 31 + "1")
         third = client.action_client("wall_e", WAIT).send_goal(seconds(1))
-        third.result(SOON)
+        third.result(PATIENCE)
 
     expected = (made_goal_id("nurse", 1), "0" * 31 + "1", made_goal_id("nurse", 3))
     assert expected == (first.goal_id, given.goal_id, third.goal_id)
@@ -131,7 +131,7 @@ def test_a_rejected_goal_is_known_at_once(client, wait):
     rejected = client.action_client("marvin", WAIT).send_goal(seconds(1))
 
     with pytest.raises(GoalRejectedError, match="unknown_robot"):
-        rejected.result(SOON)
+        rejected.result(PATIENCE)
     assert client.now == 0.0
 
 
@@ -141,7 +141,7 @@ def test_more_goals_than_fit_in_a_request_are_sent_at_one_time(client):
     follow = client.action_client("wall_e", registry()["follow_path"])
     goals = [follow.send_goal(goal) for _ in range(5)]
     last = client.action_client("eve", WAIT).send_goal(seconds(1))
-    last.wait_accepted(SOON)
+    last.wait_accepted(PATIENCE)
 
     assert sum(len(goal.model_dump_json()) for _ in goals) > MAX_BYTES
     assert ([True] * 5, client.now) == ([each.accepted for each in goals], 0.0)
@@ -153,8 +153,8 @@ def test_a_goal_that_can_not_be_read_takes_no_other_along(wait):
     good = wait.send_goal(seconds(1))
 
     with pytest.raises(RequestError, match=r"goal\.time\.sec: Input should be a valid integer"):
-        bad.result(SOON)
-    assert good.result(SOON).total_elapsed_time == Duration(sec=1)
+        bad.result(PATIENCE)
+    assert good.result(PATIENCE).total_elapsed_time == Duration(sec=1)
 
 
 def test_waiting_for_a_condition(client, wait):
@@ -166,7 +166,7 @@ def test_waiting_for_a_condition(client, wait):
     assert client.lockstep.wait_for(near, other) == [near]
     assert (client.now, goal.done) == (18.1, False)
     assert client.lockstep.wait_for(other, until=20.0) == []
-    assert goal.result(SOON).total_elapsed_time == Duration(sec=30)
+    assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=30)
     assert client.now == 30.0
 
 
@@ -188,9 +188,9 @@ def test_a_condition_calls_back_once(client, wait):
     goal = wait.send_goal(seconds(3))
     client.sleep(1.0)
     take_back()
-    wait.send_goal(seconds(3)).result(SOON)
+    wait.send_goal(seconds(3)).result(PATIENCE)
     goal = wait.send_goal(seconds(3))
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert seen == [(None, True, 4.0)]
 
@@ -200,10 +200,10 @@ def test_the_end_of_lockstep_is_the_end_of_its_conditions(client, options):
     seen = []
     client.lockstep.watch(Condition("_world/events", [("/kind", "==", "never")]), seen.append)
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     with Client(options, clock="realtime") as operator:
         operator.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert ["lockstep is over; subscribe to the topic"] == list(map(str, seen))
 
@@ -212,7 +212,7 @@ def test_a_cancel_comes_right_behind_its_goal(client, wait):
     """It need not wait for the acceptance: what is sent later is applied later."""
     goal = wait.send_goal(seconds(3))
     goal.cancel()
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert (goal.status, client.now) == (GoalStatus.CANCELED, 0.0)
 
@@ -227,14 +227,14 @@ def test_feedback_wakes_the_client_that_asked_for_it(client, wait):
             goal.cancel()
 
     goal = wait.send_goal(seconds(3), on_feedback=look)
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert (seen[:3], goal.status, client.now) == ([2.9, 2.8, 2.7], GoalStatus.CANCELED, 0.3)
 
 
 def test_feedback_without_a_callback_wakes_no_client(client, wait):
     """Two advances suffice: the goal goes with the first."""
-    wait.send_goal(seconds(3)).result(SOON)
+    wait.send_goal(seconds(3)).result(PATIENCE)
 
     assert client.lockstep._participant.epoch == 1
 
@@ -248,7 +248,7 @@ def test_a_timeout_is_of_the_walls_time(options):
             goal.result(0.05)
         thinker.close()
 
-        assert goal.result(SOON).total_elapsed_time == Duration(sec=3)
+        assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=3)
 
 
 def test_the_commander_works_in_lockstep(client):
@@ -265,9 +265,9 @@ def test_a_goal_that_can_not_be_read_fails():
     with served_world(clock="lockstep", max_payload=500) as options, Client(options) as client:
         pickup = client.action_client("wall_e", registry()["pickup"]).send_goal(registry()["pickup"].goal())
         with pytest.raises(RequestError, match=r"payload of .* bytes; at most 500 are taken"):
-            pickup.result(SOON)
+            pickup.result(PATIENCE)
 
-        assert client.action_client("wall_e", WAIT).send_goal(seconds(1)).result(SOON) == Wait.Result(
+        assert client.action_client("wall_e", WAIT).send_goal(seconds(1)).result(PATIENCE) == Wait.Result(
             total_elapsed_time=Duration(sec=1)
         )
 
@@ -288,7 +288,7 @@ def test_what_can_not_happen_is_an_error(client):
     client.sleep(1.0)
 
     with pytest.raises(Idle, match="nothing is scheduled"):
-        client.lockstep.drive(lambda: False, SOON)
+        client.lockstep.drive(lambda: False, PATIENCE)
 
 
 def test_two_clients_wait_for_each_other(options):
@@ -308,9 +308,9 @@ def test_two_clients_wait_for_each_other(options):
         joined = threading.Event()
         thread = threading.Thread(target=other)
         thread.start()
-        joined.wait(SOON)
-        client.action_client("wall_e", WAIT).send_goal(seconds(10)).result(SOON)
-        thread.join(SOON)
+        joined.wait(PATIENCE)
+        client.action_client("wall_e", WAIT).send_goal(seconds(10)).result(PATIENCE)
+        thread.join(PATIENCE)
 
     assert times == [1.0, 2.0, 3.0, 4.0, 5.0]
 
@@ -320,14 +320,14 @@ def test_two_threads_may_wait_for_goals_of_their_own(client):
     ends = {}
 
     def follow(robot, time):
-        client.action_client(robot, WAIT).send_goal(seconds(time)).result(SOON)
+        client.action_client(robot, WAIT).send_goal(seconds(time)).result(PATIENCE)
         ends[robot] = client.now
 
     threads = [threading.Thread(target=follow, args=args) for args in (("wall_e", 5.0), ("eve", 2.0))]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(SOON)
+        thread.join(PATIENCE)
 
     assert ends["wall_e"] >= 5.0
     assert ends["eve"] >= 2.0
@@ -337,7 +337,7 @@ def test_a_callback_can_not_wait(client, wait, caplog):
     """What it would wait for comes after it: that is said, rather than waited for for ever."""
     other = client.action_client("eve", WAIT)
     goal = wait.send_goal(seconds(1), on_change=lambda _goal: other.send_goal(seconds(1)).result())
-    goal.result(SOON)
+    goal.result(PATIENCE)
 
     assert "a callback can't wait for what happens after it" in caplog.text
 
@@ -348,7 +348,7 @@ def test_a_callback_can_not_wait(client, wait, caplog):
 def test_a_client_of_real_time_takes_no_part(options):
     """Its goals are applied while time stands."""
     with Client(options, clock="realtime") as client:
-        client.action_client("wall_e", WAIT).send_goal(seconds(1)).wait_accepted(SOON)
+        client.action_client("wall_e", WAIT).send_goal(seconds(1)).wait_accepted(PATIENCE)
 
         assert (client.lockstep, client.now) == (None, 0.0)
 
@@ -366,20 +366,20 @@ def test_a_client_that_thinks_for_too_long_is_dropped():
         dropped = threading.Event()
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
-        assert dropped.wait(SOON)
+        assert dropped.wait(PATIENCE)
 
         with pytest.raises(Dropped, match=r"'nurse' was dropped at 0\.000 s: .* join again"):
-            goal.result(SOON)
+            goal.result(PATIENCE)
 
 
 def test_a_clock_that_is_set_to_real_time_takes_the_goals_along(client, options):
     """They end by themselves then, and so does a sleep."""
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     with Client(options, clock="realtime") as operator:
         operator.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
 
-    assert goal.result(SOON).total_elapsed_time == Duration(sec=5)
+    assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=5)
     client.sleep(1.0)
     assert (client.lockstep, client.now >= 6.0) == (None, True)
 
@@ -388,11 +388,11 @@ def test_a_reset_ends_what_is_under_way(client, options, wait):
     """Also while we think; time begins anew, and so may we."""
     client.sleep(3.0)
     goal = wait.send_goal(seconds(30))
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     with Client(options, clock="realtime") as operator:
         operator.get("hmrsim/_world/reset_simulation", payload=b"{}")
 
-    assert goal.result(SOON).error_msg == "the simulation was reset"
+    assert goal.result(PATIENCE).error_msg == "the simulation was reset"
     client.sleep(1.0)
     assert (goal.status, client.now) == (GoalStatus.ABORTED, 1.0)
 
@@ -418,7 +418,7 @@ def test_time_goes_on_after_a_reset_by_a_callback(client, wait):
 
     wait.send_goal(seconds(30), on_change=reset)
     client.sleep(1.0)
-    wait.send_goal(seconds(2)).result(SOON)
+    wait.send_goal(seconds(2)).result(PATIENCE)
 
     assert seen == [0.0]
     assert client.now == 2.0
@@ -433,7 +433,7 @@ def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
             goal.result(1.2)
         thinker.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime","real_time_factor":100}')
 
-        assert goal.result(SOON).total_elapsed_time == Duration(sec=1)
+        assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=1)
 
 
 def test_an_interrupt_cancels_what_a_script_waits_for():
@@ -456,7 +456,7 @@ with Client(SessionOptions(connect=(sys.argv[1],)), name="script") as client:
             waiting = (json.loads(nurse.get("hmrsim/_world/time/state"))["waiting_for"] for _ in range(10_000))
             assert ["nurse"] in waiting
             script.send_signal(signal.SIGINT)
-            _, errors = script.communicate(timeout=SOON)
+            _, errors = script.communicate()
         # The script does not wait for long until its cancel has an answer.
         statuses = (nurse.get("hmrsim/wall_e/wait/_action/status") for _ in range(1000))
         canceled = any(b'"status":5' in status for status in statuses)
@@ -470,7 +470,7 @@ def test_a_cancel_is_not_lost_when_the_client_leaves(options):
     with Client(options, clock="realtime") as watcher:
         with Client(options, name="nurse") as client:
             goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
-            goal.wait_accepted(SOON)
+            goal.wait_accepted(PATIENCE)
             goal.cancel()
         status = watcher.get("hmrsim/wall_e/wait/_action/status")
 
@@ -481,11 +481,11 @@ def test_closing_fails_what_is_under_way(options):
     """As in real time."""
     client = Client(options)
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
-    goal.wait_accepted(SOON)
+    goal.wait_accepted(PATIENCE)
     client.close()
 
     with pytest.raises(ClientClosed, match="closed while the goal was under way"):
-        goal.result(SOON)
+        goal.result(PATIENCE)
     with pytest.raises(ClientClosed, match="closed"):
         client.sleep(1.0)
 
@@ -499,7 +499,7 @@ def test_an_invalid_duration_of_a_sleep_is_refused(client, wait, duration):
     with pytest.raises(ValueError, match=r"is no time to sleep for; it is 0\.0 s now"):
         client.sleep(duration)
 
-    assert wait.send_goal(seconds(3)).result(SOON).total_elapsed_time == Duration(sec=3)
+    assert wait.send_goal(seconds(3)).result(PATIENCE).total_elapsed_time == Duration(sec=3)
 
 
 def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
@@ -507,9 +507,9 @@ def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
     first = wait.send_goal(seconds(3), goal_id="c" * 32)
     second = wait.send_goal(seconds(3), goal_id="c" * 32)
 
-    assert first.result(SOON).total_elapsed_time == Duration(sec=3)
+    assert first.result(PATIENCE).total_elapsed_time == Duration(sec=3)
     with pytest.raises(GoalRejectedError, match="duplicate_goal_id"):
-        second.result(SOON)
+        second.result(PATIENCE)
 
 
 def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
@@ -524,17 +524,17 @@ def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
     first = wait.send_goal(seconds(3), on_change=interrupt)
     second = client.action_client("eve", WAIT).send_goal(seconds(3))
     with pytest.raises(KeyboardInterrupt):
-        first.result(SOON)
+        first.result(PATIENCE)
 
-    assert second.result(SOON).total_elapsed_time == Duration(sec=3)
+    assert second.result(PATIENCE).total_elapsed_time == Duration(sec=3)
 
 
 def test_a_client_may_take_part_again_after_the_clock_was_set(client, wait):
     """To real time and back: the client gets one error that it was removed, and then takes part again."""
-    wait.send_goal(seconds(3)).result(SOON)
+    wait.send_goal(seconds(3)).result(PATIENCE)
     for clock in ("realtime", "lockstep"):
         client.get(client.keys.world("time/set"), payload=b'{"clock":"%b"}' % clock.encode())
     with pytest.raises(Dropped, match="was removed: the clock was set to realtime; join again"):
         client.sleep(1.0)
 
-    assert wait.send_goal(seconds(3000)).result(SOON).total_elapsed_time == Duration(sec=3000)
+    assert wait.send_goal(seconds(3000)).result(PATIENCE).total_elapsed_time == Duration(sec=3000)

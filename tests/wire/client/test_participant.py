@@ -12,8 +12,8 @@ from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.participant import Grant, Participant, Wish, check_name
 from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.patience import PATIENCE
 
-PATIENCE = 10.0
 NOTHING = {"accepted": [], "events": []}
 
 

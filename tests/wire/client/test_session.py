@@ -11,6 +11,7 @@ import pytest
 
 from hmrsim_zenoh.errors import BadOptions, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,7 +60,7 @@ def test_a_client_waits_for_a_simulator_that_starts_late(free_endpoint):
     thread.start()
     server, _ = open_server(SessionOptions(listen=(free_endpoint,)))
     with server:
-        thread.join(10.0)
+        thread.join(PATIENCE)
 
         assert len(sessions) == 1
         sessions[0].close()
@@ -107,7 +108,7 @@ def test_a_client_of_several_waits_for_one_that_starts_late(free_endpoint, mute_
     thread.join(0.3)
     server, _ = open_server(SessionOptions(listen=(free_endpoint,)))
     with server:
-        thread.join(20.0)
+        thread.join(PATIENCE)
 
         assert len(sessions) == 1
         sessions[0].close()

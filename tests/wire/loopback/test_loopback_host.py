@@ -13,6 +13,7 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh import Client, ClientClosed, Commander, RequestError, SimulationEnded, SimulatorGone, Unreachable
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from tests.patience import PATIENCE
 from tests.wire.loopback.conftest import goal_to
 
 NAVIGATE, WAIT = registry()["navigate_to_pose"], registry()["wait"]
@@ -153,7 +154,7 @@ class TestTime:
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(10.0)
+            thread.join(PATIENCE)
 
         assert {"one": 2.0, "two": 5.0} == ends
 

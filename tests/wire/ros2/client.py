@@ -23,7 +23,8 @@ from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 from hmrsim.actions import registry
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim_zenoh.ros2.codec.types import ActionType, MessageType, ServiceType, action_type, service_type
-from tests.wire.ros2.graph import PATIENCE, Graph
+from tests.patience import PATIENCE
+from tests.wire.ros2.graph import Graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -299,7 +300,7 @@ class ServiceClient:
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
             # rmw_zenoh waits for results as long as it lives.
-            timeout=10 * PATIENCE,
+            timeout=PATIENCE,
         )
         return pending.future
 

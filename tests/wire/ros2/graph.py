@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from tests.patience import PATIENCE
+
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-PATIENCE = 60.0
-"""Wall seconds after which a test gives up; nothing takes as long."""
 
 
 class Graph:

@@ -30,12 +30,12 @@ from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.patience import PATIENCE
 from tests.simulation import SMALL_WORLD
 from tests.wire.ros2.client import (
     ABORTED,
     CANCELED,
     EXECUTING,
-    PATIENCE,
     SUCCEEDED,
     RosClient,
     Unanswered,
@@ -261,7 +261,7 @@ def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
     )
     wait.status.wait(lambda messages: any(EXECUTING in statuses(one).values() for one in messages))
     code, ended = wait.cancel()
-    out, err = command.communicate(timeout=PATIENCE)
+    out, err = command.communicate()
 
     assert (0, 1) == (code, len(ended))
     assert f"ID: {ended[0].hex()}" in out.replace("-", ""), err

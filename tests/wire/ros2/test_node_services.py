@@ -10,7 +10,8 @@ from hmrsim.interfaces.lifecycle_msgs import Transition
 from hmrsim.interfaces.rcl_interfaces import ParameterValue
 from hmrsim.trace.replay import replay
 from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
-from tests.wire.ros2.client import ABORTED, PATIENCE, SUCCEEDED, RosClient
+from tests.patience import PATIENCE
+from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient
 from tests.wire.ros2.test_end_to_end import LONG, hosting
 
 DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE

@@ -14,8 +14,8 @@ from hmrsim_zenoh.ros2.peers import Peers
 from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.type_compat import difference, distros_of, known, ros_name
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.patience import PATIENCE
 
-PATIENCE = 10.0
 DOMAIN = 7
 NAME = "/wall_e/navigate_through_poses/_action/send_goal"
 TYPE = "nav2_msgs::action::dds_::NavigateThroughPoses_SendGoal_"

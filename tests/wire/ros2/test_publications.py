@@ -27,6 +27,7 @@ from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.publishing.publishers import LatchedPublisher, Publisher
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
+from tests.patience import PATIENCE
 
 from tests.simulation import SMALL_WORLD  # isort: skip
 
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
     from hmrsim_zenoh.ros2.codec.types import MessageType
 
-PATIENCE = 20.0
 GOAL = made_goal_id("test", 1)
 ACCEPTED = StatusChanged("wall_e", "navigate_to_pose", (GoalEntry(GOAL, 10**9, GoalStatus.ACCEPTED),))
 FEEDBACK = actions()["navigate_to_pose"].feedback().model_dump()

@@ -8,7 +8,8 @@ import pytest
 
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim_zenoh.ros2.codec.types import message_type
-from tests.wire.ros2.client import CANCELED, PATIENCE, SUCCEEDED, get_state, goal_to
+from tests.patience import PATIENCE
+from tests.wire.ros2.client import CANCELED, SUCCEEDED, get_state, goal_to
 
 ACTIVE = {"id": 3, "label": "active"}
 

@@ -24,13 +24,13 @@ from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 from tests.wire.ros2.client import (
     ABORTED,
     CANCELED,
     CDR,
-    PATIENCE,
     SUCCEEDED,
     UNKNOWN,
     RosClient,

@@ -19,6 +19,7 @@ from hmrsim_zenoh.security.keystore import SESSION
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server
 from tests.cases import case
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.wire.ros2.client import SUCCEEDED, RosClient, goal_to
 from tests.wire.security.conftest import GOAL, Ledger, of_node, strangers
@@ -29,13 +30,13 @@ WAIT = Wait.Goal(time=Duration(sec=0, nanosec=10_000_000))
 def test_a_controller_is_told_who_may_drive_a_robot(secured):
     """A denied goal ends at once, with the name on the certificate, the key and those who may."""
     with Client(secured.of("nurses")) as client:
-        assert client.action_client("wall_e", registry()["wait"]).send_goal(WAIT).result(5.0).error_code == 0
+        assert client.action_client("wall_e", registry()["wait"]).send_goal(WAIT).result(PATIENCE).error_code == 0
         goal = client.action_client("eve", registry()["wait"]).send_goal(WAIT)
 
         with pytest.raises(
             Denied, match=r"'nurses' may not ask on 'hmrsim/eve/.*who may: simulator, porters, fleet, op"
         ):
-            goal.result(5.0)
+            goal.result(PATIENCE)
 
 
 def test_a_viewer_reads_and_is_told_who_may_call_a_service(secured):
@@ -81,9 +82,9 @@ def test_goals_in_lockstep_are_for_a_controllers_own_robots(secured):
             other = client.action_client("eve", registry()["wait"]).send_goal(WAIT)
             own = client.action_client("wall_e", registry()["wait"]).send_goal(WAIT)
 
-            assert own.result(5.0).error_code == 0
+            assert own.result(PATIENCE).error_code == 0
             with pytest.raises(Denied, match=r"'nurses' may not ask on 'hmrsim/eve/.*who may: simulator, por"):
-                other.result(5.0)
+                other.result(PATIENCE)
         for name, command, allowed in (
             ("nurses", {"robot": "eve", "action": "wait", "goal": GOAL["goal"]}, False),
             ("nurses", {"robot": "eve", "action": "wait", "cancel": "00" * 16}, False),
@@ -195,7 +196,7 @@ def test_a_connection_ends_when_its_certificate_expires(secured, tmp_path):
         )
         key, payload = "hmrsim/wall_e/wait/_action/cancel_goal", b"{}"
         assert [True] == [reply.ok is not None for reply in session.get(key, payload=payload, timeout=5.0)]
-        assert gone.wait(20.0)
+        assert gone.wait(PATIENCE)
 
         assert [] == [reply.ok for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok]
     assert ["CancelGoal"] == secured.ledger.commands

@@ -17,8 +17,9 @@ from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.view.visitors import Rights
 from hmrsim_zenoh.wire.session import enclave_of
 from tests.cases import case
+from tests.patience import PATIENCE
 from tests.wire.security.conftest import FAULT, GOAL
-from tests.wire.view.pages import PATIENCE, opened
+from tests.wire.view.pages import opened
 
 SEND = "wall_e/wait/_action/send_goal"
 INJECT = "_world/inject_fault"

@@ -17,14 +17,13 @@ from hmrsim.world import World
 from hmrsim.world_checks import world_hash
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.session import SessionOptions
+from tests.patience import PATIENCE
 
 from tests.simulation import SMALL_WORLD  # isort: skip
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-PATIENCE = 20.0
-"""Wall seconds after which a test gives up; nothing takes as long."""
 
 ANY_PORT = ("tcp/127.0.0.1:0",)
 

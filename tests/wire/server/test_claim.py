@@ -14,6 +14,7 @@ from hmrsim_zenoh.server.claim import Claim
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server
+from tests.patience import PATIENCE
 
 
 @pytest.fixture
@@ -64,7 +65,7 @@ def test_one_gives_way_when_two_that_serve_meet():
             Claim(session, Keys()).watch(lambda _taken, zid=zid: lost.put(zid))
         # The link that is made late.
         with open_server(SessionOptions(listen=("tcp/127.0.0.1:0",), connect=(*endpoints, *more)))[0]:
-            assert max(sessions) == lost.get(timeout=10.0)
+            assert max(sessions) == lost.get(timeout=PATIENCE)
             sessions.pop(max(sessions)).close()
             with pytest.raises(Empty):
                 lost.get(timeout=3.0)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from hmrsim.actions import registry
+from tests.patience import PATIENCE
 from tests.wire.server.conftest import Heard
 
 A, B = "a" * 32, "b" * 32
@@ -78,7 +79,7 @@ def test_it_ends_soon_and_leaves_no_thread(serve, go, factor):
     assert time.monotonic() - began < 2.0
     tester.close()
     for thread in set(threading.enumerate()) - before:
-        thread.join(5.0)
+        thread.join(PATIENCE)
     assert before >= set(threading.enumerate())
 
 
@@ -95,7 +96,7 @@ def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
 def test_a_request_after_the_end_is_not_held(live, serve, wait):
     """The query ends without a reply."""
     serve.hosts[0]._served.server.inbox.close()
-    serve.hosts[0].wait(20.0)
+    serve.hosts[0].wait(PATIENCE)
 
     assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
 
@@ -106,14 +107,14 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
 
     def stall(*_arguments):
         entered.set()
-        assert leave.wait(20.0)
+        assert leave.wait(PATIENCE)
         yield from ()
 
     actions = {**registry(), "wait": replace(registry()["wait"], process=stall)}
     monkeypatch.setattr("hmrsim.simulation.simulator.installed_actions", lambda: actions)
     tester = serve(real_time_factor=0)
     tester.send(WAIT, wait(1), A)
-    assert entered.wait(20.0)
+    assert entered.wait(PATIENCE)
     late = [
         tester.begin(f"{WAIT}/_action/send_goal", {"goal_id": B, "goal": wait(1)}),
         tester.begin(f"{WAIT}/_action/get_result", {"goal_id": A}),
@@ -166,7 +167,7 @@ def test_a_bug_in_an_action_ends_a_strict_run_with_every_goal_aborted(broken, se
     assert [6, 6] == [answer["status"] for answer in answers]
     assert all(answer["result"]["error_msg"] for answer in answers)
     host = serve.hosts[0]
-    assert host.wait(20.0)
+    assert host.wait(PATIENCE)
     assert isinstance(host.error, (ZeroDivisionError, TypeError))
     assert heard.items
 
@@ -181,7 +182,7 @@ def test_a_simulation_that_has_died_is_seen_to_be_gone(broken, serve, wait):
     heard = Heard()
     tester.send(WAIT, wait(1000), A)
 
-    assert serve.hosts[0].wait(20.0)
+    assert serve.hosts[0].wait(PATIENCE)
 
     assert [] == list(tester.session.liveliness().get("hmrsim/**"))
     assert [] == tester.ask(f"{WAIT}/_action/send_goal", {"goal": {}})
@@ -197,5 +198,5 @@ def test_the_run_ends_after_its_duration(serve, wait):
     answer = tester.result(WAIT, A)
 
     assert (6, "the simulation has ended") == (answer["status"], answer["result"]["error_msg"])
-    assert serve.hosts[0].wait(20.0)
+    assert serve.hosts[0].wait(PATIENCE)
     assert {"sec": 50, "nanosec": 0} == events.wait(lambda bodies: bodies and "result" in bodies[-1])[-1]["stamp"]

@@ -8,7 +8,8 @@ import threading
 import pytest
 import zenoh
 
-from tests.wire.server.conftest import PATIENCE, Heard
+from tests.patience import PATIENCE
+from tests.wire.server.conftest import Heard
 
 A, B = "a" * 32, "b" * 32
 NAVIGATE = "wall_e/navigate_to_pose"

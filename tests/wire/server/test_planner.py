@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from tests.wire.server.conftest import PATIENCE
+from tests.patience import PATIENCE
 
 A = "a" * 32
 WORLD = {

@@ -7,8 +7,9 @@ import threading
 import pytest
 
 from hmrsim_zenoh.wire.session import open_client
+from tests.patience import PATIENCE
 from tests.served_world import served_world
-from tests.wire.view.pages import PATIENCE, opened, viewed
+from tests.wire.view.pages import opened, viewed
 
 
 @pytest.fixture(scope="module")

@@ -14,11 +14,10 @@ from websockets.asyncio.client import connect
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.view.live import Live
 from hmrsim_zenoh.view.server import ViewServer
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
-
-PATIENCE = 20.0
 
 
 class Page:

@@ -14,8 +14,7 @@ import pytest
 
 from hmrsim.cli import child
 from hmrsim.cli.children import Child
-
-PATIENCE = 20.0
+from tests.patience import PATIENCE
 
 PROGRAMS = """\
 import os, signal, sys, time

@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from hmrsim.program.signals import SIGNALS, on_signals
+from tests.patience import PATIENCE
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -23,7 +24,7 @@ def test_a_signal_is_heard_while_the_main_thread_waits(number):
         threading.Thread(target=send).start()
         waits.set()
 
-        assert number == heard.get(timeout=10.0)
+        assert number == heard.get(timeout=PATIENCE)
 
 
 def test_the_inner_of_two_hears_and_then_the_outer():

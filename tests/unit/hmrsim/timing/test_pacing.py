@@ -20,6 +20,7 @@ from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.pacing import Pacing, _Watchdog
 from hmrsim.timing.result_retention import Retention
+from tests.patience import PATIENCE
 from tests.simulation import simulate
 
 A, B = "a" * 32, "b" * 32
@@ -274,7 +275,7 @@ class TestInbox:
         waiter = threading.Thread(target=inbox.wait, args=(None,))
         waiter.start()
         inbox.put("command")
-        waiter.join(10)
+        waiter.join(PATIENCE)
 
         assert not waiter.is_alive()
 
@@ -284,7 +285,7 @@ class TestInbox:
         waiter = threading.Thread(target=inbox.wait, args=(None,))
         waiter.start()
         inbox.close()
-        waiter.join(10)
+        waiter.join(PATIENCE)
 
         assert not waiter.is_alive()
         with pytest.raises(SimulationStopped, match="the simulation has ended"):

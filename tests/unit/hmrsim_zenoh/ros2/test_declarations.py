@@ -17,6 +17,7 @@ from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
+from tests.patience import PATIENCE
 
 BOTH = Names({"wall_e": ["navigate_to_pose", "wait"], "eve": ["navigate_to_pose"]})
 ONE = Names({"wall_e": ["navigate_to_pose", "wait"]})
@@ -253,17 +254,17 @@ def test_session_that_is_closed_during_a_declaration(
 
     def declare_token(token: str) -> None:
         begun.set()
-        closed.wait(20)
+        closed.wait(PATIENCE)
         raise zenoh.ZError(f"session closed, and {token} not declared")
 
     monkeypatch.setattr(network, "declare_token", declare_token)
     declarations = declared(network)
     declarations.want(Parts(ONE).all)
-    assert begun.wait(20)
+    assert begun.wait(PATIENCE)
     declarations.close()
     closed.set()
     assert declarations._thread is not None
-    declarations._thread.join(20)
+    declarations._thread.join(PATIENCE)
 
     assert not declarations._thread.is_alive()
     assert "" == caplog.text
