@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from benchmarks._processes import PATIENCE
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
@@ -20,7 +22,6 @@ _ARGUMENTS = (
     "--font-render-hinting=none",
     "--disable-features=LocalNetworkAccessChecks",  # or the browser refuses what our server has to
 )
-_PATIENCE = 30.0
 _UNTIL = """([condition, seconds, arg]) => new Promise((then, give) => {
   const end = performance.now() + seconds * 1000;
   const look = () => {
@@ -56,7 +57,7 @@ def browser() -> Iterator[Browser]:
         started.close()
 
 
-def until(page: Page, condition: str, arg: Any = None, *, seconds: float = _PATIENCE) -> None:
+def until(page: Page, condition: str, arg: Any = None, *, seconds: float = PATIENCE) -> None:
     """Return when a condition holds on a page.
 
     Playwright's own `wait_for_function` evaluates texts on the page, which the page's policy rightly forbids.

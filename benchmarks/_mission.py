@@ -11,14 +11,13 @@ from typing import Any
 
 import zenoh
 
-from benchmarks._processes import HMRSIM, command, line_of
+from benchmarks._processes import HMRSIM, PATIENCE, command, line_of
 from benchmarks._wire import ask
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client
 
 _BT_CONTROLLER = (sys.executable, "-m", "bt_controller")
-_PATIENCE = 120.0
 
 
 @dataclass
@@ -54,7 +53,7 @@ def _run(watched: str, *options: str) -> Mission:
             subscriber = _watch(session, watched, lambda: times.append(time.perf_counter()))
             words = ("run", "bt_controller.examples.hospital:mission", "--robot", *load_world("hospital").world.robots)
             with command(*_BT_CONTROLLER, *words, "--connect", endpoint) as controller:
-                out, _ = controller.communicate(timeout=_PATIENCE)
+                out, _ = controller.communicate(timeout=PATIENCE)
                 if controller.returncode:
                     raise RuntimeError(f"bt-controller ended with {controller.returncode}: {out}")
             state: dict[str, Any] = json.loads(ask(session, "hmrsim/_world/time/state", b""))

@@ -22,7 +22,9 @@ HMRSIM = (sys.executable, "-m", "hmrsim.cli")
 ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 """For commands: an installed hmrsim is compiled, so that only the first start takes the time for that."""
 
-_PATIENCE = 10.0
+PATIENCE = 600.0
+"""Wall seconds after which what should have happened is given up, on the slowest machine."""
+
 _TICKS = os.sysconf("SC_CLK_TCK")
 _MB = 1e6
 
@@ -65,7 +67,7 @@ def child(function: Callable[..., None], *args: object) -> Iterator[Child]:
         yield Child(process, here)
     finally:
         here.close()
-        process.join(_PATIENCE)
+        process.join(PATIENCE)
         if process.is_alive():
             process.kill()
 
@@ -89,7 +91,10 @@ def command(*words: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
         yield process
     finally:
         process.terminate()
-        process.communicate(timeout=_PATIENCE)
+        try:
+            process.communicate(timeout=PATIENCE)
+        finally:
+            process.kill()
 
 
 def line_of(process: subprocess.Popen[str]) -> str:

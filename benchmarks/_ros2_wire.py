@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from benchmarks._processes import PATIENCE
 from benchmarks._wire import answer
 from hmrsim.actions import registry
 from hmrsim.interfaces.action_msgs import CancelGoal
@@ -23,7 +24,6 @@ from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
 
-_PATIENCE = 180.0
 HEADER = bytes((0, 1, 0, 0))
 _SUCCEEDED, _CANCELED = 4, 5
 _IGNORE: Final[zenoh.handlers.Callback[Any]] = zenoh.handlers.Callback(lambda _: None, indirect=False)
@@ -36,7 +36,7 @@ def open_session(endpoint: str) -> zenoh.Session:
     for key, value in {
         "mode": "peer",
         "connect/endpoints": [endpoint],
-        "connect/timeout_ms": round(_PATIENCE * 1e3),
+        "connect/timeout_ms": round(PATIENCE * 1e3),
         "connect/retry": {"period_init_ms": 10, "period_max_ms": 20, "period_increase_factor": 1.0},
         "listen/endpoints": ["tcp/127.0.0.1:0"],
         "scouting/multicast/enabled": False,
@@ -80,7 +80,7 @@ class ServiceClient:
             attachment=Attachment(next(self._sequence), time.time_ns(), self._gid).to_bytes(),
             target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=_PATIENCE,
+            timeout=PATIENCE,
         )
 
 
@@ -184,6 +184,6 @@ class Graph:
         with self._changed:
             self._missing = wanted - self._seen
             self._complete_at = time.perf_counter()
-            if not self._changed.wait_for(lambda: not self._missing, _PATIENCE):
+            if not self._changed.wait_for(lambda: not self._missing, PATIENCE):
                 raise RuntimeError(f"{len(self._missing)} endpoints are not there")
             return self._complete_at

@@ -17,6 +17,7 @@ from typing import Any, Final
 import zenoh
 
 from benchmarks._fleet import SIDE, grid_world
+from benchmarks._processes import PATIENCE
 from benchmarks._report import Row
 from benchmarks._ros2_wire import HEADER, Graph, RosGoalSender, open_session
 from benchmarks._spread import Spread
@@ -26,7 +27,6 @@ from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 QUICK: dict[str, Any] = {"robots": 20, "rounds": 1}
 
-_PATIENCE = 120.0
 _SUCCEEDED = 4
 _NEAR_JSON = 1.5
 _ENTITIES = 5
@@ -62,7 +62,7 @@ def _round(sends: list[Send], status: Callable[[bytes], int]) -> float:
     for send in sends:
         send(replies.put)
     for _ in sends:
-        reply = replies.get(timeout=_PATIENCE)
+        reply = replies.get(timeout=PATIENCE)
         if reply.ok is None or status(reply.ok.payload.to_bytes()) != _SUCCEEDED:
             raise RuntimeError("a goal has not succeeded")
     return time.perf_counter() - began
@@ -83,9 +83,9 @@ def _json(server: Served, robots: list[str]) -> Iterator[list[Send]]:
 
 def _send(session: zenoh.Session, key: str, take: Take) -> None:
     goal_id = uuid.uuid4().hex
-    session.get(f"{key}/send_goal", _IGNORE, payload=json.dumps({"goal_id": goal_id, "goal": {}}), timeout=_PATIENCE)
+    session.get(f"{key}/send_goal", _IGNORE, payload=json.dumps({"goal_id": goal_id, "goal": {}}), timeout=PATIENCE)
     handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(take, indirect=False)
-    session.get(f"{key}/get_result", handler, payload=json.dumps({"goal_id": goal_id}), timeout=_PATIENCE)
+    session.get(f"{key}/get_result", handler, payload=json.dumps({"goal_id": goal_id}), timeout=PATIENCE)
 
 
 def _json_status(payload: bytes) -> int:

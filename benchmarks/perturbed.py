@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from benchmarks._processes import ROOT, command, line_of
+from benchmarks._processes import PATIENCE, ROOT, command, line_of
 from benchmarks._report import Row
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client
@@ -29,7 +29,6 @@ QUICK: dict[str, Any] = {"runs": 2}
 
 _CONTROLLER: Final = str(ROOT / "tests" / "system" / "controller.py")
 _ROBOTS: Final = ("wall_e", "eve", "burn_e", "m_o")
-_PATIENCE: Final = 60.0
 _LISTENED: Final = (
     "hmrsim/_world/events",
     "hmrsim/_world/clock",
@@ -97,7 +96,7 @@ def _digest(number: int, controllers: int, trace: Path) -> str:
             # Wherever the run is by now.
             listening.close()
         for process in started:
-            if code := process.wait(_PATIENCE):
+            if code := process.wait(PATIENCE):
                 raise RuntimeError(f"{process.args!r} ended with {code}")
     return hashlib.sha256(trace.read_bytes()).hexdigest()
 

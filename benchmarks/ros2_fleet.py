@@ -12,7 +12,7 @@ from typing import Any
 import zenoh
 
 from benchmarks._fleet import SIDE, grid_world
-from benchmarks._processes import HMRSIM, command, free_port, line_of, processor_seconds, threads
+from benchmarks._processes import HMRSIM, PATIENCE, command, free_port, line_of, processor_seconds, threads
 from benchmarks._report import Row
 from benchmarks._ros2_wire import RosGoalSender, open_session
 from hmrsim_zenoh.ros2 import keys
@@ -20,7 +20,6 @@ from hmrsim_zenoh.ros2.keys import Kind
 
 QUICK: dict[str, Any] = {"fleets": (1, 10), "idle": 0.5}
 
-_PATIENCE = 120.0
 _QUIET = 1.0
 """Seconds without a new token after which there are no more."""
 _DRIVE = "/navigate_to_pose/_action/"
@@ -50,7 +49,7 @@ def _fleet(robots: int, idle: float, side: int) -> list[Row]:
                 tokens = graph.settled()
             began = time.perf_counter()
             with open_session(endpoint) as late:
-                list(late.liveliness().get(keys.all_tokens(0), timeout=_PATIENCE))
+                list(late.liveliness().get(keys.all_tokens(0), timeout=PATIENCE))
                 later = _Observer(late).result_of(late, "spin") - began
             used = processor_seconds(simulator.pid)
             time.sleep(idle)
@@ -105,7 +104,7 @@ class _Observer:
 
     def _wait(self, until: Callable[[], bool]) -> None:
         with self._changed:
-            if not self._changed.wait_for(until, _PATIENCE):
+            if not self._changed.wait_for(until, PATIENCE):
                 raise RuntimeError(f"only {self._count} tokens are there")
 
     def settled(self) -> int:

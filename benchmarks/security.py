@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from benchmarks._fleet import grid_world
-from benchmarks._processes import child
+from benchmarks._processes import PATIENCE, child
 from benchmarks._report import Row
 from benchmarks._timing import Variant, interleaved, microseconds
 from benchmarks._wire import GoalSender, served
@@ -35,7 +35,6 @@ _TOPIC: Final = "hmrsim/bench/odom"
 _SIZES: Final = (500, 50_000)
 """Bytes of a message: those of an odometry, and of a large scene."""
 _KINDS: Final = ("open", "secured")
-_PATIENCE: Final = 60.0
 
 
 def run(*, rounds: int = 200, messages: int = 20_000) -> list[Row]:
@@ -117,7 +116,7 @@ class _Stream:
         """
         self.publisher.ask((count, size))
         for _ in range(count):
-            if not self.come.acquire(timeout=_PATIENCE):
+            if not self.come.acquire(timeout=PATIENCE):
                 raise RuntimeError(f"{_TOPIC}: a message was lost")
 
 
@@ -132,7 +131,7 @@ def _publish(pipe: Connection, options: SessionOptions) -> None:
         while (order := _order(pipe)) is not None:
             count, size = order
             pipe.send("begun")
-            heard.wait(_PATIENCE)
+            heard.wait(PATIENCE)
             payload = bytes(size)
             for _ in range(count):
                 publisher.put(payload)

@@ -16,6 +16,7 @@ from hmrsim.trace.replay import replay
 from hmrsim.world_checks.loading import load_world
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.options import SessionOptions
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.system
 
@@ -65,7 +66,7 @@ def disturbed(tmp_path):
         with Host(loaded, options, settings, sinks=[trace], watchers=watchers) as host:
             host.start()
             command = Command([sys.executable, "controller.py"], tmp_path)
-            ended = run_command_controller(host, command, disturber, time.monotonic() + 60.0)
+            ended = run_command_controller(host, command, disturber, time.monotonic() + PATIENCE)
             host.stop()
             text = trace.whole(host.simulator.now)
         assert replay(text.splitlines(keepends=True)).difference is None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import time
 
 import pytest
 
@@ -24,17 +23,13 @@ def follow_goal(start):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve, follow_goal, number):
-    """Within two seconds; the client that follows a goal sees it ABORTED."""
+    """The client that follows a goal sees it ABORTED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = follow_goal(endpoint)
-    begun = time.monotonic()
     code, _, _ = simulator.end(number)
-    took = time.monotonic() - begun
     client_code, out, err = client.end()
 
     assert 0 == code
-    # A bound on behaviour, not a measurement: the promise is two seconds, a busy machine gets more.
-    assert 10 > took
     assert 1 == client_code
     assert "ABORTED" in out
     assert "Traceback" not in err

@@ -9,7 +9,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from simpy import Interrupt
 
@@ -26,6 +26,7 @@ from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleE
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings
+from tests.profiles import examples
 from tests.simulation import simulate
 
 if TYPE_CHECKING:
@@ -456,7 +457,7 @@ class Walk:
 
 
 @pytest.mark.parametrize("policy", ["free", "reserve", "priority"])
-@settings(max_examples=60)
+@examples(60)
 @given(
     base=st.fixed_dictionaries(
         {}, optional={"turning_rate": st.sampled_from([0.5, 2.0]), "acceleration": st.sampled_from([0.5, 2.0])}

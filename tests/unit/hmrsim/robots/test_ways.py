@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.events.robots import MotionBegan
@@ -15,6 +15,7 @@ from hmrsim.navigation.motion import Trapezoid
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
+from tests.profiles import examples
 from tests.simulation import simulate
 
 SIDE = 4
@@ -79,14 +80,14 @@ def give(run, order):
     run.ask("inject_fault", {"type": what, "settings": json.dumps(fields)})
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(bases, orders)
 def test_what_happens_is_the_same_as_lane_by_lane(base, orders):
     """With closures, breakdowns, slips and other goals in between; the header alone says that the worlds differ."""
     assert run_of(FREE, base, orders).lines()[1:] == run_of(DECIDED, base, orders).lines()[1:]
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(bases, orders, st.lists(times, max_size=20))
 def test_looking_changes_nothing(base, orders, looks):
     """Nor does listening to motions."""
@@ -95,7 +96,7 @@ def test_looking_changes_nothing(base, orders, looks):
     assert quiet == run_of(FREE, base, orders, looks=looks, topics=frozenset(Topic)).lines()
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(bases, orders, st.lists(times, min_size=1, max_size=10))
 def test_a_watcher_knows_where_a_robot_is(base, orders, looks):
     """From what it was told last: a motion and those after it, or where it stopped or waits."""
