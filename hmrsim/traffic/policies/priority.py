@@ -505,7 +505,7 @@ class Priority(Reserve):
             # Where vehicles leave, the next ones may come.
             began, waits = False, False
             for step in resolution.ready(self.slots.near):
-                if not all(map(self._may_still_move, step)):
+                if not all(map(self._may_still_move, step)) or self._is_claimed(step, resolution.first):
                     self._drop(resolution)
                     return
                 if not self._may_begin(step, resolution):
@@ -519,6 +519,11 @@ class Priority(Reserve):
         self._let_go(resolution)
         if not (resolution.moving or waits):
             self._drop(resolution)
+
+    def _is_claimed(self, step: Step, first: Vehicle) -> bool:
+        """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
+        claim = self._claim
+        return bool(claim) and any(claim.excludes(move.robot, move.way.slots, rank(first)) for move in step)
 
     def _may_begin(self, step: Step, resolution: Resolution) -> bool:
         """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
