@@ -208,7 +208,11 @@ class Slots:
                     yield at, other
 
     def _touches(self, robot: Vehicle, other: Vehicle) -> bool:
-        return any(self.touch(robot, self.held(robot), other, at) for at in self.held(other))
+        return any(self.touch(robot, self._standing(robot), other, at) for at in self._standing(other))
+
+    def _standing(self, robot: Vehicle) -> Sequence[int]:
+        """Return where a vehicle stands or is going to: in the middle of a lane it holds all of that, too."""
+        return [slot for slot in self.held(robot) if not self.is_lane(slot)]
 
     def touch(self, robot: Vehicle, slots: Iterable[int], other: Vehicle, at: int) -> bool:
         """Return whether a vehicle in one of some slots touches another one in the slot *at*, which is none of them."""

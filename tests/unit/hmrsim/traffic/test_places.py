@@ -179,11 +179,21 @@ def test_places_that_nobody_needs_are_forgotten():
     assert (4.0, 1.0) == slots.points[parked[-1]]
 
 
-@pytest.mark.parametrize("policy", ["reserve", *YIELDING])
-def test_a_robot_that_waits_for_a_door_in_the_middle_of_a_lane_keeps_the_lane(policy):
-    """It came from beside it; another one that may drive the lane meanwhile would drive into it."""
+@pytest.mark.parametrize("policy", ["free", "reserve", *YIELDING])
+def test_a_robot_beside_a_lane_waits_there_until_a_door_is_open(policy):
+    """In the middle of the lane it would be in the way of others, and may touch one at a waypoint."""
     door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 8}}
-    run = fleet(policy, {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}, {"first": [9, 2], "next": "b"})
-    run((0.0, go("first", 12, 0, A)), (2.5, go("next", 9, 0, B)), until=8.0)
+    run = fleet(policy, {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}, {"one": [9, 2]})
+    log = run((0.0, go("one", 12, 0, A)), until=7.9)
 
-    assert [(9, 0), (4, 0)] == [run.simulator.robots[name].pose().point for name in ("first", "next")]
+    assert (9, 2) == run.simulator.robots["one"].pose().point
+    assert (13.0, "SUCCEEDED") == end(run(until=20.0), A) == end(log, A)
+
+
+@pytest.mark.parametrize("policy", ["reserve", *YIELDING])
+def test_a_robot_in_the_middle_of_a_lane_does_not_drive_to_where_it_touches_another_one(policy):
+    """That one works beyond the end of the lane; the two stand 2.5 m apart."""
+    run = fleet(policy, LINE, {"one": [10, 0], "works": [12.5, 0]})
+    run((0.0, wait("works", 30, B)), (1.0, go("one", 12, 0, A)), until=20.0)
+
+    assert (10, 0) == run.simulator.robots["one"].pose().point
