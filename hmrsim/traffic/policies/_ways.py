@@ -158,6 +158,6 @@ class Ways:
             yield self._lanes.edges[foot.number], foot
 
     def _waypoint_at(self, edge: Edge, foot: Foot) -> int | None:
-        """Return the waypoint at a point of a lane; None if there is none."""
-        nodes = (edge.start, edge.end)
+        """Return the waypoint at a point of a lane, which may be one of another lane; None if there is none."""
+        nodes = dict.fromkeys([self._lanes.at.get(foot.at, edge.start), edge.start, edge.end])
         return next((node for node in nodes if distance(self._lanes.points[node], foot.at) <= SAME_PLACE), None)

@@ -7,7 +7,7 @@ import pytest
 from benchmarks._dispatched import dispatched
 from benchmarks.first_fleets import fleet
 
-SEEDS = (6, 7, 10, 13, 22, 34, 45, 53, 57, 58, 66, 72, 80, 255, 371)
+SEEDS = (6, 7, 10, 13, 22, 34, 45, 53, 57, 58, 66, 72, 80, 255, 371, 933, 957)
 """Fleets whose orders can all be served, each of which once showed a mistake of the policies."""
 
 
