@@ -304,7 +304,7 @@ class Lanes:
                 if at is not None:
                     long[i] = replace(leg, slots=(at,))
                 elif after is not None and after.lane is not None:
-                    long[i] = replace(leg, slots=after.slots, leaves_for=after.leaves_for)
+                    long[i] = replace(leg, slots=after.slots, leaves_for=after.leaves_for, joins=after)
                 elif slots := self._track_at(leg.end):
                     long[i] = replace(leg, slots=slots)
             elif after is not None and not after.slots:

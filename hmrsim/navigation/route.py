@@ -21,6 +21,8 @@ class Leg:
         ride: Seconds that a lift carries the robot, which is at its start until they are over; 0 on a driven leg.
         leaves_for: The point off the lanes to which its robot drives next, and which it needs to begin this leg; None
             if it stays on the lanes.
+        joins: The part of a lane that its robot drives next, from the middle of the lane, where it is not to stop; None
+            if it ends anywhere else.
         shares_end: Whether several robots may stand at its end, off the lanes, by other rules than those of traffic.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
@@ -34,6 +36,7 @@ class Leg:
     slots: tuple[int, ...] = field(default=(), compare=False)
     ride: float = 0.0
     leaves_for: Point | None = field(default=None, compare=False)
+    joins: Leg | None = field(default=None, compare=False, repr=False)
     shares_end: bool = field(default=False, compare=False)
     first: Pose = field(init=False, compare=False, repr=False)
     last: Pose = field(init=False, compare=False, repr=False)

@@ -425,10 +425,7 @@ class Admission:
         self._barriers.leave(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
-            held = self._rules.held(robot)
-            # Between two legs of one lane it stands in the middle of it.
-            is_halfway = len(held) > 1 and all(slot in held for slot in leg.slots)
-            self._rules.stand(robot, held if is_halfway else held[-1:])
+            self._rules.stand(robot, self._rules.held(robot)[-1:])
         self._wait_timeout.begin(wait)
         self._tell(wait)
 

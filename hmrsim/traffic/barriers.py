@@ -72,10 +72,12 @@ class Barriers:
         return all(barrier.may_pass(robot) for barrier in self._on_lanes.get(lane, ()))
 
     def why_not(self, robot: Vehicle, leg: Leg) -> str:
-        """Return why a vehicle can't begin a leg now, or ""."""
+        """Return why a vehicle can't begin a leg now, or ""; it does not join a lane to stop in the middle of it."""
         # Each is asked, so that each begins to open.
         barriers = self._on_lanes.get(leg.lane, ()) if leg.lane else self._all
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
+        if leg.joins is not None and leg.joins.lane and self.may_pass(robot, leg.joins.lane):
+            whys += filter(None, [self.why_not(robot, leg.joins)])
         return whys[0] if whys else ""
 
     def summon(self, leg: Leg) -> None:
@@ -86,7 +88,8 @@ class Barriers:
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Take note that a vehicle begins a leg, and has left what it drove through before."""
         self.leave(robot)
-        barriers = self._on_lanes.get(leg.lane) if leg.lane else None
+        lane = leg.lane or (leg.joins and leg.joins.lane)
+        barriers = self._on_lanes.get(lane) if lane else None
         if barriers:
             self._inside[robot] = [*barriers]
             for barrier in barriers:
