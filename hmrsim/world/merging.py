@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import Finding, dotted, shown
@@ -67,7 +68,8 @@ class Merged:
     overlays: list[Source] = field(default_factory=list)
     complete: bool = True
     _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
-    _laid: dict[Path, tuple[Source, Path]] = field(default_factory=dict)
+    _laid: dict[Path, tuple[int, Source, Path]] = field(default_factory=dict)
+    _claims: int = 0
 
     def __post_init__(self) -> None:
         """Begin with the root."""
@@ -75,14 +77,12 @@ class Merged:
 
     def problem(self, finding: Finding) -> Problem:
         """Return a finding about the data as a problem of the file that it is from."""
-        for length in range(len(finding.path), 0, -1) if self._laid else ():
-            laid = self._laid.get(finding.path[:length])
-            if laid is not None:
-                source, place = laid
-                line = source.document.line(place)
-                return Problem(
-                    source.file, dotted(finding.path), finding.message, line, finding.value, finding.severity
-                )
+        lengths = range(1, len(finding.path) + 1) if self._laid else ()
+        laid = [self._laid[finding.path[:length]] for length in lengths if finding.path[:length] in self._laid]
+        if laid:
+            _, source, place = max(laid, key=itemgetter(0))
+            line = source.document.line(place)
+            return Problem(source.file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
         source, start = self._owner(finding.path)
         path = (*start, *finding.path[len(start) :])
         return source.problem(Finding(path, finding.message, finding.value, finding.severity, finding.line))
@@ -100,8 +100,9 @@ class Merged:
 
     def claim(self, path: Path, source: Source, place: Path) -> None:
         """Note that what is at a path of the data was put there by *source*, which says so at *place*."""
-        self._laid = {at: whose for at, whose in self._laid.items() if at[: len(path)] != path}
-        self._laid[path] = (source, place)
+        # One for what is above or below counts until the next one of these.
+        self._claims += 1
+        self._laid[path] = (self._claims, source, place)
 
     def _owner(self, path: Path) -> tuple[Source, Path]:
         return self._owners.get(path[:2]) or self._owners.get(path[:1]) or (self.root, ())

@@ -22,6 +22,15 @@ REMOVE: Final = "~"
 _EACH: Final = re.compile(r"each (?:(?P<name>[A-Za-z_]\w*) in )?(?P<over>.+)", re.ASCII)
 _RANGE: Final = re.compile(r"(-?\d{1,9})\.\.(-?\d{1,9})", re.ASCII)
 _MAX_REPEATED: Final = 10_000
+"""Repetitions in all: those of an ``each`` below another one multiply, and a client may send an overlay."""
+
+
+class _TooManyError(Exception):
+    """An overlay repeats too much; the text says where, and how much is allowed."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        super().__init__(f"repeats more than {_MAX_REPEATED:,} times in all, with every `each` of the overlay")
 
 
 @dataclass(frozen=True)
@@ -49,16 +58,21 @@ def changes(said: Mapping[str, Any], names: Names) -> Iterator[Change | Finding]
             ``each 1..6`` repeats what is below it with ``$i``.
         names: The values that its expressions ask for.
     """
-    yield from _below(said, names, (), ())
+    try:
+        yield from _below(said, names, (), (), iter(range(_MAX_REPEATED)))
+    except _TooManyError as error:
+        yield Finding(error.path, str(error))
 
 
-def _below(said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path: Path) -> Iterator[Change | Finding]:
+def _below(
+    said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path: Path, turns: Iterator[int]
+) -> Iterator[Change | Finding]:
     for key, value in said.items():
         here = (*path, key)
         try:
             each = _EACH.fullmatch(key)
             if each is not None:
-                yield from _repeated(each, value, names, steps, here)
+                yield from _repeated(each, value, names, steps, here, turns)
                 continue
             text = in_key(key, names)
             removes = text.startswith(REMOVE)
@@ -69,7 +83,7 @@ def _below(said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path:
                 yield Change(there, None, removes=True, path=here)
             elif isinstance(value, dict) and not is_distribution(value) and there[-1] != APPEND:
                 yield Change(there, {}, removes=False, path=here)
-                yield from _below(value, names, there, here)
+                yield from _below(value, names, there, here, turns)
             else:
                 yield Change(there, substituted(value, names), removes=False, path=here)
         except OverlayFlaw as error:
@@ -77,13 +91,15 @@ def _below(said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path:
 
 
 def _repeated(
-    each: re.Match[str], value: object, names: Names, steps: tuple[Step, ...], path: Path
+    each: re.Match[str], value: object, names: Names, steps: tuple[Step, ...], path: Path, turns: Iterator[int]
 ) -> Iterator[Change | Finding]:
     if not isinstance(value, dict):
         raise OverlayFlaw(f"expected a mapping to repeat, got {shown(value)}")
     name = each["name"] or "i"
     for index in _indices(each["over"].strip(), names):
-        yield from _below(value, {**names, name: index}, steps, path)
+        if next(turns, None) is None:
+            raise _TooManyError(path)
+        yield from _below(value, {**names, name: index}, steps, path, turns)
 
 
 def _indices(over: str, names: Names) -> list[Any]:

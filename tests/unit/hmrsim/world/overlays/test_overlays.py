@@ -209,3 +209,18 @@ def test_a_file_lays_its_own_overlay_over_what_it_includes(tmp_path: Path) -> No
     (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay: 3\n", encoding="utf-8")
     with pytest.raises(WorldError, match=r"top\.yaml:2: overlay: expected a mapping"):
         load_world(tmp_path / "top.yaml")
+
+
+def test_repetitions_below_each_other_are_limited_in_all() -> None:
+    """A client may send a hundred bytes that ask for a hundred million waypoints."""
+    line = {"each i in 1..10000": {"each j in 1..10000": {"waypoints.w_${i}_${j}": [0, 1]}}}
+    (problem,) = problems(line)
+    assert "each j in 1..10000: repeats more than 10,000 times in all" in problem
+
+
+def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
+    """So errors name that one."""
+    inner, outer = {"robots.eve.yaw": "north"}, {"robots.eve": {"at": "home", "yaw": "north"}}
+    assert [["overlay 1"], ["overlay 1"]] == [
+        [problem.split(":")[0] for problem in problems(*order)] for order in ((inner, outer), (outer, inner))
+    ]
