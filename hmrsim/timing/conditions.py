@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -36,8 +36,11 @@ MAX_WATCHED: Final = 10_000
 _Id = tuple[str, str]
 """A participant, and what it calls a condition."""
 
-_LEVELS: Final = frozenset({("percentage",), ("charge",)})
+_SHARE: Final = ("percentage",)
+_LEVELS: Final = (_SHARE, ("charge",))
 """The fields of a battery's state whose values are computed for any time."""
+
+_FALLING: Final = ("<", "<=")
 
 
 class Conditions:
@@ -104,7 +107,10 @@ class Conditions:
         if any(map(watch.holds, found)):
             self._meet((participant, watch.name))
         elif watch.topic is Topic.BATTERY_STATE:
-            self._observe(watch.robot)
+            if watch.robot in self._batteries:
+                self._expect(watch.robot, [watch])
+            else:
+                self._observe(watch.robot)
         return Watching(watching=True)
 
     def unwatch(self, participant: str, name: str) -> Watching:
@@ -147,8 +153,9 @@ class Conditions:
         while self.due <= end_of_instant(self._simulator.now):
             _, robot = heapq.heappop(self._heap)
             energy, _ = self._batteries[robot]
+            state = energy.state()
             for ours, watch in list(self._all.get((Topic.BATTERY_STATE, robot), {}).items()):
-                if watch.holds(energy.state()):
+                if watch.holds(state):
                     self._meet(ours)
             if robot in self._batteries:
                 self._expect(robot, looked=True)
@@ -224,17 +231,17 @@ class Conditions:
             energy.ignore(changed)
             self._next.pop(robot, None)
 
-    def _expect(self, robot: str, *, looked: bool = False) -> None:
-        """Compute when a battery is to be looked at next; now, too, unless it was *looked* at just now."""
+    def _expect(self, robot: str, added: Iterable[Watch] | None = None, *, looked: bool = False) -> None:
+        """Compute when a battery is to be looked at next; now, too, unless it was *looked* at just now.
+
+        Only the conditions that were *added* are new, if any are given.
+        """
         energy, _ = self._batteries[robot]
-        now = self._simulator.now
-        dues = [
-            _reached(energy, each, now, looked=looked)
-            for watch in self._all[Topic.BATTERY_STATE, robot].values()
-            for each in watch.comparisons
-            if _is_level(each)
-        ]
-        due = min(dues, default=math.inf)
+        watches = self._all[Topic.BATTERY_STATE, robot].values() if added is None else added
+        levels = [each for watch in watches for each in watch.comparisons if _is_level(each)]
+        due = _next_due(energy, levels, self._simulator.now, looked=looked)
+        if added is not None:
+            due = min(due, self._next.get(robot, math.inf))
         self._next[robot] = due
         if due < math.inf:
             heapq.heappush(self._heap, (due, robot))
@@ -258,25 +265,37 @@ def _needs_messages(watch: Watch) -> bool:
     return watch.topic is not Topic.BATTERY_STATE or not all(map(_is_level, watch.comparisons))
 
 
-def _reached(energy: Energy, comparison: Comparison, now: float, *, looked: bool) -> float:
-    """Return from when on a comparison of a battery's level holds: now, or after whole nanoseconds.
+def _next_due(energy: Energy, comparisons: Iterable[Comparison], now: float, *, looked: bool) -> float:
+    """Return from when on the first of some comparisons of a battery's level holds: now, or after whole nanoseconds.
 
-    Infinite if it never does as things are, and if it holds now and was *looked* at.
+    Infinite if none ever does as things are; those that hold now don't count if they were *looked* at.
     """
+    present: dict[tuple[str, ...], float] = {path: _level(energy, path, now) for path in _LEVELS}
+    nearest: dict[tuple[tuple[str, ...], str], float] = {}
+    for path, operator, value in comparisons:
+        if not isinstance(value, (int, float)):
+            continue
+        if ORDERS[operator](present[path], value):
+            if not looked:
+                return now
+            continue
+        # A level that rises or falls reaches the nearest value first.
+        near = max if operator in _FALLING else min
+        nearest[path, operator] = near(value, nearest.get((path, operator), value))
+    dues = (_reached(energy, path, operator, value, now) for (path, operator), value in nearest.items())
+    return min(dues, default=math.inf)
+
+
+def _level(energy: Energy, path: tuple[str, ...], seconds: float) -> float:
     battery = energy.battery
-    path, _, value = comparison
-    if not isinstance(value, (int, float)):
-        return math.inf
-    share = path == ("percentage",)
+    return battery.share(seconds) if path == _SHARE else battery.ampere_hours(battery.charge(seconds))
 
-    def holds(seconds: float) -> bool:
-        level = battery.share(seconds) if share else battery.ampere_hours(battery.charge(seconds))
-        return ORDERS[comparison.operator](level, value)
 
-    if holds(now):
-        return math.inf if looked else now
+def _reached(energy: Energy, path: tuple[str, ...], operator: str, value: float, now: float) -> float:
+    """Return from when on a comparison holds that does not hold now; infinite if it never does as things are."""
+    battery = energy.battery
     flow, charge = battery.flow(now), battery.charge(now)
-    level = value * battery.usable if share else battery.energy(value)
+    level = value * battery.usable if path == _SHARE else battery.energy(value)
     ahead = 0.0 <= level <= charge if flow < 0.0 else flow > 0.0 and charge <= level <= battery.usable
     reached = battery.reaches(level) if ahead else math.inf
     if reached == math.inf:
@@ -284,7 +303,8 @@ def _reached(energy: Energy, comparison: Comparison, now: float, *, looked: bool
     # The first instant is two nanoseconds long: within it time does not advance.
     instant = stamp(now)
     high = max(math.ceil(reached * NANOSECONDS), instant + 1)
-    return _first(lambda at: holds(at / NANOSECONDS), instant, high) / NANOSECONDS
+    holds = ORDERS[operator]
+    return _first(lambda at: holds(_level(energy, path, at / NANOSECONDS), value), instant, high) / NANOSECONDS
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> float:

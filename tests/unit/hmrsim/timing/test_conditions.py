@@ -16,7 +16,8 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.conditions import Comparison, Unwatch, Watch, Watching
 from hmrsim.protocol.topics import Topic
-from hmrsim.timing.conditions import MAX_WATCHED
+from hmrsim.timing import conditions
+from hmrsim.timing.conditions import MAX_WATCHED, Conditions
 from tests.steps import Steps
 
 LESS, AT_MOST, AT_LEAST = "<", "<=", ">="
@@ -231,6 +232,33 @@ class TestWatching:
         conditions = [battery(AT_MOST, 0.75, name=name, robot=robot) for name, robot in (("b", "eve"), ("a", "wall_e"))]
 
         assert (25.0, ("a", "b")) == ends(joined(), *conditions)
+
+    def test_the_first_level_of_several_stops_time(self):
+        """In whatever order they were set."""
+        steps = joined()
+        levels = [battery(AT_MOST, level, name=str(level)) for level in (0.5, 0.75, 0.6)]
+
+        assert (25.0, ("0.75",)) == ends(steps, *levels)
+        assert (40.0, ("0.6",)) == ends(steps, epoch=1)
+
+    def test_many_levels_of_one_battery_cost_little(self, monkeypatch):
+        """When each of them is reached is not computed anew for each one that is added."""
+        computed = []
+        reached = conditions._reached
+        monkeypatch.setattr(conditions, "_reached", lambda *args: computed.append(args) or reached(*args))
+        levels = [battery(AT_MOST, 0.5 - number / 10_000, name=str(number)) for number in range(1_000)]
+
+        assert (50.0, ("0",)) == ends(joined(), *levels)
+        assert len(computed) < 3 * len(levels)
+
+    def test_one_that_is_taken_back_is_not_told_although_it_was_met(self):
+        """Its participant has something else in mind since."""
+        watched = Conditions(joined().simulator, lambda: None)
+        for name in ("low", "half"):
+            watched.watch("nurse", battery(AT_MOST, 1.0, name=name))
+        watched.unwatch("nurse", "low")
+
+        assert ("half",) == watched.take_met("nurse")
 
     def test_only_its_own_participant_is_told(self):
         """Time stops for all."""
