@@ -18,6 +18,7 @@
     ├── GoalRejected            a goal is not accepted; carries the reason
     ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
     │   └── NoRoute             ... because no way leads there
+    ├── EndlessInstant          more events are due at one instant than ever end
     └── SimulationStopped       a command came after the simulation had ended
 
 A mistake of the *caller* (a negative delay, an illegal transition) is a ``ValueError`` or ``RuntimeError``.
@@ -169,6 +170,10 @@ class NoRoute(GoalAborted):
 
     def __init__(self, code: int, message: str, cause: str = "no_route") -> None:
         super().__init__(code, message, cause)
+
+
+class EndlessInstant(HmrsimError):
+    """More events are due at one instant than ever end; the text says when, and of what they are."""
 
 
 class SimulationStopped(HmrsimError):

@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections import Counter
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 import simpy
 from simpy.events import NORMAL, URGENT, EventPriority
 
 from hmrsim.engine.internal_errors import BUGS
+from hmrsim.errors import EndlessInstant
 
 _LAST = EventPriority(2)
 """Priority of an event that comes after all others that are due at the same time."""
 
 _ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of an abandoned timeout, by which it is recognized."""
+
+MOST_AT_ONCE: Final = 5_000_000
+"""Events of one instant, which are many thousands where many thousands of robots begin; more never end."""
+
+_LOOKED_AT: Final = 100
+"""Events of an endless instant that are looked at to say what repeats."""
+
+_INSTANT: Final = 1e-9
+"""Seconds within which events are of one instant."""
 
 _MAX_ABANDONED: Final = 100
 """The abandoned events that may be scheduled at any time, if they are more than all others."""
@@ -50,6 +61,8 @@ class Environment(_Clock):
     """The number of scheduled events that no process waits for any more."""
     _background = 0
     """The number of scheduled alarms, for which time does not advance."""
+    _at_once = 0
+    """The number of events in a row that were due at one instant, counted in whole calls of `process_events`."""
 
     def __init__(self, on_error: Callable[[BaseException, simpy.Process | None], None] | None = None) -> None:
         super().__init__()
@@ -149,18 +162,36 @@ class Environment(_Clock):
         """Process at most *most* events that are due at the horizon or before; return their number.
 
         Unless *idle*, none is processed once only alarms and abandoned events are scheduled.
+
+        Raises:
+            EndlessInstant: More than `MOST_AT_ONCE` events were due at one instant.
         """
-        queue, step = self._queue, self.step
+        queue, step, began = self._queue, self.step, self._now
         for taken in range(most):
             if self._abandoned:
                 self._clear()
             # The horizon may come nearer with any event.
-            if not queue or queue[0][0] > self.horizon:
-                return taken
-            if self._background and not idle and self.idle:
+            if not queue or queue[0][0] > self.horizon or (self._background and not idle and self.idle):
+                self._at_once = 0
                 return taken
             step()
+        self._at_once = self._at_once + most if self._now - began < _INSTANT else 0
+        if self._at_once > MOST_AT_ONCE:
+            raise self._endless()
         return most
+
+    def _endless(self) -> EndlessInstant:
+        """Return the error that says what repeats at this instant, of which some more events are processed."""
+        seen = Counter[str]()
+        while self._queue and seen.total() < _LOOKED_AT:
+            callbacks = self._queue[0][3].callbacks or ()
+            seen.update([_whose(callback) for callback in callbacks] or ["nobody"])
+            self.step()
+        names = ", ".join(f"{name} ({number} of {seen.total()})" for name, number in seen.most_common(3))
+        return EndlessInstant(
+            f"time stands still at {self._now:g} s: more than {MOST_AT_ONCE:,} events were due there;"
+            f" most of those that follow are of {names}"
+        )
 
     def peek(self) -> float:
         """Return when the next event is due that is not abandoned; infinite when there is none."""
@@ -223,6 +254,16 @@ class Environment(_Clock):
             isinstance(event, Alarm) and event.callbacks is not _ABANDONED for *_, event in self._queue
         )
         self._now = 0.0
+
+
+def _whose(callback: Callable[[simpy.Event], None]) -> str:
+    """Return what an event goes to: a process, with the line at which it waits, or a function."""
+    owner = getattr(callback, "__self__", None)
+    if not isinstance(owner, simpy.Process):
+        return str(getattr(callback, "__qualname__", callback))
+    generator: Any = owner._generator  # noqa: SLF001 - simpy has no other way to ask
+    code, frame = generator.gi_code, generator.gi_frame
+    return f"{code.co_qualname} ({code.co_filename}:{frame.f_lineno if frame else code.co_firstlineno})"
 
 
 def _no_event(error: BaseException) -> BaseException:

@@ -43,6 +43,9 @@ _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean t
 
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MAX, json_schema_extra={"unit": "s"})]
+MeanSeconds = Annotated[float, Field(strict=True, ge=0.001, le=_MAX, json_schema_extra={"unit": "s"})]
+"""Of what recurs: with no time in between, simulated time would stand still."""
+
 _IN_SECONDS = Field(json_schema_extra={"unit": "s"})
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
@@ -58,7 +61,7 @@ class Occurrence(BaseModel):
     at: Annotated[RandomSeconds, _IN_SECONDS] | None = Field(
         default=None, description="When it begins, in simulated seconds; None for at once."
     )
-    mean_time_between: SomeSeconds | None = Field(
+    mean_time_between: MeanSeconds | None = Field(
         default=None,
         description="Mean seconds until it begins, and from its end until it begins again; None to begin once.",
     )
@@ -87,7 +90,7 @@ class Spell(Occurrence):
     duration: Annotated[SomeRandomSeconds, _IN_SECONDS] | None = Field(
         default=None, description="How long it lasts, in seconds."
     )
-    mean_duration: SomeSeconds | None = Field(default=None, description="How long it lasts on average, in seconds.")
+    mean_duration: MeanSeconds | None = Field(default=None, description="How long it lasts on average, in seconds.")
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:

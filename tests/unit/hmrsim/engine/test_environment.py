@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING
 
+import pytest
+
+from hmrsim.engine import environment
 from hmrsim.engine.environment import Environment
+from hmrsim.errors import EndlessInstant
 
 if TYPE_CHECKING:
     import simpy
@@ -99,3 +105,35 @@ def test_a_process_that_another_awaits_ends_in_an_event():
     env.process_events(100)
 
     assert [1.0] == ended
+
+
+def test_an_instant_that_never_ends_is_an_error_that_says_what_repeats(monkeypatch):
+    """Whatever causes it: time would stand still, and nobody be served."""
+    monkeypatch.setattr(environment, "MOST_AT_ONCE", 5_000)
+    env = Environment()
+
+    def ping():
+        while True:
+            yield env.timeout(1e-300)
+
+    def clock():
+        while True:
+            yield env.timeout(1e-3)
+
+    env.process(clock())
+    assert 1_000 == env.process_events(1_000)
+    env.process(ping())
+    with pytest.raises(
+        EndlessInstant, match=r"time stands still at 0.999 s: more than 5,000.*ping \(.*\) \(100 of 100"
+    ):
+        deque(iter(partial(env.process_events, 1_000), 0), maxlen=0)
+
+
+def test_many_events_at_each_of_many_instants_are_none(monkeypatch):
+    """They are counted for each instant."""
+    monkeypatch.setattr(environment, "MOST_AT_ONCE", 5_000)
+    env = Environment()
+    for number in range(9_000):
+        env.timeout(number // 3_000)
+
+    assert [1_000] * 9 == [env.process_events(1_000) for _ in range(9)]
