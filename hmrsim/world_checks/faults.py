@@ -164,10 +164,13 @@ def _check_served(robot: str, action: str, carried: Collection[str]) -> Iterator
 
 
 def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
-    robot, sensor = settings.subject, getattr(settings, "sensor", None)
+    robot, sensor, known = settings.subject, getattr(settings, "sensor", None), components()
+    if any(name not in known for name in carried):
+        # Of that there is an error; it may be the one that is looked for.
+        return
     if fault.component is not None and fault.component not in carried:
         yield Finding(("robot",), f"{robot} has no {fault.component}{instead(fault.component, carried)}", robot)
-    sensors = [name for name in carried if issubclass(components()[name].settings, SensorSettings)]
+    sensors = [name for name in carried if issubclass(known[name].settings, SensorSettings)]
     if sensor is not None and sensor not in sensors:
         yield Finding(("sensor",), f"{robot} has no sensor {sensor!r}{instead(sensor, sensors)}", sensor)
 

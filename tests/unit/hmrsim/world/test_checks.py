@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.errors import WorldError
 from hmrsim.world import World
 from hmrsim.world_checks import check_world
+from hmrsim.world_checks.loading import world_of
 
 MAP = {
     "bounds": [0, 0, 10, 10],
@@ -194,3 +196,20 @@ def test_problem_says_file_and_value():
     (problem,) = check_world(World.model_validate({**MAP, "lanes": [*MAP["lanes"], ["home", "x"]]}), "ward.yaml")
 
     assert (problem.file, problem.path, problem.value) == ("ward.yaml", "lanes.2.to", "x")
+
+
+@pytest.mark.parametrize("fault", ["claw_misses", "sensor_blind", "slip"])
+def test_an_unknown_component_of_a_robot_with_a_fault_is_the_error(fault):
+    """Whether the fault is about components or not."""
+    more = {"factor": 0.5} if fault == "slip" else {}
+    with pytest.raises(WorldError) as error:
+        world_of(
+            {
+                "waypoints": {"a": [0, 0]},
+                "robots": {"eve": {"at": "a", "components": {"clw": {}}}},
+                "faults": [{"type": fault, "robot": "eve", "at": 1, **more}],
+            },
+            "world.yaml",
+        )
+
+    assert ["robots.eve.components.clw"] == [problem.path for problem in error.value.problems]
