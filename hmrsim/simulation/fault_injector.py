@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from simpy import Timeout
 
 from hmrsim.components.battery import Battery
+from hmrsim.diagnostics import Finding
 from hmrsim.distributions import Distribution, latest
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
@@ -27,7 +28,6 @@ from hmrsim.simulation.anchors import Anchors
 from hmrsim.world_checks.faults import There, flaws, missing
 
 if TYPE_CHECKING:
-    from hmrsim.diagnostics import Finding
     from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.internal_errors import InternalErrors
@@ -52,6 +52,9 @@ class InternalFault(Spell):
     robot: str
     error: str
 
+
+MOST_AT_ONCE: Final = 100
+"""Faults of a kind that are active on one subject: what each of them does depends on all others."""
 
 _MAX_DIGITS: Final = 10
 """Digits of a number that is given to a fault in its name are fewer."""
@@ -148,6 +151,8 @@ class FaultInjector:
         self._reserved: set[str] = set()
         self._next: dict[str, int] = {}
         self._active: dict[int, InjectedFault] = {}
+        # The same by kind and subject: a client may inject thousands on one robot.
+        self._by_subject: dict[tuple[str, str], dict[int, InjectedFault]] = {}
 
     def begin(self, world: World, seed: int) -> None:
         """Schedule the faults of a world, from now on; none may be active or scheduled."""
@@ -189,10 +194,13 @@ class FaultInjector:
             Its name, or why it is impossible.
         """
         found = [*flaws(fault, settings, self._there(), now=self._env.now, names=self.known)]
+        at_once = settings.at is None and settings.mean_time_between is None and settings.when is None
+        if at_once and (full := self._full(fault, settings)):
+            found.append(Finding((), full))
         if found:
             return found
         injected = self._add(fault, settings)
-        if settings.at is None and settings.mean_time_between is None and settings.when is None:
+        if at_once:
             injected.draw_all()
             self._begin(injected)
         else:
@@ -258,11 +266,18 @@ class FaultInjector:
         """Begin a fault that is due, if its subject exists."""
         injected.alarm = None
         flaw = next(missing(injected.fault, injected.settings, self._there()), None)
-        if flaw is None:
+        why = flaw.message if flaw is not None else self._full(injected.fault, injected.settings)
+        if not why:
             self._begin(injected)
             return
-        self._publisher.publish(lambda: injected.missed(flaw.message))
+        self._publisher.publish(lambda: injected.missed(why))
         self._after(injected)
+
+    def _full(self, fault: AnyFault, settings: Occurrence) -> str:
+        """Return why no other fault of a kind can begin on a subject, or ""."""
+        if len(self._by_subject.get((fault.name, settings.subject), ())) < MOST_AT_ONCE:
+            return ""
+        return f"{MOST_AT_ONCE} faults of type {fault.name!r} are active on {settings.subject!r}; there can be no more"
 
     def _begin(self, injected: InjectedFault) -> None:
         injected.since = self._env.now
@@ -282,6 +297,7 @@ class FaultInjector:
             return
         injected.end = end
         self._active[id(injected)] = injected
+        self._by_subject.setdefault(_whose(injected), {})[id(injected)] = injected
         seconds = self._seconds(injected)
         if seconds is not None:
             injected.over = Timeout(self._env, seconds)
@@ -329,6 +345,10 @@ class FaultInjector:
 
     def _end(self, injected: InjectedFault) -> None:
         del self._active[id(injected)]
+        of_subject = self._by_subject[_whose(injected)]
+        del of_subject[id(injected)]
+        if not of_subject:
+            del self._by_subject[_whose(injected)]
         end, injected.end = injected.end, None
         if end is not None:
             self._guarded(injected, end)
@@ -344,12 +364,8 @@ class FaultInjector:
 
     def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that are active on the same subject."""
-        return [
-            other.drawn
-            for other in self._active.values()
-            if other is not injected
-            and (other.fault, other.settings.subject) == (injected.fault, injected.settings.subject)
-        ]
+        others = self._by_subject.get(_whose(injected), {}).values()
+        return [other.drawn for other in others if other is not injected]
 
     def _there(self) -> There:
         """Return what a fault may affect now."""
@@ -366,6 +382,10 @@ class FaultInjector:
 
     def _fixtures(self, kind: str) -> list[str]:
         return [fixture.name for fixture in self._roster.fixtures.values() if fixture.kind == kind]
+
+
+def _whose(injected: InjectedFault) -> tuple[str, str]:
+    return injected.fault.name, injected.settings.subject
 
 
 class _ByRobot(Mapping[str, V_co]):

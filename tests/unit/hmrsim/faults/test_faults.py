@@ -17,6 +17,7 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.fault_injector import MOST_AT_ONCE
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, in_lockstep, simulate
@@ -655,3 +656,18 @@ def test_whatever_goes_wrong_each_goal_ends_once_and_is_answered_once(happening,
     ]
     assert (frozenset(), set()) == (simulator.graph.closed, simulator.dispatcher.cut_off)
     assert {("", 1.0)} == {(robot.disabled, robot.speed) for robot in simulator.robots.values()}
+
+
+def test_many_faults_of_a_kind_on_one_robot_are_as_many_as_are_told_apart():
+    """What each does depends on the others, so that thousands at one instant would hold all clients up."""
+    slips = [{"type": "slip", "robot": "wall_e", "factor": 0.99, "at": 2, "until": 5}] * (MOST_AT_ONCE + 20)
+    run = faulty(*slips)
+    log = run(until=3.0)
+    told = [len(log.happened(kind)) for kind in ("fault_began", "fault_missed")]
+    refused = run.ask("inject_fault", {"type": "slip", "settings": '{"robot": "wall_e", "factor": 0.5}'})
+    other = run.ask("inject_fault", {"type": "slip", "settings": '{"robot": "cart", "factor": 0.5}'})
+
+    assert [MOST_AT_ONCE, 20] == told
+    assert "100 faults of type 'slip' are active on 'wall_e'" in refused.result.error_message
+    assert 1 == other.result.result
+    assert MOST_AT_ONCE == len(run(until=6.0).happened("fault_ended"))
