@@ -84,6 +84,10 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
         raise Unreadable(why, mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
         raise Unreadable(f"is not valid YAML: {str(error).splitlines()[0]}", None) from None
+    except UnicodeEncodeError as error:
+        raise Unreadable(
+            f"has bytes that are no text in UTF-8: {error.object[error.start : error.end]!a}", None
+        ) from None
     if builder.root is None:
         raise Unreadable("is empty", None)
     return builder.root.value, builder.root.lines, builder.findings

@@ -23,6 +23,7 @@ Names = Mapping[str, Any]
 
 _REFERENCE: Final = re.compile(r"\$(?:(?P<escaped>\$)|\{(?P<expression>[^{}]*)\}|(?P<name>[A-Za-z_]\w*))", re.ASCII)
 _MAX_LENGTH: Final = 500
+_MAX_DEPTH: Final = 100
 
 _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = MappingProxyType(
     {
@@ -142,11 +143,17 @@ def _parsed(text: str) -> ast.expr:
     if len(text) > _MAX_LENGTH:
         raise OverlayFlaw(f"is longer than {_MAX_LENGTH} characters")
     try:
-        return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, MemoryError, RecursionError):
+        parsed = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise OverlayFlaw(
             "is no expression; expected a name such as levels.speed[speed], or a sum of numbers"
         ) from None
+    level: list[ast.AST] = [parsed]
+    for _ in range(_MAX_DEPTH):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return parsed
+    raise OverlayFlaw(f"is nested deeper than {_MAX_DEPTH}")
 
 
 def _evaluated(node: ast.expr, names: Names) -> Any:
@@ -178,10 +185,11 @@ def _number(value: object) -> int | float:
 def _result(node: ast.BinOp, left: float, right: float) -> int | float:
     try:
         value: int | float = _OPERATIONS[type(node.op)](left, right)
-    except (ArithmeticError, OverflowError) as error:
-        raise OverlayFlaw(f"{ast.unparse(node)}: {error}") from None
-    if not math.isfinite(value):
-        raise OverlayFlaw(f"{ast.unparse(node)} is not finite")
+        is_finite = math.isfinite(value)
+    except ArithmeticError as error:
+        raise OverlayFlaw(f"{shortened(ast.unparse(node))}: {error}") from None
+    if not is_finite:
+        raise OverlayFlaw(f"{shortened(ast.unparse(node))} is not finite")
     return value
 
 

@@ -224,3 +224,19 @@ def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
     assert [["overlay 1"], ["overlay 1"]] == [
         [problem.split(":")[0] for problem in problems(*order)] for order in ((inner, outer), (outer, inner))
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (f"seed=${{{'9' * 400}*1}}", "int too large to convert to float"),
+        (f"seed=${{{'~' * 490}1}}", "is nested deeper than 100"),
+        ("seed=${a\udcff}", "has bytes that are no text in UTF-8: '\\udcff'"),
+    ],
+)
+def test_an_expression_that_has_no_value_is_an_error_with_its_place(text: str, why: str) -> None:
+    """Whatever people write, and whatever bytes a shell passes on."""
+    with pytest.raises(WorldError) as error:
+        world_of(TWO, "two.yaml", [setting(text)])
+    (problem,) = error.value.problems
+    assert (f"--set {text}", True) == (problem.file, why in problem.message)
