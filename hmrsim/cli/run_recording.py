@@ -49,4 +49,9 @@ def recorded(path: Path, settings: RunSettings) -> Iterator[Watchers]:
 def account(path: Path, file: RecordingFile, recorder: Recorder) -> str:
     """Return how much was recorded, as text."""
     seconds = (recorder.time.now - recorder.time.begin) / NANOSECONDS
-    return f"recorded {seconds:.1f} s: {file.messages} messages, {path.stat().st_size / 1e6:.1f} MB in {path}"
+    found = f"recorded {seconds:.1f} s: {file.messages} messages"
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return f"{found}, but {path} is no longer there: it was deleted or moved meanwhile"
+    return f"{found}, {size / 1e6:.1f} MB in {path}"

@@ -85,9 +85,8 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
     except yaml.YAMLError as error:
         raise Unreadable(f"is not valid YAML: {str(error).splitlines()[0]}", None) from None
     except UnicodeEncodeError as error:
-        raise Unreadable(
-            f"has bytes that are no text in UTF-8: {error.object[error.start : error.end]!a}", None
-        ) from None
+        stray = error.object[error.start : error.end]
+        raise Unreadable(f"has bytes that are no text in UTF-8: {stray!a}", None) from None
     if builder.root is None:
         raise Unreadable("is empty", None)
     return builder.root.value, builder.root.lines, builder.findings

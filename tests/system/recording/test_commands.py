@@ -150,6 +150,19 @@ def test_a_signal_ends_a_recording_well(simulator, recorder, tmp_path, number):
     assert not open_recording(path).truncated
 
 
+def test_a_recording_that_is_deleted_before_the_end_is_told_of(simulator, tmp_path):
+    """In a line; the run ends as it does otherwise."""
+    path = tmp_path / "folder" / "run.mcap"
+    path.parent.mkdir()
+    process, _ = simulator("--record", path)
+    path.unlink()
+    path.parent.rmdir()
+    code, _, err = end(process, signal.SIGTERM)
+
+    assert (0, True) == (code, f"but {path} is no longer there" in err)
+    assert "Traceback" not in err
+
+
 def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
     """In simulated seconds, which is 0.5 wall seconds here."""
     path = tmp_path / "run.mcap"
