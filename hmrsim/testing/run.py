@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from itertools import repeat
@@ -14,6 +15,7 @@ from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.run_tree import run_tree
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import known_name, listed
+from hmrsim.errors import HmrsimError
 from hmrsim.events import registry as events
 from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
 from hmrsim.fault_search.schedules.thing import DISTURBANCE
@@ -38,8 +40,16 @@ if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
 
+
+class TreeGoesOn(HmrsimError):
+    """A tree of a test has not ended in time; the text says what it does again and again."""
+
+
 AnyTree = str | Path | Callable[..., object]
 """A tree: ``MODULE:FUNCTION``, the path of an XML file, or the function itself."""
+
+LIMIT = 3600.0
+"""Simulated seconds after which a tree has to have ended, if the settings have no duration."""
 
 _SHOWN = 40
 """Lines of a story in an error."""
@@ -69,7 +79,8 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
         robots: Who runs it; all robots if left out.
         values: Texts that are on each tree's blackboard from the start.
         nodes: Modules with further nodes for a tree in XML, as ``--nodes`` names them.
-        settings: The seed and others, as ``hmrsim run`` has them.
+        settings: The seed and others, as ``hmrsim run`` has them; a run with a tree that has no duration ends after
+            3600 simulated seconds.
         schedule: Faults and changes of the world, as `hmrsim.testing.schedules` draws them.
         coverage: Whether to count what happens to the nodes of the tree, in `Run.coverage`.
 
@@ -91,7 +102,12 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
         world = load_world(world, overlays=overlays).world
     plan = None if tree is None else _plan(tree, values or {}, nodes)
     chosen = (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP})
-    return Run(with_faults(world, schedule), plan, robots, chosen, TreeCoverage() if coverage else None)
+    limited = plan is not None and chosen.duration == math.inf
+    if limited:
+        chosen = chosen.model_copy(update={"duration": LIMIT})
+    return Run(
+        with_faults(world, schedule), plan, robots, chosen, TreeCoverage() if coverage else None, limited=limited
+    )
 
 
 def _plan(tree: AnyTree, values: Mapping[str, str], nodes: Sequence[str]) -> Plan:
@@ -117,8 +133,11 @@ class Run:
         robots: Sequence[str] | None,
         settings: RunSettings,
         coverage: TreeCoverage | None = None,
+        *,
+        limited: bool = False,
     ) -> None:
         self._plan = plan
+        self._limited = limited
         self._robots = robots
         self._record = Record(self.where)
         self._trace = LateTrace(world, settings)
@@ -162,12 +181,22 @@ class Run:
             NotServed: The world lacks a robot or an action.
             TreeCrashed: A behaviour raised an error.
             Idle: A tree waits for what can't happen.
+            TreeGoesOn: It has not ended after an hour of simulated time, and the settings have no duration.
         """
         if self._plan is None:
             raise ValueError("there is no tree to run; give one: simulation(WORLD, tree=...)")
         robots = self._robots if self._robots is not None else [*self.simulator.robots]
         self.outcome = run_tree(self.client, self._plan, robots, coverage=self.coverage)
+        if self._limited and self.now >= LIMIT:
+            raise TreeGoesOn(f"the tree goes on after {LIMIT:g} simulated seconds; {self._what_repeats()}")
         return self.outcome
+
+    def _what_repeats(self) -> str:
+        """Return of which goals a tree sent the most, and what to do if that is meant."""
+        sent = Counter((goal.robot, goal.action) for goal in self._record.goals.values())
+        goals = listed([f"{action} of {robot} {number} times" for (robot, action), number in sent.most_common(3)])
+        told = f"the goals that it sent most often: {goals}" if sent else "it has sent no goal"
+        return f"{told}; if that is meant, say how long it may take: settings=RunSettings(duration=...)"
 
     @property
     def now(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from typing import ClassVar
 
 import pytest
 from py_trees.behaviours import Running
@@ -15,6 +16,7 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 from hmrsim.errors import WorldError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
+from hmrsim.testing.run import TreeGoesOn
 from hmrsim_zenoh import GoalFailed
 
 WORLD = {
@@ -212,3 +214,33 @@ def test_a_place_that_was_not_visited_is_named_with_the_one_before(simulation):
         run.check_visited("chai", "hall")
     with pytest.raises(AssertionError, match=r"^chai did not visit 'hall' after 'counter'; it visited counter\n"):
         run.check_visited("chai", "counter", "hall")
+
+
+class TestEndlessTree:
+    """A tree that never ends, in a run without a duration."""
+
+    WORLD: ClassVar = {"waypoints": {"a": [0, 0]}, "robots": {"ann": {"at": "a"}}}
+    TREE = """\
+<root BTCPP_format="4"><BehaviorTree ID="Rest"><KeepRunningUntilFailure>
+  <Wait wait_duration="10"/>
+</KeepRunningUntilFailure></BehaviorTree></root>
+"""
+
+    def test_it_ends_after_an_hour_with_what_repeats(self, simulation, tmp_path):
+        """Of simulated time."""
+        path = tmp_path / "rest.xml"
+        path.write_text(self.TREE)
+        with (
+            simulation(self.WORLD, tree=path) as run,
+            pytest.raises(TreeGoesOn, match=r"after 3600 simulated seconds; the goals .*: wait of ann 36\d times; if"),
+        ):
+            run.to_the_end()
+
+    def test_a_duration_of_its_own_counts(self, simulation, tmp_path):
+        """Also a longer one."""
+        path = tmp_path / "rest.xml"
+        path.write_text(self.TREE)
+        with simulation(self.WORLD, tree=path, settings=RunSettings(duration=4000)) as run:
+            run.to_the_end()
+
+            assert 4000 == run.now
