@@ -9,18 +9,45 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition, PortError
-from bt_controller.core.ports import BOOL, DOUBLE, STRING, input_port
+from bt_controller.core.ports import BOOL, DOUBLE, STRING, Kind, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.client.condition import Condition as TopicCondition
 
 if TYPE_CHECKING:
+    from bt_controller.core.ports import Places
     from bt_controller.core.topics import Topics
     from hmrsim_zenoh.client.condition import Operator
 
 _TOPIC = "battery_state"
+_NAV2S = "battery_status"
+"""The topic that Nav2's own trees name."""
+
+
+def _owner(topic: str) -> str:
+    """Return whose battery a topic is about, empty for that of the robot itself.
+
+    Raises:
+        ValueError: It is no such topic.
+    """
+    robot, _, name = topic.strip().removeprefix("/").rpartition("/")
+    if name not in (_TOPIC, _NAV2S) or "/" in robot:
+        raise ValueError(
+            f"no topic {topic!r}; the battery state is on {_TOPIC!r}, or {_NAV2S!r} as in Nav2's trees, that of another"
+            f" robot on 'ROBOT/{_TOPIC}'"
+        )
+    return robot
+
+
+def _read_topic(text: str, _places: Places | None) -> str:
+    _owner(text)
+    return text
+
+
 _BATTERY_TOPIC = input_port(
-    STRING, f"Topic of the battery state: {_TOPIC}; of another robot: ROBOT/{_TOPIC}", default=_TOPIC
+    Kind(STRING.name, str, _read_topic),
+    f"Topic of the battery state: {_TOPIC}, or {_NAV2S} as in Nav2's trees; of another robot: ROBOT/{_TOPIC}",
+    default=_TOPIC,
 )
 
 
@@ -37,13 +64,10 @@ class _Battery(Condition):
             PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
-        topic = self.read("battery_topic")
-        robot, _, name = topic.removeprefix("/").rpartition("/")
-        if name != _TOPIC or "/" in robot:
-            raise PortError(
-                f"{self._whose('battery_topic')}: no topic {topic!r}; the battery state is on {_TOPIC!r}, that of"
-                f" another robot on 'ROBOT/{_TOPIC}'"
-            )
+        try:
+            robot = _owner(self.read("battery_topic"))
+        except ValueError as error:
+            raise PortError(f"{self._whose('battery_topic')}: {error}") from None
         self._topics: Topics = kwargs["topics"]
         self._robots_name: str = robot or kwargs["robot"]
         self._topics.watch(self._robots_name, _TOPIC)

@@ -8,6 +8,8 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.core.node import PortError
+from bt_controller.errors import TreeError
+from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
 from bt_controller.nodes.conditions.error_codes import (
@@ -236,9 +238,10 @@ class TestBattery:
 
         assert (1.0, []) == (low.due(), low.awaited())
 
-    def test_the_topic_may_be_named(self, node, tree, battery):
-        """By what robots here call it, with or without a name before it."""
-        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/wall_e/battery_state")
+    @pytest.mark.parametrize("topic", ["/wall_e/battery_state", "battery_state", "/battery_status"])
+    def test_the_topic_may_be_named(self, node, tree, battery, topic):
+        """By what robots here call it, with or without a name before it, or by the name in Nav2's own trees."""
+        low = node(IsBatteryLow, min_battery="0.3", battery_topic=topic)
 
         assert "F" == tree(low, **battery(percentage=0.5)).tick()
 
@@ -252,10 +255,20 @@ class TestBattery:
 
     def test_another_topic_is_refused(self, node, tree, battery):
         """There is none."""
-        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery_status")
+        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery")
 
-        with pytest.raises(PortError, match=r"no topic '/battery_status'; the battery state is on 'battery_state'"):
+        with pytest.raises(PortError, match=r"no topic '/battery'; the battery state is on 'battery_state'"):
             tree(low, **battery())
+
+    def test_another_topic_is_an_error_when_a_file_is_read(self, tmp_path):
+        """Before any tree runs, as `bt-controller check` does."""
+        path = tmp_path / "low.xml"
+        path.write_text(
+            '<root BTCPP_format="4"><BehaviorTree ID="Low"><IsBatteryLow min_battery="0.3" battery_topic="low"/>'
+            "</BehaviorTree></root>"
+        )
+        with pytest.raises(TreeError, match=r"low.xml:1: <IsBatteryLow>: port 'battery_topic': no topic 'low'"):
+            load(str(path))
 
 
 class TestDistanceTraveled:
