@@ -79,6 +79,9 @@ class Merged:
         """Return a finding about the data as a problem of the file that it is from."""
         lengths = range(1, len(finding.path) + 1) if self._laid else ()
         laid = [self._laid[finding.path[:length]] for length in lengths if finding.path[:length] in self._laid]
+        if not laid and self._laid and not self._is_in_files(finding.path):
+            # A mapping that a change has made to put something into.
+            laid = [claim for at, claim in self._laid.items() if at[: len(finding.path)] == finding.path]
         if laid:
             _, source, place = max(laid, key=itemgetter(0))
             line = source.document.line(place)
@@ -103,6 +106,19 @@ class Merged:
         # One for what is above or below counts until the next one of these.
         self._claims += 1
         self._laid[path] = (self._claims, source, place)
+
+    def _is_in_files(self, path: Path) -> bool:
+        """Return whether the file that has a part of the world has a path in it, too."""
+        part: Any = self._owner(path)[0].document.data
+        for step in path:
+            if isinstance(part, (list, Pairs)) and isinstance(step, int):
+                known = 0 <= step < len(part)
+            else:
+                known = isinstance(part, dict) and step in part
+            if not known:
+                return False
+            part = part[step]
+        return True
 
     def _owner(self, path: Path) -> tuple[Source, Path]:
         return self._owners.get(path[:2]) or self._owners.get(path[:1]) or (self.root, ())

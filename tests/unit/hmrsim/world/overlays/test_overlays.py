@@ -240,3 +240,10 @@ def test_an_expression_that_has_no_value_is_an_error_with_its_place(text: str, w
         world_of(TWO, "two.yaml", [setting(text)])
     (problem,) = error.value.problems
     assert (f"--set {text}", True) == (problem.file, why in problem.message)
+
+
+def test_a_wrong_step_of_a_path_is_an_error_of_the_change() -> None:
+    """And not of the file, which does not have it."""
+    assert problems({"robots.eve.bse.speed": 2}) == [
+        "overlay 0: robots.eve.bse: unknown key 'bse'; did you mean 'base'?"
+    ]
