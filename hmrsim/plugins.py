@@ -14,7 +14,7 @@ from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from hmrsim.diagnostics import instead
-from hmrsim.errors import PluginError
+from hmrsim.errors import PluginError, printable
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -105,10 +105,10 @@ def _load(module_name: str, constant: str, kind: type[P]) -> P:
         module = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
         why = "it ends the program" if isinstance(error, SystemExit) else str(error) or type(error).__name__
-        raise PluginError(f"{module_name}: can't be imported: {why}") from error
+        raise PluginError(f"{module_name}: can't be imported: {printable(why)}") from error
     plugin = getattr(module, constant, None)
     if not isinstance(plugin, kind):
-        raise PluginError(f"{module.__file__}: {constant} must be one {kind.__name__}, found {plugin!r}")
+        raise PluginError(f"{module.__file__}: {constant} must be one {kind.__name__}, found {plugin!a}")
     if plugin.name != module_name.rpartition(".")[2]:
         raise PluginError(f"{module.__file__}: {constant} is named {plugin.name!r}; name it as its file")
     return plugin

@@ -73,6 +73,7 @@ def test_a_broken_plugin_is_an_error_that_names_the_file(kind, package, text, me
     [
         ("others1", 'THING = Thing("a")', "others1_more.a: there is a plug-in named 'a' already"),
         ("others2", "1 / 0", "others2_more.a: can't be imported: division by zero"),
+        ("others5", "raise ValueError('\\x1b[2J')", r"others5_more.a: can't be imported: \x1b[2J"),
         ("others3", "exit()", "others3_more.a: can't be imported: it ends the program"),
         ("others4", "x = 1", "a.py: THING must be one Thing, found None"),
     ],
