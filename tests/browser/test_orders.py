@@ -128,3 +128,21 @@ def test_keys(viewed, open_page):
     page.keyboard.press("Escape")
     page.keyboard.press("d")
     until(page, "document.documentElement.dataset.theme === 'dark'")
+
+
+def test_a_robot_is_sent_to_the_chosen_one_of_two_that_have_a_name(viewed, ask, open_page):
+    """A door and a place of the hospital are called pharmacy; the place comes first."""
+    endpoint, url = viewed("hospital")
+    simulator, page = ask(endpoint), open_page(url)
+
+    for text in ("wall_e", "pharmacy"):
+        page.keyboard.press("/")
+        page.keyboard.type(text)
+        page.keyboard.press("Enter")
+        page.keyboard.press("m")
+    until(page, "hmrsim.model.robots.get('wall_e').goal !== null")
+    (robot,) = [each for each in simulator.scene()["robots"] if each["name"] == "wall_e"]
+    (goal,) = [each for each in robot["goals"] if each["action"] == "navigate_to_pose"]
+    position = goal["goal"]["pose"]["pose"]["position"]
+
+    assert (6.0, 18.0) == (position["x"], position["y"])

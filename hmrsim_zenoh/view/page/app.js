@@ -143,17 +143,32 @@ export class App {
     if (names.length) this.select(names[(at < 0 && step < 0 ? names.length - 1 : at + step + names.length) % names.length], { center: true });
   }
 
-  /** @param {string|undefined} name Of anything on the map. @returns {number[]|undefined} where it is */
-  pointOf(name) {
+  /**
+   * @param {string|undefined} name Of anything on the map.
+   * @param {string} [kind] Of what kind, as a door and a place may have one name; of any kind if left out.
+   * @returns {number[]|undefined} where it is
+   */
+  pointOf(name, kind) {
     const { robots, items, doors, lifts, world } = this.model;
-    const thing = robots.get(name)?.poseAt(this.now()) ?? items.get(name)?.at ?? lifts.get(name)?.at ?? world.point(name);
-    const door = doors.get(name);
-    return door ? [(door.at[0][0] + door.at[1][0]) / 2, (door.at[0][1] + door.at[1][1]) / 2] : thing;
+    const ends = doors.get(name)?.at;
+    const points = {
+      robot: robots.get(name)?.poseAt(this.now()),
+      item: items.get(name)?.at,
+      lift: lifts.get(name)?.at,
+      waypoint: world.waypoints.get(name)?.at,
+      place: world.places.get(name)?.at,
+      dock: world.docks.get(name)?.at,
+      door: ends && [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2],
+    };
+    return kind === undefined ? Object.values(points).find(Boolean) : points[kind];
   }
 
-  /** @param {string|undefined} name */
-  centerOn(name) {
-    const point = this.pointOf(name);
+  /**
+   * @param {string|undefined} name
+   * @param {string} [kind]
+   */
+  centerOn(name, kind) {
+    const point = this.pointOf(name, kind);
     if (!point) return;
     this.map.follow = null;
     this.map.camera.centerOn(point[0], point[1]);

@@ -21,7 +21,7 @@ export class Orders {
 
   /** Send a robot to what has a name. */
   sendTo(robot, kind, name) {
-    const point = this.app.pointOf(name);
+    const point = this.app.pointOf(name, kind);
     if (point) this.send(robot, { kind, name, point });
   }
 

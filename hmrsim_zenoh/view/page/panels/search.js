@@ -91,7 +91,7 @@ export class Search {
     this.input.blur();
     if (kind === 'robot') this.app.select(name, { center: true });
     else if (this.app.aimed !== null) this.app.orders.sendTo(this.app.aimed, kind, name);
-    else this.app.centerOn(name);
+    else this.app.centerOn(name, kind);
   }
 
   #close() {
