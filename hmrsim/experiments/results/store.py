@@ -5,12 +5,13 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
+import os
 import platform
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import IO, TYPE_CHECKING, Any, Final, Self
 
 from hmrsim import __version__
 from hmrsim.errors import OutputError, ResultsError, WriteError, reason_of
@@ -145,7 +146,7 @@ class Results:
         Raises:
             ResultsError: Another one does already.
         """
-        with (self.folder / "lock").open("w") as lock:
+        with self._lock() as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -153,6 +154,18 @@ class Results:
             self._db.execute("PRAGMA journal_mode=WAL")
             self._db.execute("PRAGMA synchronous=NORMAL")
             yield
+
+    def _lock(self) -> IO[bytes]:
+        """Return the file whose lock is taken; a link there is not followed, as its target would be emptied.
+
+        Raises:
+            ResultsError: It can't be opened.
+        """
+        path = self.folder / "lock"
+        try:
+            return os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666), "wb")
+        except OSError as error:
+            raise ResultsError(f"{path}: can't be opened for writing: {reason_of(error)}") from None
 
     def add(self, plan: Plan, rows: Iterable[Row], coverages: Mapping[str, bytes] = _NOTHING) -> None:
         """Add the results of some runs, all or none of them.

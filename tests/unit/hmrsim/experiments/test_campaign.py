@@ -227,6 +227,17 @@ def test_one_process_at_a_time_adds_results(tmp_path: Path) -> None:
         pass
 
 
+def test_a_link_in_place_of_the_lock_is_not_followed(tmp_path: Path) -> None:
+    """Its target would be emptied."""
+    results = Results.create(tmp_path / "r", plan_of(tmp_path))
+    target = tmp_path / "thesis.tex"
+    target.write_text("text")
+    (tmp_path / "r" / "lock").symlink_to(target)
+    with results, pytest.raises(ResultsError, match=r"lock: can't be opened for writing"), results.writing():
+        pass
+    assert target.read_text() == "text"
+
+
 def test_results_that_can_not_be_written_end_the_campaign_and_lose_nothing(tmp_path: Path, monkeypatch) -> None:
     """Results that can not be written end the campaign and lose nothing."""
     plan = plan_of(tmp_path)
