@@ -104,11 +104,11 @@ class Rights:
         yield Rule("all are told", told, "egress", (*self._all, self._tokens("**")))
         nodes = tuple(self._tokens(f"*/*/*/{kind}/**") for kind in _ROS_TOKENS)
         yield Rule("all are nodes of ROS", ("liveliness_token",), "ingress", (*nodes, self._ros("**/@adv/**")))
-        logs = tuple(self._ros(f"{name}/**") for name in _ROS_LOGS)
-        yield Rule("all log to ROS", ("put",), "ingress", logs)
 
     def _driving(self) -> Iterator[Rule]:
-        """Yield the rules of all that drive robots: they take part in lockstep."""
+        """Yield the rules of all that drive robots: they take part in lockstep, and log as nodes of ROS do."""
+        logs = tuple(self._ros(f"{name}/**") for name in _ROS_LOGS)
+        yield Rule("controllers log to ROS", ("put",), "ingress", logs)
         requests = tuple(self._key(f"{WORLD}/time/{name}") for name in _JOINING)
         yield Rule("controllers join time", ("query",), "ingress", requests)
         yield Rule("controllers are participants", ("liveliness_token",), "ingress", (self._key("_participant/*"),))

@@ -87,6 +87,14 @@ def test_only_the_simulator_publishes_poses():
             ]
 
 
+def test_a_viewer_writes_no_lines_into_the_log_of_ros():
+    """Others do, as each node of ROS does that drives."""
+    log = "0/rosout/rcl_interfaces::msg::dds_::Log_/RIHS01_00"
+    refused = [name for name in POLICY.rules if not POLICY.decide(name, "put", "ingress", log).allowed]
+
+    assert ["viewer"] == refused
+
+
 def test_a_controller_publishes_the_trees_of_its_own_robots():
     """Others' trees are the business of their controllers."""
     may = [POLICY.decide("nurses", "put", "ingress", f"hmrsim/{robot}/_tree").allowed for robot in ("eve", "m_o")]
