@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Final
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 MAX_PAGES: Final = 64
 _LOOK_AGAIN: Final = 1.0
+_POLICY_VIOLATION: Final = 1008
 _TRY_AGAIN_LATER: Final = 1013
 
 
@@ -119,12 +122,18 @@ class Live:
         if len(self._pages) >= MAX_PAGES:
             await socket.close(_TRY_AGAIN_LATER, f"there are {MAX_PAGES} pages already")
             return
-        may = anything if self._rights is None else self._rights.of(visitor_of(socket.scope))
+        visitor = visitor_of(socket.scope)
+        may = anything if self._rights is None else self._rights.of(visitor)
         page = Bridge(self._gets, self.feeds, may, alive=self.alive)
         self._pages.add(page)
         self._share()
+        left = None if visitor.expires == math.inf else max(0.0, visitor.expires - time.time())
         try:
-            await page.serve(socket)
+            # What it has subscribed to ends with its certificate, as what it may ask does.
+            async with asyncio.timeout(left):
+                await page.serve(socket)
+        except TimeoutError:
+            await socket.close(_POLICY_VIOLATION, f"the certificate of {visitor.name!r} has expired")
         finally:
             self._pages.discard(page)
             self._share()

@@ -25,6 +25,7 @@ from websockets.exceptions import InvalidState
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
+from hmrsim_zenoh.view.live import MAX_PAGES
 from hmrsim_zenoh.view.security import Gate
 from hmrsim_zenoh.view.visitors import NamedProtocol
 from hmrsim_zenoh.wire.enclave import AUTHORITY, CERTIFICATE, KEY
@@ -96,6 +97,8 @@ class ViewServer:
                 date_header=False,
                 proxy_headers=False,
                 ws_max_size=_MAX_REQUEST,
+                # With room for the files of a page beside those that are open; beyond it the answer is 503.
+                limit_concurrency=4 * MAX_PAGES,
                 # On the loopback, compression costs more than it saves.
                 ws_per_message_deflate=not is_loopback(host),
                 timeout_graceful_shutdown=_GRACE,
