@@ -165,6 +165,10 @@ class GoalAborted(HmrsimError):
         return str(self.args[1])
 
 
+class BaseDisabled(GoalAborted):
+    """The base of a robot is disabled; the motion that it was to make is not finished."""
+
+
 class NoRoute(GoalAborted):
     """No way leads from here to there; *code* is one of ComputePathToPose's."""
 

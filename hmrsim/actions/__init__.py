@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 from hmrsim.actions._inputs import Input, goal_schema, title_of
 from hmrsim.interfaces.message import Message
 from hmrsim.plugins import discover
+from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World
@@ -128,6 +129,8 @@ class Action(Generic[G, R, F]):
             then.
         component: The component that a robot needs; None if any robot serves the action.
         holds_base: Whether one such goal at a time has the robot's base for itself.
+        outlives_breakdown: Whether its server works on with a base that has broken down, as Nav2's behavior server
+            does, which commands a velocity and waits for what comes of it. An empty battery ends it, too.
         exclusive: Whether a goal that does not hold the base preempts the one of this action that runs.
         frames: The frames that a goal refers to.
         flaw: Why no robot could execute a goal, with the code for it or the `Codes.unknown`; None when it is valid.
@@ -153,6 +156,7 @@ class Action(Generic[G, R, F]):
     of_world: bool = False
     component: str | None = None
     holds_base: bool = True
+    outlives_breakdown: bool = False
     exclusive: bool = False
     frames: Callable[[G], Iterable[str]] = field(default=lambda _goal: ())
     flaw: Callable[[G], str | Flaw | None] = field(default=lambda _goal: None)
@@ -164,6 +168,10 @@ class Action(Generic[G, R, F]):
     inputs: Mapping[str, Input] | None = None
     example: Mapping[str, Any] | None = None
     example_after: str | None = None
+
+    def disabled_by(self, cause: str) -> bool:
+        """Return whether its server can't work with a robot that is disabled by a cause, such as ``breakdown``."""
+        return self.holds_base and not (self.outlives_breakdown and cause != Cause.BATTERY_EMPTY)
 
     @cached_property
     def ros_type(self) -> str:

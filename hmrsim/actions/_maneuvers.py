@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from hmrsim.actions._places import numbers
-from hmrsim.errors import GoalAborted
+from hmrsim.errors import BaseDisabled, GoalAborted
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import BackUp, DriveOnHeading, Spin, Wait
@@ -35,17 +35,34 @@ def keep_time(robot: Robot, report: Report[Any], result: type[R]) -> Callable[[]
     return lambda: make(0, "")
 
 
-def perform(robot: Robot, piece: Piece, allowance: Duration, timeout: int) -> Generator[Any, Any, None]:
+def perform(
+    robot: Robot, rest: Callable[[], Piece | None], allowance: Duration, timeout: int
+) -> Generator[Any, Any, None]:
     """Let a robot make a motion within the time allowance; zero is no limit.
+
+    A robot that has broken down makes the rest of it when it works again, as one whose behavior server keeps on
+    commanding a velocity. *rest* returns what is left of the motion from where the robot stands; None for nothing.
 
     Raises:
         GoalAborted: The time is over, and the robot has stopped; with the code *timeout*.
     """
-    seconds = allowance.to_seconds()
-    late = 0 < seconds < piece.duration
-    yield from robot.perform(drive_of(piece.first(seconds) if late else piece))
-    if late:
-        raise GoalAborted(timeout, f"the time allowance of {seconds:g} s is over; it takes {piece.duration:g} s")
+    allowed = allowance.to_seconds()
+    seconds = left = allowed if allowed > 0.0 else math.inf
+    until = robot.now + seconds
+    over = f"the time allowance of {seconds:g} s is over"
+    while (piece := rest()) is not None:
+        late = left < piece.duration
+        try:
+            yield from robot.perform(drive_of(piece.first(left) if late else piece))
+        except BaseDisabled as why:
+            yield from robot.wait_until_enabled(until)
+            left = until - robot.now
+            if robot.disabled or left <= 0.0:
+                raise GoalAborted(timeout, f"{over}; {why}") from None
+            continue
+        if late:
+            raise GoalAborted(timeout, f"{over}; it takes {piece.duration:g} s")
+        return
 
 
 def drive_straight(
@@ -62,11 +79,19 @@ def drive_straight(
     if flaw:
         raise GoalAborted(codes.INVALID_INPUT, flaw)
     start = robot.pose()
-    end, blocked = robot.reach((start.x + how_far * math.cos(start.yaw), start.y + how_far * math.sin(start.yaw)))
-    if distance(start.point, end) > SAME_PLACE:
+    target = start.x + how_far * math.cos(start.yaw), start.y + how_far * math.sin(start.yaw)
+    blocked = ""
+
+    def rest() -> Piece | None:
+        nonlocal blocked
+        here = robot.pose()
+        end, blocked = robot.reach(target)
+        if distance(here.point, end) <= SAME_PLACE:
+            return None
         speed = min(abs(goal.speed), robot.speed)
-        piece = straight(start, end, speed=speed, acceleration=robot.base.acceleration)
-        yield from perform(robot, piece, goal.time_allowance, codes.TIMEOUT)
+        return straight(here, end, speed=speed, acceleration=robot.base.acceleration)
+
+    yield from perform(robot, rest, goal.time_allowance, codes.TIMEOUT)
     if blocked:
         raise GoalAborted(codes.COLLISION_AHEAD, f"blocked: {blocked}", Cause.BLOCKED)
 

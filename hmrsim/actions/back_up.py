@@ -28,6 +28,7 @@ ACTION = Action(
     result=BackUp.Result,
     feedback=BackUp.Feedback,
     process=_process,
+    outlives_breakdown=True,
     failure=lambda code, message: BackUp.Result(error_code=code, error_msg=message),
     codes=Codes.of_nav2(BackUp.Result),
     order=Order(

@@ -33,6 +33,7 @@ ACTION = Action(
     result=DriveOnHeading.Result,
     feedback=DriveOnHeading.Feedback,
     process=_process,
+    outlives_breakdown=True,
     failure=lambda code, message: DriveOnHeading.Result(error_code=code, error_msg=message),
     codes=Codes.of_nav2(DriveOnHeading.Result),
     order=Order(

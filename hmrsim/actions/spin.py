@@ -13,6 +13,7 @@ from hmrsim.interfaces.nav2_msgs import Spin
 from hmrsim.navigation import motion
 
 if TYPE_CHECKING:
+    from hmrsim.navigation.motion import Piece
     from hmrsim.robots.robot import Robot
     from hmrsim.world.model import World
 
@@ -21,8 +22,12 @@ def _process(robot: Robot, goal: Spin.Goal, report: Report[Spin.Feedback]) -> Ge
     done = keep_time(robot, report, Spin.Result)
     start = robot.pose()
     report.sample(lambda: {"angular_distance_traveled": robot.pose().yaw - start.yaw})
-    piece = motion.spin(start, goal.target_yaw, robot.base.turning_rate)
-    yield from perform(robot, piece, goal.time_allowance, Spin.Result.TIMEOUT)
+
+    def rest() -> Piece:
+        here = robot.pose()
+        return motion.spin(here, goal.target_yaw - (here.yaw - start.yaw), robot.base.turning_rate)
+
+    yield from perform(robot, rest, goal.time_allowance, Spin.Result.TIMEOUT)
     return done()
 
 
@@ -39,6 +44,7 @@ ACTION = Action(
     result=Spin.Result,
     feedback=Spin.Feedback,
     process=_process,
+    outlives_breakdown=True,
     failure=lambda code, message: Spin.Result(error_code=code, error_msg=message),
     codes=Codes.of_nav2(Spin.Result),
     order=Order("Spin", "RADIANS", _ordered),

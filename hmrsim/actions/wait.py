@@ -43,6 +43,7 @@ ACTION = Action(
     result=Wait.Result,
     feedback=Wait.Feedback,
     process=_process,
+    outlives_breakdown=True,
     failure=lambda code, message: Wait.Result(error_code=code, error_msg=message),
     codes=Codes.of_nav2(Wait.Result),
     order=Order("Wait", "SECONDS", _ordered),

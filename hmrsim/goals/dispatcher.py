@@ -475,6 +475,12 @@ class Dispatcher:
         if holder is not None:
             self._halt(holder, GoalEvent.ABORT, holder.server.action.codes.unknown, reason, cause)
 
+    def disable(self, robot: str, reason: str, cause: str) -> None:
+        """Abort the goal that holds the base of a robot that is disabled, unless its action works on all the same."""
+        holder = self._holders.get(robot)
+        if holder is not None and holder.server.action.disabled_by(cause):
+            self.free(robot, reason, cause)
+
     def change_state(self, command: ChangeState) -> None:
         """Change the state of a node, and answer; goals end when it is active no longer."""
         there = self.servers.serves(command.robot) and self.cut_off.reach(command)

@@ -46,8 +46,8 @@ class Owner(Protocol):
         """Its components, on which some actions depend."""
 
     @property
-    def disabled(self) -> str:
-        """Why it is disabled; empty while it is not."""
+    def disabled_reasons(self) -> Mapping[str, str]:
+        """Why it is disabled, by cause; empty while it is not."""
 
     def act(self, action: str, *, begins: bool) -> None:
         """Record that a goal of an action begins, or ends."""
@@ -263,7 +263,8 @@ class ActionServers:
         if invalid := action.flaw(command.goal):
             text, code = invalid if isinstance(invalid, Flaw) else (invalid, codes.unknown)
             raise GoalRejected("invalid_goal", text, code, early="flaw" in early)
-        reason = (server.robot.disabled if action.holds_base else "") or action.not_ready(server.robot)
+        disabled = (why for cause, why in server.robot.disabled_reasons.items() if action.disabled_by(cause))
+        reason = next(disabled, "") or action.not_ready(server.robot)
         if reason:
             raise GoalRejected("not_ready", reason, codes.unknown)
         goal: Message = command.goal

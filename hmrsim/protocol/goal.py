@@ -80,6 +80,8 @@ class Cause(StrEnum):
     """The robot was put somewhere else."""
     DELETED = "deleted"
     """The robot was deleted."""
+    BATTERY_EMPTY = "battery_empty"
+    """The robot's battery was empty."""
     DEACTIVATED = "deactivated"
     """The node that served it was deactivated."""
     RESET = "reset"

@@ -16,6 +16,7 @@ from hmrsim.events import batteries
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim.protocol.goal import Cause
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose
     from hmrsim.robots.docking import DockBay
 
-EMPTY = "battery_empty"
+EMPTY: Final = Cause.BATTERY_EMPTY.value
 """The cause for which an empty battery disables its robot."""
 
 _REVIVED = 0.01

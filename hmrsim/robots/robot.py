@@ -219,7 +219,8 @@ class Robot(MobileBase):
     def disable(self, cause: str, why: str) -> None:
         """Stop, and be able to do nothing until this and all other causes are gone.
 
-        The goal that holds the base is aborted with the reason. The robot obstructs the lane where it stands.
+        The goal that holds the base is aborted with the reason, unless its action outlives that. The robot obstructs
+        the lane where it stands.
         """
         self.disabled_reasons[cause] = why
         self._abort(self.name, why, cause)

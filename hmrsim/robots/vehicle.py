@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from simpy import Event
 
 from hmrsim.engine.environment import At
-from hmrsim.errors import GoalAborted
+from hmrsim.errors import BaseDisabled
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.navigation.motion import Piece
@@ -122,13 +122,13 @@ class MobileBase(DrivingVehicle):
 
     def _check_enabled(self) -> None:
         for cause, why in self.disabled_reasons.items():
-            raise GoalAborted(FollowPath.Result.UNKNOWN, why, cause)
+            raise BaseDisabled(FollowPath.Result.UNKNOWN, why, cause)
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
         """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
 
         Raises:
-            GoalAborted: It is disabled.
+            BaseDisabled: It is disabled, or was meanwhile and has stopped.
         """
         self._check_enabled()
         self.halt()
@@ -145,22 +145,47 @@ class MobileBase(DrivingVehicle):
     def disable(self, cause: str, why: str) -> None:
         """Stop, and be able to do nothing until this and all other causes are gone."""
         self.disabled_reasons[cause] = why
-        self.halt()
+        if self._state.maneuvers:
+            self.give_up(BaseDisabled(FollowPath.Result.UNKNOWN, why, cause))
+        else:
+            self.halt()
         self._enter(VehicleEvent.DISABLE)
 
     def enable(self, cause: str) -> None:
         """Be disabled by this cause no longer; nothing happens if it is not."""
         if self.disabled_reasons.pop(cause, None) is not None and not self.disabled_reasons:
             self._enter(VehicleEvent.ENABLE)
+            if self._works:
+                self._enter(VehicleEvent.WORK)
+            if self._enabled is not None and not self._enabled.triggered:
+                self._enabled.succeed()
+
+    def wait_until_enabled(self, until: float) -> Generator[Any, Any, None]:
+        """Wait until it is disabled no longer, or for a point of simulated time; infinity is none."""
+        self._enabled = woken = Event(self._env)
+
+        def wake(_event: Event) -> None:
+            if not woken.triggered:
+                woken.succeed()
+
+        over = At(self._env, until, [wake]) if until < math.inf else None
+        try:
+            yield woken
+        finally:
+            self._enabled = None
+            if over is not None and not over.processed:
+                self._env.abandon(over)
 
     def begin_work(self) -> None:
         """Stand still until `finish_work`, and yield to no other vehicle."""
         if not self._state.stands:
             self.halt()
+        self._works = True
         self._enter(VehicleEvent.WORK)
 
     def finish_work(self) -> None:
         """Have no work any more; nothing happens if it does something else by now."""
+        self._works = False
         if self._state is VehicleState.WORKING:
             self._still_since = self._env.now
             self._enter(VehicleEvent.FINISH_WORK)

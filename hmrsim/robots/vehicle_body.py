@@ -59,6 +59,7 @@ class VehicleBody:
         "_changed",
         "_delays",
         "_drive",
+        "_enabled",
         "_entry",
         "_env",
         "_final_yaw",
@@ -78,6 +79,7 @@ class VehicleBody:
         "_still_since",
         "_trip",
         "_way_end",
+        "_works",
         "base",
         "disabled_reasons",
         "flies",
@@ -127,6 +129,8 @@ class VehicleBody:
         # Replaced as long as a process waits for the event, so that it costs nothing otherwise.
         self._changed = self._own_changed = changed
         self._motion_change: Event | None = None
+        self._enabled: Event | None = None
+        self._works = False
         self._state = VehicleState.IDLE
         self._still_since = env.now
         # Where it stands, and when it was stopped there last, with the run-up of the speed that it had.

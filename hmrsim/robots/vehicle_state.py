@@ -34,6 +34,7 @@ class VehicleState(Enum):
         moves: Whether it is on its way, and nothing is in it.
         waits: Whether it stands on its way.
         yields: Whether it is on its way aside.
+        maneuvers: Whether it carries out one motion, or waits to begin it.
         needs_admission: Whether it asks for the right of way before each lane.
     """
 
@@ -62,6 +63,7 @@ class VehicleState(Enum):
     moves: bool
     waits: bool
     yields: bool
+    maneuvers: bool
     needs_admission: bool
 
     __hash__ = object.__hash__
@@ -73,7 +75,8 @@ class VehicleState(Enum):
         self.waits = name.endswith("blocked") or name == "yielded"
         self.stands = not (self.moves or self.waits)
         self.yields = name in {"yielding", "yield_blocked"}
-        self.needs_admission = not (self.stands or name.startswith("maneuver"))
+        self.maneuvers = name.startswith("maneuver")
+        self.needs_admission = not (self.stands or self.maneuvers)
 
 
 class VehicleEvent(Enum):

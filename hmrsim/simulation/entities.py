@@ -226,7 +226,7 @@ class Roster:
             plans=self._plans,
             publisher=self._publisher,
             errors=self._errors,
-            abort=self._dispatcher.free,
+            abort=self._dispatcher.disable,
         )
         self.admission.place(robot)
         robot.settle_in()

@@ -35,12 +35,12 @@ class Gate:
         stepping: Whether steps are being made.
         name: The world's, where a robot has its name.
         components: None; likewise.
-        disabled: Always empty; likewise.
+        disabled_reasons: Always empty; likewise.
     """
 
     name: Final = WORLD
     components: Final[Mapping[str, Any]] = MappingProxyType({})
-    disabled: Final = ""
+    disabled_reasons: Final[Mapping[str, str]] = MappingProxyType({})
 
     def act(self, action: str, *, begins: bool) -> None:
         """Take no note of goals that begin and end."""

@@ -58,7 +58,7 @@ def test_what_is_explained_can_come():
     causes = {cause.value for cause in Cause if cause.value} | {name for name in faults() if name in explanations()}
     services = {f"result_{value}" for value in (0, 2, 3, 4)}
 
-    assert set(explanations()) == codes | REASONS | causes | {"battery_empty"} | services | exits
+    assert set(explanations()) == codes | REASONS | causes | services | exits
 
 
 @pytest.mark.parametrize("code", ["208", "-19", "not_ready", "exit_3"])

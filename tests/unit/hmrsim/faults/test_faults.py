@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hmrsim.actions import registry
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.answers import Refused
@@ -18,6 +19,7 @@ from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.fault_injector import MOST_AT_ONCE
+from hmrsim.robots.vehicle_state import VehicleState
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, in_lockstep, simulate
@@ -35,6 +37,17 @@ def go(x, y, goal_id=A, robot="wall_e", reply_to=None):
 def pick(item, goal_id=A, robot="wall_e"):
     """Return the command that has a robot pick an item up."""
     return SendGoal(robot, "pickup", Pickup.Goal(target_name=item), goal_id)
+
+
+def wait(seconds, goal_id=A, reply_to=None):
+    """Return the command that has wall_e wait."""
+    return SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id, reply_to)
+
+
+def maneuver(action, goal_id, goal, allowance):
+    """Return the command that has wall_e make a motion within some seconds."""
+    message = registry()[action].goal.model_validate({**goal, "time_allowance": {"sec": allowance}}, strict=False)
+    return SendGoal("wall_e", action, message, goal_id)
 
 
 def faulty(*faults, **keys):
@@ -60,6 +73,70 @@ def test_a_broken_robot_takes_no_goals_until_it_is_repaired():
 
     assert ("not_ready", "wall_e has broken down at (3, 2)") == (log.answer("B").reason, log.answer("B").error_msg)
     assert (11.0, "SUCCEEDED") == log.changes(C)[-1]
+
+
+def test_a_broken_robot_waits():
+    """As Nav2's behavior server does, which does not know of the base; also if it has begun before."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2, "until": 5})
+    log = run((1.0, wait(2)), (3.5, wait(1, B)))
+
+    assert [(3.0, "SUCCEEDED"), (4.5, "SUCCEEDED")] == [log.changes(goal)[-1] for goal in (A, B)]
+
+
+def test_a_robot_that_is_repaired_while_it_waits_goes_on_waiting():
+    """It yields to nobody meanwhile."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 2, "until": 3})
+    run((1.0, wait(9)), until=4.0)
+
+    assert VehicleState.WORKING is run.simulator.robots["wall_e"].state
+
+
+MANEUVERS = [
+    ("spin", {"target_yaw": 1.5}, 701),
+    ("back_up", {"target": {"x": 1.0}, "speed": 0.5}, 711),
+    ("drive_on_heading", {"target": {"x": 1.0}, "speed": 0.5}, 721),
+]
+"""Each takes some seconds."""
+SLOW_TO_TURN = {"nurse": {**SMALL_WORLD["robot_types"]["nurse"], "base": {"turning_rate": 0.5, "speed": 1}}}
+
+
+@pytest.mark.parametrize(("action", "goal", "code"), MANEUVERS)
+def test_a_broken_robot_does_not_move_within_the_time_allowance(action, goal, code):
+    """Whether it begins before or after; then it is aborted as Nav2 does it."""
+    run = faulty({"type": "breakdown", "robot": "wall_e", "at": 1, "until": 30}, robot_types=SLOW_TO_TURN)
+    log = run((0.0, maneuver(action, A, goal, 6)), (10.0, maneuver(action, B, goal, 6)))
+
+    assert [(6.0, "ABORTED"), (16.0, "ABORTED")] == [log.changes(goal_id)[-1] for goal_id in (A, B)]
+    assert [code] * 2 == [log.result(goal_id).error_code for goal_id in (A, B)]
+
+
+@pytest.mark.parametrize(("action", "goal", "_code"), MANEUVERS)
+def test_a_maneuver_is_finished_after_the_repair(action, goal, _code):
+    """It takes as much longer as the repair."""
+    whole = faulty(robot_types=SLOW_TO_TURN)((0.0, maneuver(action, A, goal, 20)))
+    broken = faulty({"type": "breakdown", "robot": "wall_e", "at": 1, "until": 8}, robot_types=SLOW_TO_TURN)
+    log = broken((0.0, maneuver(action, A, goal, 20)))
+    (begun, _), (ended, status) = whole.changes(A)[-2:]
+
+    assert (pytest.approx(ended - begun + 7.0), status) == (log.changes(A)[-1][0], log.changes(A)[-1][1])
+
+
+def test_a_maneuver_without_an_allowance_lasts_until_it_is_canceled():
+    """The robot may be broken for good."""
+    run = faulty({"type": "breakdown", "robot": "wall_e"})
+    log = run((0.0, maneuver("spin", A, {"target_yaw": 1.5}, 0)), (500.0, CancelGoal("wall_e", "spin", A)))
+
+    assert (500.0, "CANCELED") == log.changes(A)[-1]
+
+
+def test_a_broken_robot_whose_battery_is_empty_waits_for_nothing():
+    """Its computer is off."""
+    battery = {"initial_charge": 3, "capacity": 100, "drain": {"default": 1}}
+    kind = {**SMALL_WORLD["robot_types"]["nurse"], "components": {"battery": battery}}
+    run = faulty({"type": "breakdown", "robot": "wall_e"}, robot_types={"nurse": kind})
+    log = run((0.0, wait(9)), (4.0, wait(1, B, reply_to="B")))
+
+    assert ((3.0, "ABORTED"), "not_ready") == (log.changes(A)[-1], log.answer("B").reason)
 
 
 def test_a_broken_robot_is_in_the_way():

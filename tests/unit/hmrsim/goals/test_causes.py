@@ -67,7 +67,6 @@ def test_what_ends_a_goal(commands, expected):
         ("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": 5.0}}}}, "moved"),
         ("delete_entity", {"entity": "eve"}, "deleted"),
         ("reset_simulation", {}, "reset"),
-        ("inject_fault", {"type": "breakdown", "robot": "eve"}, "breakdown"),
     ],
 )
 def test_what_services_end(service, request_, expected):
@@ -77,6 +76,15 @@ def test_what_services_end(service, request_, expected):
     run.ask(service, request_)
 
     assert (cause(run.log), run.log.answer("asked").cause) == (expected, expected)
+
+
+def test_a_breakdown():
+    """It ends what needs the base."""
+    run = simulate(WORLD)
+    run((0.0, go(10.0)), until=1.0)
+    run.ask("inject_fault", {"type": "breakdown", "robot": "eve"})
+
+    assert cause(run.log) == "breakdown"
 
 
 def test_a_goal_that_takes_nothing_from_others():

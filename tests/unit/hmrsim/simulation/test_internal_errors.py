@@ -148,7 +148,7 @@ def send(robot, goal_id, seconds=2, action="wait"):
 
 def broken_run(process=at_once, *, strict=False, **changes):
     """Return a simulation in which the action `wait` of a package has a bug; `wait` of eve is ours."""
-    mine = replace(actions()["wait"], name="dance", process=process, **changes)
+    mine = replace(actions()["wait"], name="dance", process=process, outlives_breakdown=False, **changes)
     return simulate(actions={**actions(), "dance": mine}, strict=strict)
 
 
