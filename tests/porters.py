@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,11 @@ def careful(client):
     """Bring the box; try what fails again after a while, and say so when that does not help."""
     porter = Commander(client, "porter")
     return all(tried(client, step) for step in steps(porter))
+
+
+def sleepy(_client):
+    """Do nothing for ever."""
+    threading.Event().wait()
 
 
 def hasty(client):

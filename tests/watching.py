@@ -30,6 +30,7 @@ OFF = dict.fromkeys(
         "controller_lives",
         "no_vain_goals",
         "mission_ends",
+        "recovers",
     ),
     False,
 )

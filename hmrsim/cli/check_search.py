@@ -13,13 +13,13 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.terminal_line import TerminalLine
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
-from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
+from hmrsim.experiments.judging.labels import TIMEOUT
 from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited
+from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.overlay import setting
 from hmrsim.world.yaml_text import Unreadable, read
@@ -44,15 +44,19 @@ def search(args: argparse.Namespace) -> int:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
     line = TerminalLine(quiet=args.json)
-    with Evaluator(check, make, workers or 1) as evaluator:
+    began = time.monotonic()
+    with Evaluator(check, make, workers) as evaluator:
         try:
             with line.showing("starting: the run without faults"):
-                nominal = evaluator.outcomes([Case()])[0]
+                nominal = next(iter(evaluator.outcomes([Case()], began + check.file.budget.time)), None)
         except KeyboardInterrupt:
             warn("interrupted before the run without faults was over: nothing was tried")
             return ExitCode.INTERRUPTED
-        if nominal.ending == ERROR:
-            raise CheckError([Problem(check.place, "controller", nominal.cause)])
+        if nominal is None:
+            seconds = f"the run without faults is not over after {check.file.budget.time:g} s"
+            raise CheckError([Problem(check.place, "budget", f"{seconds}; give more time")])
+        if why := no_search(nominal):
+            raise CheckError([Problem(check.place, "controller", why)])
         results.prepare()
         _warn_of(nominal)
         check = limited(check, nominal)
@@ -62,7 +66,7 @@ def search(args: argparse.Namespace) -> int:
             first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
         )
         with line.showing("searching"):
-            summary = Campaign(check, evaluator, nominal, options).run()
+            summary = Campaign(check, evaluator, nominal, options, began).run()
     if summary.complete and not summary.tried.singles:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(teller.files)

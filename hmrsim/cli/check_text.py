@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.results.story import passes
 
@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.results.summary import Summary
     from hmrsim.fault_search.searching.campaign import Progress
+
+
+_ENOUGH: Final = 500
+"""Runs that are a search worth its name."""
+_MINUTES: Final = 120.0
+"""From so many seconds on a time is told in minutes."""
 
 
 def progress_text(progress: Progress) -> str:
@@ -47,11 +53,33 @@ def summary_text(summary: Summary, folder: Path) -> Iterator[str]:
     yield f"tried: {singles:,} of {tried.singles:,} single things at their moments, and schedules of several"
     if summary.covered:
         yield f"of the tree: {summary.covered}; see `bt-controller coverage {folder / 'coverage.json'}`"
+    if tried.gave_up and summary.nominal.ending == "succeeded":
+        first = "; ".join(summary.gave_up_first)
+        share = f"{tried.gave_up:,} of {tried.transient:,}"
+        yield f"gave up in {share} schedules with transient faults only, first: {first}"
+    if summary.too_few:
+        yield _too_few(summary)
+    if summary.unreached.untried and not summary.too_few:
+        yield f"not tried: {', '.join(summary.unreached.untried)}"
     if summary.unreached.kinds:
         yield f"never began: {', '.join(summary.unreached.kinds)}"
     if summary.unreached.properties:
         yield f"never exercised: {', '.join(summary.unreached.properties)}"
     yield f"report: {folder / 'report.html'}"
+
+
+def _too_few(summary: Summary) -> str:
+    """Return that there were far too few runs, and why."""
+    tried, unreached = summary.tried, summary.unreached
+    each = summary.seconds / max(1, tried.runs)
+    text = f"{tried.runs:,} runs in {_time(summary.seconds)} are far too few for this mission ({each:.2g} s each)"
+    if unreached.untried:
+        text += f"; {len(unreached.untried)} kinds of things had no turn"
+    return f"{text}; allow it {_time(each * _ENOUGH)} or more"
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < _MINUTES else f"{seconds / 60:.0f} minutes"
 
 
 def _finding(number: int, finding: Finding, file: str) -> Iterator[str]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
 from hmrsim.fault_search.running.evaluator import Evaluator, Serial
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
+from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
@@ -101,10 +101,11 @@ def searched(check: Check, output: str | Path | None = None) -> Summary:
     """
     results = ResultsFolder(Path(output)) if output is not None else None
     files: dict[int, str] = {}
+    began = time.monotonic()
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
-        if nominal.ending == ERROR:
-            raise ValueError(nominal.cause)
+        if why := no_search(nominal):
+            raise ValueError(why)
         check = limited(check, nominal)
         evaluator.take(check)
         options = Options(
@@ -112,7 +113,7 @@ def searched(check: Check, output: str | Path | None = None) -> Summary:
                 files.update({len(files) + 1: str(results.keep(check, found))}) if results else None
             )
         )
-        summary = Campaign(check, evaluator, nominal, options).run()
+        summary = Campaign(check, evaluator, nominal, options, began).run()
     summary.files.update(files)
     if results is not None:
         results.finish(check, summary, evaluator.covered)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -9,21 +10,23 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.fault_search.reducing.delta_debugging import needed
 from hmrsim.fault_search.reducing.values import simpler
 from hmrsim.fault_search.reducing.worlds import ROUNDS, Part, parts_of, restricted, tidied
+from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure, Outcome
+    from hmrsim.fault_search.running.outcome import Failure
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Schedule
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """A case that was reduced; its schedule is 1-minimal, also where there was no time for all of it.
+    """A case that was reduced; its schedule is 1-minimal if there was time for that.
 
     Attributes:
         case: The case, with its world.
-        without: For each thing of its schedule, what comes of the case without it.
+        without: For each thing of its schedule, what comes of the case without it; with the ending `NOT_RUN` if there
+            was no time for that.
         runs: How many runs that took.
     """
 
@@ -41,6 +44,7 @@ class Reducer:
         nominal: What comes of the run without faults.
         over: Called before each batch of runs; returns whether there is no more time. What is found by then is
             returned.
+        until: The last moment for runs, by the monotonic clock.
     """
 
     def __init__(
@@ -49,8 +53,10 @@ class Reducer:
         definition: Mapping[str, Any],
         nominal: Outcome,
         over: Callable[[], bool] = lambda: False,
+        until: float = math.inf,
     ) -> None:
         self._evaluator, self._definition, self._nominal, self._over = evaluator, definition, nominal, over
+        self._until = until
 
     def reduce(self, case: Case, failure: Failure) -> Reduced:
         """Return the smallest case that fails as a case does."""
@@ -61,25 +67,30 @@ class Reducer:
         while True:
             before = case
             case = self._simpler_values(case, failure)
-            case = self._fewer_things(case, failure, always=True)
+            case = self._fewer_things(case, failure)
             if case.key == before.key:
                 break
-        without = tuple(self._evaluator.outcomes(_each_left_out(case)))
+        left_out = _each_left_out(case)
+        known = self._evaluator.outcomes(left_out, self._until)
+        without = (*known, *[Outcome(NOT_RUN)] * (len(left_out) - len(known)))
         return Reduced(case, without, self._evaluator.runs - begun)
 
     def _fail(self, cases: Sequence[Case], failure: Failure) -> list[bool]:
-        return [failure in outcome.failures for outcome in self._evaluator.outcomes(cases)]
+        outcomes = self._evaluator.outcomes(cases, self._until)
+        return [failure in outcome.failures for outcome in outcomes] + [False] * (len(cases) - len(outcomes))
 
-    def _fewer_things(self, case: Case, failure: Failure, *, always: bool = False) -> Case:
+    def _fewer_things(self, case: Case, failure: Failure) -> Case:
         def fails(candidates: Sequence[Sequence[Any]]) -> list[bool]:
-            if self._over() and not always:
+            if self._over():
                 return [False] * len(candidates)
             return self._fail([case.with_schedule(tuple(each)) for each in candidates], failure)
 
         return case.with_schedule(tuple(needed(case.schedule, fails)))
 
     def _smaller_world(self, case: Case, failure: Failure) -> Case:
-        whole = self._evaluator.outcomes([case])[0]
+        whole = next(iter(self._evaluator.outcomes([case], self._until)), None)
+        if whole is None:
+            return case
         for keys in ROUNDS:
             definition = self._definition if case.definition is None else case.definition
             parts = parts_of(definition, keys)
@@ -112,13 +123,14 @@ class Reducer:
         cases = [replace(case, definition=world) for world in worlds]
         failed = [
             failure in outcome.failures and outcome.ending == whole.ending and {*outcome.aborts} <= {*whole.aborts}
-            for outcome in self._evaluator.outcomes(cases)
+            for outcome in self._evaluator.outcomes(cases, self._until)
         ]
+        failed += [False] * (len(cases) - len(failed))
         if not case.schedule or failure in self._nominal.failures:
             return failed
         failing = [each.with_schedule(()) for each, fails in zip(cases, failed, strict=True) if fails]
-        sound = iter([self._is_sound(outcome) for outcome in self._evaluator.outcomes(failing)])
-        return [fails and next(sound) for fails in failed]
+        sound = iter([self._is_sound(outcome) for outcome in self._evaluator.outcomes(failing, self._until)])
+        return [fails and next(sound, False) for fails in failed]
 
     def _is_sound(self, outcome: Outcome) -> bool:
         """Return whether a run without faults is as that of the whole world: it fails for no other reason."""

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.fault_search.running.outcome import NOT_RUN
+
 if TYPE_CHECKING:
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.running.outcome import Outcome
@@ -49,6 +51,8 @@ def _schedule(finding: Finding) -> Iterator[str]:
 
 def passes(outcome: Outcome) -> str:
     """Return in words what came of a run: that it passes, or how else it fails."""
+    if outcome.ending == NOT_RUN:
+        return "it is not known what comes of it: there was no time to try"
     if outcome.failure is None:
         return f"it passes: the run ends as {outcome.ending} at {outcome.at:.1f} s"
     return f"it fails otherwise: {outcome.failure}"

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.results.tried import Tried
     from hmrsim.fault_search.running.outcome import Outcome
+
+
+_FEW: Final = 50
+"""Runs that are too few for a search, unless nothing is left to try."""
 
 
 @dataclass(frozen=True)
@@ -18,13 +22,15 @@ class Unreached:
 
     Attributes:
         singles: Single things at single moments that were not tried for lack of time.
-        kinds: Kinds of things that can happen here and never began.
+        kinds: Kinds of things that were tried and never began.
+        untried: Kinds of things that can happen here and were not tried.
         properties: Properties that no run has exercised.
         nodes: What no run has made the nodes of the tree do.
     """
 
     singles: int = 0
     kinds: tuple[str, ...] = ()
+    untried: tuple[str, ...] = ()
     properties: tuple[str, ...] = ()
     nodes: tuple[str, ...] = ()
 
@@ -63,6 +69,12 @@ class Summary:
     covered: str = ""
     files: dict[int, str] = field(default_factory=dict)
 
+    @property
+    def too_few(self) -> bool:
+        """Whether there were far too few runs to say anything: a kind had no turn, or few things had one."""
+        tried = self.tried
+        return tried.singles_left > 0 and (bool(self.unreached.untried) or tried.runs < _FEW)
+
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON values."""
         tried = self.tried
@@ -72,6 +84,8 @@ class Summary:
             "complete": self.complete,
             "seconds": round(self.seconds, 3),
             "runs": tried.runs,
+            "too_few": self.too_few,
+            "gave_up": {"runs": tried.gave_up, "of": tried.transient, "first": self.gave_up_first},
             "failed": tried.failed,
             "endings": dict(sorted(tried.endings.items())),
             "kinds": {kind: {"tried": tried.kinds[kind], "began": tried.begun[kind]} for kind in sorted(tried.kinds)},
@@ -81,12 +95,18 @@ class Summary:
             "unreached": {
                 "singles": self.unreached.singles,
                 "kinds": list(self.unreached.kinds),
+                "untried": list(self.unreached.untried),
                 "properties": list(self.unreached.properties),
                 "nodes": list(self.unreached.nodes),
             },
             "nominal": {"ending": self.nominal.ending, "at": self.nominal.at},
             "findings": [self._finding(number, each) for number, each in enumerate(self.findings, 1)],
         }
+
+    @property
+    def gave_up_first(self) -> list[str]:
+        """The first schedule of transient faults only after which the controller gave up, in words."""
+        return [thing.describe() for thing in self.tried.gave_up_first]
 
     def _finding(self, number: int, finding: Finding) -> dict[str, Any]:
         return {

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.schedules.thing import Schedule
 
 
 @dataclass
@@ -19,6 +23,9 @@ class Tried:
         begun: How often it began.
         exercised: How often each property was.
         endings: How the runs have ended.
+        transient: How many runs had faults that were all transient, and nothing else.
+        gave_up: In how many of these the controller ended as failed.
+        gave_up_first: The schedule of the first of them.
     """
 
     runs: int = 0
@@ -29,3 +36,6 @@ class Tried:
     begun: Counter[str] = field(default_factory=Counter)
     exercised: Counter[str] = field(default_factory=Counter)
     endings: Counter[str] = field(default_factory=Counter)
+    transient: int = 0
+    gave_up: int = 0
+    gave_up_first: Schedule = ()

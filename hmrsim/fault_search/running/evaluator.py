@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 from hmrsim.experiments.running.executors import stop
 from hmrsim.experiments.running.guards import ending_of_lost
 from hmrsim.fault_search.running.covered import Covered
+from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
 from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 from hmrsim.fault_search.schedules.case import Case
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.running.outcome import Outcome
 
 _PIECES: Final = 4
 """Tasks for each worker, of the cases that are run together: the last ones of a batch keep all workers busy."""
 _MAX_PIECE: Final = 16
+_PIECE: Final = 0.25
+"""Wall seconds that a task is to take at most, unless one run takes longer."""
+_MANY: Final = 32
+"""How many workers there may be where it is not known."""
+_AHEAD: Final = 2
+"""Tasks for each worker that are submitted at once."""
+_GRACE: Final = 1.0
+"""Wall seconds that a run has to end when its time is over, until its process is ended."""
 _KEPT: Final = 50_000
 """Outcomes that are kept, so that no case is run twice."""
 
@@ -45,7 +56,7 @@ class Evaluator:
     Args:
         check: The check.
         make: Makes an executor; called again when one has broken.
-        workers: How many cases it runs at once.
+        workers: How many cases it runs at once; 0 if that is not known, as of a cluster.
 
     Attributes:
         runs: How many runs were made.
@@ -55,10 +66,11 @@ class Evaluator:
     def __init__(self, check: Check, make: Callable[[], Executor], workers: int) -> None:
         self.runs = 0
         self.covered = Covered()
-        self.workers = max(1, workers)
+        self.workers = workers or _MANY
         self._check, self._make = check, make
         self._executor: Executor | None = None
         self._known: dict[str, Outcome] = {}
+        self._seconds: float | None = None
 
     def __enter__(self) -> Self:
         """Return the evaluator."""
@@ -79,54 +91,124 @@ class Evaluator:
         if executor is not None:
             stop(executor)
 
-    def outcomes(self, cases: Sequence[Case]) -> list[Outcome]:
-        """Return what comes of some cases, in order; those that were run before are not run again.
+    def outcomes(self, cases: Sequence[Case], until: float = math.inf) -> list[Outcome]:
+        """Return what comes of some cases, in order; only of the first ones if time is over before; see `stream`."""
+        return [*self.stream(cases, until)]
+
+    def stream(self, cases: Sequence[Case], until: float = math.inf) -> Generator[Outcome, None, None]:
+        """Yield what comes of some cases, in order and as soon as it is known; those known before are not run again.
+
+        It ends early when time is over. Who has seen enough closes it: then no further case is begun.
 
         What a run has exercised is told once, of the run without a schedule each time: it is most of an outcome, and
         a search runs tens of thousands.
+
+        *until* is the last moment, by the monotonic clock.
         """
         missing = {case.key: case for case in cases if case.key not in self._known}
-        fresh = dict(zip(missing, self._run([*missing.values()], story=False), strict=True))
-        found = [fresh.get(case.key) or self._known[case.key] for case in cases]
-        for key, outcome in fresh.items():
-            self._keep(key, outcome if key == Case().key else _light(outcome))
-        return found
+        fresh: dict[str, Outcome] = {}
+        with closing(self._run([*missing.values()], until)) as running:
+            for case in cases:
+                while case.key not in fresh and case.key not in self._known:
+                    ran = next(running, None)
+                    if ran is None:
+                        return
+                    key, outcome = ran
+                    fresh[key] = outcome
+                    self._keep(key, outcome if key == Case().key else _light(outcome))
+                yield fresh.get(case.key) or self._known[case.key]
 
-    def told(self, case: Case) -> Outcome:
-        """Return what comes of a case, with its trace and its events in words; it is run for that."""
-        return self._run([case], story=True)[0]
+    def told(self, case: Case, until: float = math.inf) -> Outcome:
+        """Return what comes of a case, with its trace and its events in words; it is run for that.
+
+        Its ending is `NOT_RUN` if there was no time for that.
+        """
+        with closing(self._run([case], until, story=True)) as running:
+            _, outcome = next(running, ("", None))
+        return outcome or Outcome(NOT_RUN)
 
     def _keep(self, key: str, outcome: Outcome) -> None:
         if len(self._known) >= _KEPT:
             del self._known[next(iter(self._known))]
         self._known[key] = outcome
 
-    def _run(self, cases: Sequence[Case], *, story: bool) -> list[Outcome]:
-        size = max(1, min(_MAX_PIECE, -(-len(cases) // (self.workers * _PIECES))))
-        pieces = [cases[i : i + size] for i in range(0, len(cases), size)]
-        self.runs += len(cases)
+    def _run(
+        self, cases: Sequence[Case], until: float, *, story: bool = False
+    ) -> Generator[tuple[str, Outcome], None, None]:
+        """Yield the key and the outcome of each case, in order; fewer if time is over.
+
+        Only as many pieces are submitted as keep the workers busy, so that the others can be dropped.
+        """
+        pieces = deque(self._pieces(cases))
+        begun: deque[_Begun] = deque()
         try:
-            outcomes = [outcome for piece in self._together(pieces, story=story) for outcome in piece]
-        except BrokenExecutor:
-            self.stop()
-            outcomes = [self._alone(case, story=story) for case in cases]
-        self.covered.take(outcome.coverage for outcome in outcomes)
-        return outcomes
+            while pieces or begun:
+                try:
+                    while pieces and len(begun) < _AHEAD * self.workers:
+                        begun.append(_Begun(pieces[0], self._submit(pieces[0], until, story=story)))
+                        pieces.popleft()
+                    outcomes = _awaited(begun[0].future, until)
+                    piece = begun.popleft().piece
+                except BrokenExecutor:
+                    self.stop()
+                    # One of them has broken it: the first one is run alone, and the others once more.
+                    pieces.extendleft(each.piece for each in reversed(begun))
+                    begun.clear()
+                    piece = pieces.popleft()
+                    outcomes = [each for case in piece for each in self._alone(case, until, story=story)]
+                if outcomes is None:
+                    # What does not mind that its time is over ends with its process.
+                    self.stop()
+                    return
+                self.covered.take(outcome.coverage for outcome in outcomes)
+                for case, outcome in zip(piece, outcomes, strict=False):
+                    self.runs += 1
+                    self._seconds = outcome.wall if self._seconds is None else (7 * self._seconds + outcome.wall) / 8
+                    yield case.key, outcome
+                if len(outcomes) < len(piece):
+                    return
+        finally:
+            for each in begun:
+                each.future.cancel()
 
-    def _together(self, pieces: Sequence[Sequence[Case]], *, story: bool) -> list[list[Outcome]]:
+    def _pieces(self, cases: Sequence[Case]) -> Iterator[Sequence[Case]]:
+        """Yield the cases in pieces of a fraction of a second, so that little is in vain when the rest is dropped."""
+        size = min(_MAX_PIECE, -(-len(cases) // (self.workers * _PIECES)))
+        if self._seconds:
+            size = min(size, int(_PIECE / self._seconds))
+        size = max(1, size)
+        return (cases[i : i + size] for i in range(0, len(cases), size))
+
+    def _submit(self, piece: Sequence[Case], until: float, *, story: bool) -> Future[list[Outcome]]:
         executor = self._executor = self._executor or self._make()
-        futures = [executor.submit(execute, Task(self._check, piece, story)) for piece in pieces]
-        return [future.result() for future in futures]
+        return executor.submit(execute, Task(self._check, piece, story, until - time.monotonic()))
 
-    def _alone(self, case: Case, *, story: bool) -> Outcome:
-        """Return what comes of a case that may have broken an executor."""
+    def _alone(self, case: Case, until: float, *, story: bool) -> list[Outcome]:
+        """Return what comes of a case that may have broken an executor; nothing if time is over."""
         begun = time.monotonic()
         try:
-            return self._together([[case]], story=story)[0][0]
+            return _awaited(self._submit([case], until, story=story), until) or []
         except BrokenExecutor:
             self.stop()
             seconds = time.monotonic() - begun
-            return without_run(self._check, case, *ending_of_lost(self._check.file.limits.wall, seconds))
+            return [without_run(self._check, case, *ending_of_lost(self._check.file.limits.wall, seconds))]
+
+
+class _Begun(NamedTuple):
+    """A piece that an executor has."""
+
+    piece: Sequence[Case]
+    future: Future[list[Outcome]]
+
+
+def _awaited(future: Future[list[Outcome]], until: float) -> list[Outcome] | None:
+    """Return the outcomes of a piece; None if it is not done some time after time is over."""
+    try:
+        return future.result(None if until == math.inf else max(0.0, until - time.monotonic()) + _GRACE)
+    except TimeoutError:
+        if future.done():
+            raise
+        return None
 
 
 def _light(outcome: Outcome) -> Outcome:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.moment import Moment
     from hmrsim.properties import Verdict, Violation
+
+
+NOT_RUN: Final = "not_run"
+"""The ending of a case for which there was no time."""
 
 
 class Failure(NamedTuple):

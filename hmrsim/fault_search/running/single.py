@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -39,13 +40,16 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.properties import Violation
+    from hmrsim.properties import Properties, Violation
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
 
 Ending = tuple[str, str]
 """How a run has ended, and what that alone does not say."""
+
+_LEAST: Final = 1e-3
+"""Wall seconds that a run has at least."""
 
 _KILLING: Final = ("controller_killed", "second_controller")
 """Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
@@ -75,10 +79,22 @@ VERDICTS = Wanted()
 
 def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
     """Return what comes of a case, whatever happens in it."""
+    outcome = run_within(check, case, wanted, math.inf)
+    if outcome is None:
+        raise AssertionError
+    return outcome
+
+
+def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outcome | None:
+    """Return what comes of a case, whatever happens in it; None if it takes longer than there are wall *seconds*."""
     began = time.perf_counter()
+    limits = check.file.limits
+    cut = seconds < limits.wall
+    if cut:
+        limits = limits.model_copy(update={"wall": max(seconds, _LEAST)})
     try:
-        with guarded(check.file.limits):
-            outcome = _Run(check, case, wanted).outcome()
+        with guarded(limits):
+            outcome = _Run(check, case, wanted, limits.wall).outcome()
     except WallLimit as limit:
         outcome = without_run(check, case, HUNG, str(limit))
     except MemoryError:
@@ -87,6 +103,8 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
         outcome = Outcome(ERROR, str(error))
     except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
         outcome = Outcome(ERROR, described(error))
+    if cut and outcome.ending == HUNG:
+        return None
     return replace(outcome, wall=time.perf_counter() - began)
 
 
@@ -104,11 +122,12 @@ def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
 class _Run:
     """One run."""
 
-    def __init__(self, check: Check, case: Case, wanted: Wanted) -> None:
+    def __init__(self, check: Check, case: Case, wanted: Wanted, wall: float) -> None:
+        self._wall = wall
         self._check, self._case, self._wanted = check, case, wanted
         self._world = check.world_of(case)
         self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
-        self._monitor = Monitor(check.properties, self._world)
+        self._monitor = Monitor(_applicable(check.properties, case), self._world)
         self._observer = Observer(story=wanted.story)
         self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
@@ -153,7 +172,7 @@ class _Run:
             return *self._judged(ending, cause, over=over), stamp(host.simulator.now)
 
     def _as_command(self) -> tuple[str, str, int]:
-        began, check, wall = time.monotonic(), self._check, self._check.file.limits.wall
+        began, check, wall = time.monotonic(), self._check, self._wall
         words = words_of(check.treatment, {})
         settings = self._settings.model_copy(update={"participant_timeout": wall})
         loaded = LoadedWorld(self._world, Path(check.place), ())
@@ -213,6 +232,13 @@ class _Run:
             elif thing.family == DISTURBANCE and next(disturbances):
                 missed.append(number)
         return tuple(missed)
+
+
+def _applicable(properties: Properties, case: Case) -> Properties:
+    """Return properties without `recovers` if something else than transient faults goes wrong."""
+    if not properties.built_in.recovers or all(thing.transient for thing in case.schedule):
+        return properties
+    return properties.model_copy(update={"built_in": properties.built_in.model_copy(update={"recovers": False})})
 
 
 @lru_cache(maxsize=8)

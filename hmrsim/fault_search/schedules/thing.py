@@ -77,6 +77,11 @@ class Thing:
         """The anchor, in plain values; empty if it has none."""
         return self.said.get("when") or {}
 
+    @property
+    def transient(self) -> bool:
+        """Whether it is a fault that is over by itself: it lasts for some seconds, or hits some goals."""
+        return self.family == FAULT and ("duration" in self.said or "count" in self.said)
+
     def replaced(self, **values: Any) -> Thing:
         """Return the same with other values; those of None are left out."""
         said = {**self.said, **values}

@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.experiments.judging.labels import CRASHED, DIED, ERROR, MEMORY
 from hmrsim.fault_search.reducing.reducer import Reducer
 from hmrsim.fault_search.results.finding import Finding
 from hmrsim.fault_search.results.summary import Summary, Unreached
+from hmrsim.fault_search.running.outcome import NOT_RUN
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
 from hmrsim.fault_search.space.menu import Menu
@@ -19,12 +21,19 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.outcome import Outcome
 
+_ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0
 _MORE: Final = 600.0
 """By default a run may take so many times what it takes without faults, and so many simulated seconds more."""
 _REDUCING: Final = 0.3
-_LEAST: Final = 30.0
-"""The reduction of a failure may take this share of the budget, or so many wall seconds if that is more."""
+"""The reduction of a failure may take this share of the budget of time."""
+_LEAST: Final = 10.0
+"""Without a budget of time it may take so many wall seconds, or as many as the search has taken, if that is more."""
+_TELLING: Final = 2.0
+"""Wall seconds that the run of a story may take also when time is over."""
+_RESERVE: Final = 0.1
+_MAX_RESERVE: Final = 10.0
+"""This share of the budget, and at most so many wall seconds, is kept for what is found at the end."""
 
 
 def limited(check: Check, nominal: Outcome) -> Check:
@@ -32,6 +41,17 @@ def limited(check: Check, nominal: Outcome) -> Check:
     if check.file.limits.simulated is not None or nominal.ending not in {"succeeded", "failed"}:
         return check
     return replace(check, limit=round(nominal.at * _LONGER + _MORE, 3), _worlds={})
+
+
+def no_search(nominal: Outcome) -> str:
+    """Return why a search makes no sense after this run without faults; empty if it does."""
+    if nominal.ending == ERROR:
+        return nominal.cause
+    if nominal.ending in _ENDS_OF_ITS_OWN and not nominal.moments:
+        said = nominal.cause or nominal.output.rpartition("\n")[2]
+        how = f"without any fault the run ends as {nominal.ending} at {nominal.at:.1f} s, before a goal is sent"
+        return f"{how}{f': {said}' if said else ''}; there is nothing that a fault could break"
+    return ""
 
 
 @dataclass
@@ -83,13 +103,18 @@ class Campaign:
         check: The check, with its limit.
         evaluator: Runs its cases.
         nominal: What comes of the run without faults.
+        began: When the budget has begun, by the monotonic clock; None for now.
     """
 
-    def __init__(self, check: Check, evaluator: Evaluator, nominal: Outcome, options: Options) -> None:
+    def __init__(
+        self, check: Check, evaluator: Evaluator, nominal: Outcome, options: Options, began: float | None = None
+    ) -> None:
         self._check, self._evaluator, self._nominal, self._options = check, evaluator, nominal, options
         self._menu = Menu(check.world, check.file.space, nominal.moments)
         self._search = Search(check, evaluator, self._menu, nominal, options.strategy)
-        self._began = time.monotonic()
+        self._began = time.monotonic() if began is None else began
+        self._until = self._began + check.file.budget.time
+        self._reducing = 0.0
         self._findings: list[Finding] = []
         self._interrupted = False
 
@@ -102,9 +127,10 @@ class Campaign:
         return self.summary()
 
     def _run(self) -> None:
-        self._take(self._search.first([Case(), *self._options.earlier]))
+        one, until = self._options.first_only, self._searches_until
+        self._take(self._search.first([Case(), *self._options.earlier], until, one=one))
         while not self._ended():
-            found = self._search.next(self._runs_left())
+            found = self._search.next(self._runs_left(), until, one=one)
             if found is None:
                 return
             self._take(found)
@@ -115,7 +141,11 @@ class Campaign:
         return done or self._left() <= 0 or self._runs_left() <= 0
 
     def _left(self) -> float:
-        return self._check.file.budget.time - (time.monotonic() - self._began)
+        return self._searches_until - time.monotonic()
+
+    @property
+    def _searches_until(self) -> float:
+        return self._until - min(_MAX_RESERVE, _RESERVE * self._check.file.budget.time)
 
     def _runs_left(self) -> int:
         most = self._check.file.budget.runs
@@ -137,7 +167,7 @@ class Campaign:
     def _reduced(self, found: Found) -> Finding:
         """Return a failure as its user gets it: reduced, with its trace and its events."""
         began = time.monotonic()
-        until = began + max(_LEAST, _REDUCING * self._check.file.budget.time)
+        until = self.reduces_until(began)
         runs = self._evaluator.runs
 
         def over() -> bool:
@@ -148,7 +178,7 @@ class Campaign:
             )
             return self._interrupted or not self._options.reduce or now > until
 
-        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over)
+        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over, until)
         try:
             reduced = reducer.reduce(found.case, found.failure)
         except KeyboardInterrupt:
@@ -156,7 +186,10 @@ class Campaign:
             self._interrupted = True
             self._evaluator.stop()
             reduced = reducer.reduce(found.case, found.failure)
-        told = self._evaluator.told(reduced.case)
+        told = self._evaluator.told(reduced.case, max(until, time.monotonic() + _TELLING))
+        if told.ending == NOT_RUN:
+            told = found.outcome
+        self._reducing += time.monotonic() - began
         known = any(case.key == found.case.key for case in self._options.earlier)
         seconds = began - self._began
         return Finding(
@@ -170,6 +203,13 @@ class Campaign:
             known=known,
         )
 
+    def reduces_until(self, now: float) -> float:
+        """Return the last moment of a reduction that begins now, by the monotonic clock."""
+        budget = self._check.file.budget
+        if "time" in budget.model_fields_set or budget.runs is None:
+            return min(self._until, now + _REDUCING * budget.time)
+        return min(self._until, now + max(_LEAST, now - self._began - 2 * self._reducing))
+
     def summary(self) -> Summary:
         """Return what came of the search so far."""
         search = self._search
@@ -177,7 +217,8 @@ class Campaign:
         kinds = dict.fromkeys(entry.thing.kind for entry in self._menu.entries)
         unreached = Unreached(
             search.tried.singles_left,
-            tuple(kind for kind in kinds if not search.tried.begun[kind]),
+            tuple(kind for kind in kinds if search.tried.kinds[kind] and not search.tried.begun[kind]),
+            tuple(kind for kind in kinds if not search.tried.kinds[kind]),
             tuple(name for name, count in properties.items() if not count),
             self._evaluator.covered.never(),
         )

@@ -1,15 +1,18 @@
 """The search for schedules that break a controller.
 
-Earlier failures come first, then the run without faults, then each single thing at each moment, and meanwhile schedules
-that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the seed and on the
+Earlier failures come first, then the run without faults, then one thing of each kind, so that each kind has its turn
+in few runs; then each single thing at each moment, and meanwhile schedules that the guide proposes: pairs, and what
+follows from them. Which schedules are run depends on the seed and on the
 outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
 """
 
 from __future__ import annotations
 
+import math
 import random
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -89,39 +92,46 @@ class Search:
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
         singles = menu.singles(nominal.moments, self._rng)
-        self.tried.singles = self.tried.singles_left = len(singles)
+        firsts = {thing.kind: thing for thing in reversed(singles)}
+        self._turns = iter([thing for thing in singles if thing is firsts[thing.kind]])
         self._singles = iter(singles)
+        self._untried = dict.fromkeys(thing.key for thing in singles)
+        self.tried.singles = self.tried.singles_left = len(self._untried)
         self._base = Kept((), nominal.moments, nominal.moments, ())
 
-    def first(self, cases: Sequence[Case]) -> list[Found]:
-        """Run some cases before all else, such as earlier failures; return failures that are new."""
-        return self._run(cases)
+    def first(self, cases: Sequence[Case], until: float = math.inf, *, one: bool = False) -> list[Found]:
+        """Run some cases before all else, such as earlier failures; return failures that are new, as `next` does."""
+        return self._run(cases, until, one=one)
 
-    def next(self, most: int) -> list[Found] | None:
+    def next(self, most: int, until: float = math.inf, *, one: bool = False) -> list[Found] | None:
         """Run the next batch; return failures that are new, None if there is nothing left to try.
 
         Args:
             most: At most so many runs.
+            until: The last moment by the monotonic clock.
+            one: Whether to run no more once there is a failure.
         """
         cases = [Case(schedule) for schedule in self._batch(min(BATCH, most))]
-        return self._run(cases) if cases else None
+        return self._run(cases, until, one=one) if cases else None
 
     def pass_over(self, schedule: Schedule) -> None:
         """Propose no more schedules that have all of what is known to fail."""
         if schedule:
             self._known.append(schedule)
 
-    def _run(self, cases: Sequence[Case]) -> list[Found]:
-        new = []
-        outcomes = self._evaluator.outcomes(cases)
-        for case, outcome in zip(cases, outcomes, strict=True):
-            self._count(case, outcome)
-            self._note(case.schedule, outcome)
-            for failure in outcome.failures[:1]:
-                self.seen_failures[failure] += 1
-                if failure not in self.found:
-                    self.found[failure] = Found(failure, case, outcome, self.tried.runs)
-                    new.append(self.found[failure])
+    def _run(self, cases: Sequence[Case], until: float, *, one: bool) -> list[Found]:
+        new: list[Found] = []
+        with closing(self._evaluator.stream(cases, until)) as outcomes:
+            for case, outcome in zip(cases, outcomes, strict=False):
+                self._count(case, outcome)
+                self._note(case.schedule, outcome)
+                for failure in outcome.failures[:1]:
+                    self.seen_failures[failure] += 1
+                    if failure not in self.found:
+                        self.found[failure] = Found(failure, case, outcome, self.tried.runs)
+                        new.append(self.found[failure])
+                if one and new:
+                    break
         return new
 
     def _note(self, schedule: Schedule, outcome: Outcome) -> None:
@@ -135,6 +145,13 @@ class Search:
         tried.runs += 1
         tried.failed += outcome.failure is not None
         tried.endings[outcome.ending] += 1
+        if len(case.schedule) == 1:
+            self._drop(case.schedule[0])
+        if case.schedule and all(thing.transient for thing in case.schedule):
+            tried.transient += 1
+            if outcome.ending == "failed":
+                tried.gave_up += 1
+                tried.gave_up_first = tried.gave_up_first or case.schedule
         for number, thing in enumerate(case.schedule):
             tried.kinds[thing.kind] += 1
             tried.begun[thing.kind] += number not in outcome.missed
@@ -143,9 +160,17 @@ class Search:
     def _batch(self, size: int) -> list[Schedule]:
         if self._strategy == "random":
             return [*self._fresh(self._random, size)]
-        found = [*self._next_probes(min(_PROBES, size))]
+        found = [*self._next_turns(size)]
+        found += self._next_probes(min(_PROBES, size - len(found)))
         found += self._next_singles(min(_SINGLES, size - len(found)))
         return [*found, *self._fresh(self._guided, size - len(found))]
+
+    def _next_turns(self, count: int) -> Iterator[Schedule]:
+        """Yield so many kinds of things, each once; none when each has had its turn."""
+        while count and (thing := next(self._turns, None)) is not None:
+            if self._is_new((thing,)):
+                yield (thing,)
+                count -= 1
 
     def _next_probes(self, count: int) -> Iterator[Schedule]:
         while count and (schedule := self._probes.next()) is not None:
@@ -155,10 +180,16 @@ class Search:
 
     def _next_singles(self, count: int) -> Iterator[Schedule]:
         while count and (thing := next(self._singles, None)) is not None:
-            self.tried.singles_left -= 1
             if self._is_new((thing,)):
                 yield (thing,)
                 count -= 1
+            elif self._passed_over((thing,)):
+                self._drop(thing)
+
+    def _drop(self, thing: Thing) -> None:
+        """Take note that a single thing is not left to try."""
+        self._untried.pop(thing.key, None)
+        self.tried.singles_left = len(self._untried)
 
     def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
         """Yield so many schedules that were not tried; fewer if none is found."""
@@ -191,5 +222,9 @@ class Search:
         if case.key in self._seen:
             return False
         self._seen[case.key] = None
+        return not self._passed_over(schedule)
+
+    def _passed_over(self, schedule: Schedule) -> bool:
+        """Return whether a schedule has all of one that is known to fail."""
         things = frozenset(schedule)
-        return not any(things.issuperset(known) for known in self._known)
+        return any(things.issuperset(known) for known in self._known)

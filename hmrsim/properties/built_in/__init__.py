@@ -11,6 +11,7 @@ from hmrsim.properties.built_in.no_deadlock import NoDeadlock
 from hmrsim.properties.built_in.no_vain_goals import NoVainGoals
 from hmrsim.properties.built_in.nobody_stranded import NobodyStranded
 from hmrsim.properties.built_in.orders_in_time import OrdersInTime
+from hmrsim.properties.built_in.recovers import Recovers
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.built_in import BuiltIn
@@ -40,4 +41,6 @@ def watchers_of(settings: BuiltIn, world: World, timeline: Timeline, tell: Tell)
         found.append(NoVainGoals(settings.no_vain_goals, timeline, tell))
     if settings.mission_ends:
         found.append(MissionEnds(tell))
+    if settings.recovers:
+        found.append(Recovers(settings.recovers.within, timeline, tell))
     return found

@@ -29,6 +29,17 @@ _Times = Annotated[
 ]
 
 
+class Recovery(Part):
+    """How soon a controller has to recover.
+
+    Attributes:
+        within: How long a single fault lasts at most that has to be borne, and after which time since the last of
+            several faults the mission has to succeed.
+    """
+
+    within: Seconds
+
+
 class BuiltIn(Part):
     """Which properties that are built in are watched, and with which limits; ``false`` switches one off.
 
@@ -40,6 +51,7 @@ class BuiltIn(Part):
         controller_lives: The controller does not crash, hang, or run out of memory.
         no_vain_goals: The same goal to the same robot is not rejected or aborted so many times in a row.
         mission_ends: The controller ends before the limit of simulated time.
+        recovers: The mission does not fail after transient faults; off by default.
     """
 
     goals_end: bool = True
@@ -49,3 +61,4 @@ class BuiltIn(Part):
     controller_lives: bool = True
     no_vain_goals: _Times = 5
     mission_ends: bool = True
+    recovers: Recovery | Literal[False] = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 import yaml
@@ -67,6 +68,42 @@ def test_a_search_that_finds_nothing_says_what_it_did_not_reach(folder, capsys):
     assert said["unreached"]["singles"] > 0
     assert "orders_in_time" in said["unreached"]["properties"]
     assert json.loads((folder / "results" / "summary.json").read_text("utf-8")) == said
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_few_runs_say_that_they_are_far_too_few(capsys):
+    """Kinds that had no turn are counted and not listed."""
+    check("world.yaml", "--python", "porters.py:careful", "--runs", "5", *SERIAL)
+    out = capsys.readouterr().out
+
+    assert "5 runs in 0 s are far too few for this mission (" in out
+    assert " kinds of things had no turn; allow it " in out
+    assert "never began" not in out
+
+
+@pytest.mark.usefixtures("folder")
+def test_how_often_a_controller_gives_up_is_told(capsys):
+    """Though a mission that fails, and says so, is no failure."""
+    words = ("--only", "goals_aborted", "goals_rejected", "--at-most", "1", "--runs", "30")
+    check("world.yaml", "--python", "porters.py:hasty", *words, *SERIAL)
+    out = capsys.readouterr().out
+
+    assert re.search(r"gave up in \d+ of \d+ schedules with transient faults only, first: goals_", out)
+
+
+def test_a_controller_that_fails_before_its_first_goal_is_an_error(folder, capsys):
+    """Nothing is searched for, and nothing written."""
+    assert check("world.yaml", "--python", "porters.py:broken", *SERIAL) == 2
+    said = "controller: without any fault the run ends as crashed at 0.0 s, before a goal is sent"
+    assert said in capsys.readouterr().err
+    assert not (folder / "porters_check").exists()
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_run_that_takes_longer_than_the_budget_is_an_error(capsys):
+    """It is not told as hung, for which nobody has waited."""
+    assert check("world.yaml", "--python", "porters.py:sleepy", "--budget", "0.01s", *SERIAL) == 2
+    assert "budget: the run without faults is not over after 0.01 s; give more time" in capsys.readouterr().err
 
 
 def test_the_file_of_a_check_has_it_all_and_options_come_before_it(folder, capsys):

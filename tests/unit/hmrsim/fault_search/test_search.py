@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import time
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
 from hmrsim.fault_search.running.evaluator import Evaluator, Serial
-from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.fault_search.searching.campaign import Campaign, Options
@@ -87,8 +89,8 @@ def test_what_is_tried_depends_on_the_seed_alone():
             menu = Menu(check.world, check.file.space, nominal.moments)
             search = Search(check, evaluator, menu, nominal)
             tried = []
-            evaluator.outcomes = lambda cases, tried=tried, whole=evaluator.outcomes: (
-                tried.extend(case.key for case in cases) or whole(cases)
+            evaluator.stream = lambda cases, until, tried=tried, whole=evaluator.stream: (
+                tried.extend(case.key for case in cases) or whole(cases, until)
             )
             for _ in range(2):
                 search.next(BATCH)
@@ -245,11 +247,11 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
     class Interrupted(Evaluator):
         interrupted = False
 
-        def outcomes(self, cases):
+        def outcomes(self, cases, until=math.inf):
             if not self.interrupted and any(case.definition is not None for case in cases):
                 self.interrupted = True
                 raise KeyboardInterrupt
-            return super().outcomes(cases)
+            return super().outcomes(cases, until)
 
     check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]})
     with Interrupted(check, Serial, 1) as evaluator:
@@ -257,6 +259,71 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
 
     assert not summary.complete
     assert {"no_vain_goals": 1} == {each.failure.property: len(each.schedule) for each in summary.findings}
+
+
+def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
+    """One that tries again is left in peace, and so is one that is stopped by something else than transient faults."""
+    said = {
+        "properties": {"built_in": {"recovers": {"within": 30.0}}},
+        "space": {"only": ["goals_aborted", "goals_rejected", "speed"]},
+        "budget": {"runs": 64},
+    }
+    hasty, careful = (searched(check_of(name, **said)) for name in ("hasty", "careful"))
+
+    assert {"recovers"} == {*failures(hasty)}
+    assert [1] * len(hasty.findings) == [len(finding.schedule) for finding in hasty.findings]
+    assert {} == failures(careful)
+
+
+def test_a_search_for_the_first_failure_ends_with_its_run():
+    """What is left of its batch is dropped."""
+    summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}), first_only=True)
+
+    (finding,) = summary.findings
+    assert summary.tried.runs == finding.run < BATCH
+
+
+def test_each_kind_of_thing_has_its_turn_first():
+    """So that a few runs say something about each."""
+    check = check_of("careful")
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        menu = Menu(check.world, check.file.space, nominal.moments)
+        search = Search(check, evaluator, menu, nominal)
+        kinds = {entry.thing.kind for entry in menu.entries}
+        search.next(len(kinds))
+
+    assert dict.fromkeys(kinds, 1) == dict(search.tried.kinds)
+    assert search.tried.singles_left == search.tried.singles - len(kinds)
+
+
+def test_nothing_is_run_when_time_is_over():
+    """A task is not begun, and a run that takes too long is no failure."""
+    check = check_of("sleepy")
+    with Evaluator(check, Serial, 1) as evaluator:
+        late = evaluator.outcomes([Case()], time.monotonic())
+
+    assert (late, evaluator.runs) == ([], 0)
+    assert run_within(check, Case(), VERDICTS, 0.01) is None
+
+
+@pytest.mark.parametrize(
+    ("budget", "began", "allowed"),
+    [
+        ({"time": 100.0}, 50.0, 30.0),
+        ({"time": 100.0}, 95.0, 5.0),
+        ({"time": 100.0, "runs": 5}, 50.0, 30.0),
+        ({"runs": 5}, 1.0, 10.0),
+        ({"runs": 5}, 60.0, 60.0),
+    ],
+)
+def test_the_reduction_of_a_failure_keeps_to_the_budget(budget, began, allowed):
+    """Of time; with a number of runs alone it takes no longer than the search."""
+    check = check_of("careful", budget=budget)
+    with Evaluator(check, Serial, 1) as evaluator:
+        campaign = Campaign(check, evaluator, evaluator.outcomes([Case()])[0], Options(), began=0.0)
+
+    assert campaign.reduces_until(began) == began + allowed
 
 
 def test_a_reduction_tells_how_far_it_is():

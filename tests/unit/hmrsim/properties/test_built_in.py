@@ -197,6 +197,44 @@ def test_a_run_that_comes_to_its_limit_has_not_ended():
     )
 
 
+RECOVERS = {"recovers": {"within": 30.0}}
+ONE = {"fault": "goals_aborted", "robot": "eve", "count": 1}
+
+
+def fault(feed, name, began, ended=None, **settings):
+    """Let a fault begin, and end."""
+    said = {"fault": "breakdown", "robot": "eve", "name": name, **settings}
+    feed.event(began, "fault_began", **said)
+    return feed if ended is None else feed.event(ended, "fault_ended", **said)
+
+
+@pytest.mark.parametrize(
+    ("faults", "ending", "expected"),
+    [
+        ([], "failed", "never_exercised"),
+        ([("a", 1, 1, ONE)], "failed", "violated"),
+        ([("a", 1, 1, ONE)], "succeeded", "holds"),
+        ([("a", 1, 1, ONE)], "crashed", "undecided"),
+        ([("a", 1, 70, {**ONE, "count": 3})], "failed", "holds"),
+        ([("a", 80, None, {"duration": 30.0})], "failed", "violated"),
+        ([("a", 80, None, {"duration": 31.0})], "failed", "holds"),
+        ([("a", 80, None, {})], "failed", "holds"),
+        ([("a", 1, 1, ONE), ("b", 80, 80, ONE)], "failed", "holds"),
+        ([("a", 1, 1, ONE), ("b", 60, 60, ONE)], "failed", "violated"),
+        ([("a", 1, None, {}), ("b", 60, 60, ONE)], "failed", "holds"),
+    ],
+)
+def test_a_mission_that_is_given_up_needlessly(faults, ending, expected):
+    """It ends at 90 s."""
+    feed = Feed(built_in=RECOVERS)
+    for name, began, ended, settings in faults:
+        fault(feed, name, began, ended, **settings)
+    feed.end(90, ending)
+
+    assert feed.verdict("recovers").state == expected
+    assert bool(feed.violations) is (expected == "violated")
+
+
 def fail(
     feed: Feed, at: float, goal: str, x: float, status: int = 6, cause: str = "blocked", took: float = 0.0
 ) -> None:
