@@ -264,8 +264,8 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
 def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
     """One that tries again is left in peace, and so is one that is stopped by something else than transient faults."""
     said = {
-        "properties": {"built_in": {"recovers": {"within": 30.0}}},
-        "space": {"only": ["goals_aborted", "goals_rejected", "speed"]},
+        "properties": {"built_in": {"recovers": {"within": 31.0}}},
+        "space": {"only": ["goals_aborted", "goals_rejected", "speed"], "at_most": 1},
         "budget": {"runs": 64},
     }
     hasty, careful = (searched(check_of(name, **said)) for name in ("hasty", "careful"))
