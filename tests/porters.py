@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,12 @@ def careful(client):
 def sleepy(_client):
     """Do nothing for ever."""
     threading.Event().wait()
+
+
+def needy(client):
+    """Look where the crate is, and bring the box with care."""
+    scene = json.loads(client.get(client.keys.world("scene")))
+    return bool({item["name"]: item for item in scene["items"]}["crate"]) and careful(client)
 
 
 def hasty(client):

@@ -18,6 +18,7 @@ from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
+from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
 from hmrsim.world.files import read_text
@@ -25,6 +26,8 @@ from hmrsim.world.overlays.overlay import setting
 from hmrsim.world.yaml_text import Unreadable, read
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.finding import Finding
     from hmrsim.fault_search.results.summary import Summary
@@ -62,8 +65,13 @@ def search(args: argparse.Namespace) -> int:
         check = limited(check, nominal)
         evaluator.take(check)
         teller = _Teller(check, results, line, quiet=args.json)
+        earlier = _earlier(results)
         options = Options(
-            first_only=args.first, earlier=_earlier(results), tell=teller.tell, on_finding=teller.on_finding
+            first_only=args.first,
+            earlier=[(case, failure) for _, case, failure in earlier],
+            set_aside=lambda case, why: _set_aside(earlier, case, why),
+            tell=teller.tell,
+            on_finding=teller.on_finding,
         )
         with line.showing("searching"):
             summary = Campaign(check, evaluator, nominal, options, began).run()
@@ -171,16 +179,22 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _earlier(results: ResultsFolder) -> list[Case]:
-    """Return the cases of failures that were found earlier."""
+def _set_aside(earlier: Sequence[tuple[Path, Case, Failure]], case: Case, why: str) -> None:
+    path = next(path for path, each, _ in earlier if each is case)
+    warn(f"warning: set aside {path}: its world does not fit the controller any more; {why}. Delete it, or keep it")
+
+
+def _earlier(results: ResultsFolder) -> list[tuple[Path, Case, Failure]]:
+    """Return the failures that were found earlier."""
     cases = []
     for path in results.earlier():
         try:
             repro = read_repro(path)
         except HmrsimError as error:
-            warn(f"warning: left out: {error}")
+            warn(f"warning: set aside {path}: {error}")
             continue
-        cases.append(Case(repro.case.schedule, repro.check.definition))
+        failure = Failure(repro.failure.property, repro.failure.reason)
+        cases.append((path, Case(repro.case.schedule, repro.check.definition), failure))
     return cases
 
 

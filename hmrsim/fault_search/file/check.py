@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
@@ -76,6 +77,19 @@ class Check:
         """The name: what the file says, or that of the world."""
         return self.file.name or self.world.name
 
+    @property
+    def participant(self) -> str:
+        """The name of a controller in this process as a participant: what the file says, or that of its function."""
+        treatment = self.treatment
+        if treatment.python is None or "name" in treatment.model_fields_set:
+            return treatment.name
+        return re.split(r"\W", treatment.python.rpartition(":")[2])[0] or treatment.name
+
+    @cached_property
+    def named(self) -> frozenset[str]:
+        """All words in its properties: the names of what they speak of are among them."""
+        return frozenset(_texts(self.properties.model_dump(mode="json", by_alias=True, exclude_defaults=True)))
+
     @cached_property
     def hash(self) -> str:
         """SHA-256 of what decides the outcome of a run, beside its case."""
@@ -138,3 +152,16 @@ class Check:
         except (HmrsimError, ValueError) as error:
             return str(error)
         return ""
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield all keys and texts in plain values."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for key, each in value.items():
+            yield str(key)
+            yield from _texts(each)
+    elif isinstance(value, (list, tuple)):
+        for each in value:
+            yield from _texts(each)

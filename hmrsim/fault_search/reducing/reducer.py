@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.fault_search.reducing.delta_debugging import needed
 from hmrsim.fault_search.reducing.values import simpler
-from hmrsim.fault_search.reducing.worlds import ROUNDS, Part, parts_of, restricted, tidied
+from hmrsim.fault_search.reducing.worlds import ROUNDS, Part, is_named, parts_of, restricted, tidied
 from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class Reducer:
         over: Called before each batch of runs; returns whether there is no more time. What is found by then is
             returned.
         until: The last moment for runs, by the monotonic clock.
+        names: What properties speak of: without that they can't be checked, so it stays.
     """
 
     def __init__(
@@ -54,9 +55,10 @@ class Reducer:
         nominal: Outcome,
         over: Callable[[], bool] = lambda: False,
         until: float = math.inf,
+        names: Collection[str] = (),
     ) -> None:
         self._evaluator, self._definition, self._nominal, self._over = evaluator, definition, nominal, over
-        self._until = until
+        self._until, self._names = until, names
 
     def reduce(self, case: Case, failure: Failure) -> Reduced:
         """Return the smallest case that fails as a case does."""
@@ -88,29 +90,35 @@ class Reducer:
         return case.with_schedule(tuple(needed(case.schedule, fails)))
 
     def _smaller_world(self, case: Case, failure: Failure) -> Case:
+        if failure in self._nominal.failures:
+            # In a world in which it can't even begin, a controller fails at once, as does one that is fixed.
+            return case
         whole = next(iter(self._evaluator.outcomes([case], self._until)), None)
         if whole is None:
             return case
         for keys in ROUNDS:
             definition = self._definition if case.definition is None else case.definition
             parts = parts_of(definition, keys)
+            named = [part for part in parts if is_named(definition, part, self._names)]
+            free = [part for part in parts if part not in named]
 
             def fails(
                 candidates: Sequence[Sequence[Part]],
                 case: Case = case,
                 definition: Mapping[str, Any] = definition,
                 keys: Sequence[str] = keys,
+                named: Sequence[Part] = named,
             ) -> list[bool]:
                 if self._over():
                     return [False] * len(candidates)
-                worlds = [restricted(definition, keys, kept) for kept in candidates]
+                worlds = [restricted(definition, keys, [*named, *kept]) for kept in candidates]
                 return self._fail_in(worlds, case, failure, whole)
 
-            kept = needed(parts, fails)
-            if len(kept) < len(parts):
-                case = replace(case, definition=restricted(definition, keys, kept))
+            kept = needed(free, fails)
+            if len(kept) < len(free):
+                case = replace(case, definition=restricted(definition, keys, [*named, *kept]))
         definition = self._definition if case.definition is None else case.definition
-        tidy = tidied(definition)
+        tidy = tidied(definition, self._names)
         return replace(case, definition=tidy) if self._fail_in([tidy], case, failure, whole)[0] else case
 
     def _fail_in(self, worlds: Sequence[Mapping[str, Any]], case: Case, failure: Failure, whole: Outcome) -> list[bool]:
@@ -126,7 +134,7 @@ class Reducer:
             for outcome in self._evaluator.outcomes(cases, self._until)
         ]
         failed += [False] * (len(cases) - len(failed))
-        if not case.schedule or failure in self._nominal.failures:
+        if not case.schedule:
             return failed
         failing = [each.with_schedule(()) for each, fails in zip(cases, failed, strict=True) if fails]
         sound = iter([self._is_sound(outcome) for outcome in self._evaluator.outcomes(failing, self._until)])

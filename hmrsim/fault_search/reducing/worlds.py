@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, Final
 
 Part = tuple[str, Any]
@@ -42,14 +42,25 @@ def _entries(key: str, entries: Any, kept: Mapping[Part, None]) -> Any:
     return {name: entry for name, entry in entries.items() if (key, name) in kept}
 
 
-def tidied(definition: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a world without the waypoints that no lane touches, and without the robot types of no robot."""
+def is_named(definition: Mapping[str, Any], part: Part, names: Collection[str]) -> bool:
+    """Return whether a part of a world has one of some names, or is a lane between two of them."""
+    key, entry = part
+    if key == "lanes":
+        return {*_ends(definition[key][entry])} <= {*names}
+    return key in _NAMED and entry in names
+
+
+def tidied(definition: Mapping[str, Any], names: Collection[str] = ()) -> dict[str, Any]:
+    """Return a world without the waypoints that no lane touches, and without the robot types of no robot.
+
+    Waypoints with some *names* stay.
+    """
     touched = {end for lane in definition.get("lanes", ()) for end in _ends(lane)}
     touched |= {stop for lift in (definition.get("lifts") or {}).values() for stop in lift.get("stops", ())}
     at = {each.get("at") for key in _NAMED for each in (definition.get(key) or {}).values() if _is_named(each)}
     types = {robot.get("type") for robot in (definition.get("robots") or {}).values()}
     world = dict(definition)
-    for key, wanted in (("waypoints", touched | at), ("robot_types", types)):
+    for key, wanted in (("waypoints", touched | at | {*names}), ("robot_types", types)):
         if key in world:
             world[key] = {name: entry for name, entry in world[key].items() if name in wanted}
             if not world[key]:

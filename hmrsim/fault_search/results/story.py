@@ -21,6 +21,11 @@ _VIOLATED: Final = "VIOLATED"
 _WORD: Final = re.compile(r"\w+")
 _RARE: Final = 0.25
 """Share of the events at most in which a word stands that says what a failure is about."""
+_NUMBER: Final = re.compile(r"\b(?:[0-9a-f]{8,}|\d+(?:\.\d+)?)\b")
+_MAX_BLOCK: Final = 4
+"""Events at most that are told once if they repeat themselves."""
+_FOLDED: Final = 4
+"""How often they come in a row at least."""
 _TAIL: Final = 20
 """Events before the violation that are told in any case."""
 
@@ -61,8 +66,32 @@ def passes(outcome: Outcome) -> str:
 def events_of(outcome: Outcome, most: int = SHORT) -> list[tuple[float, str]]:
     """Return the events up to the end, with the violations among them; of many, the ones around what went wrong."""
     marks = [(each.at / 1e9, f"{_VIOLATED} {each.property}: {each.text}") for each in outcome.violations]
-    lines = sorted([*outcome.story, *marks], key=lambda line: line[0])
+    lines = _folded(sorted([*outcome.story, *marks], key=lambda line: line[0]))
     return lines if len(lines) <= most else _cut(lines, most)
+
+
+def _folded(lines: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Return lines in which what repeats itself is told once, with how often: of up to four lines, without numbers."""
+    plain = [_NUMBER.sub("", text) for _, text in lines]
+    found: list[tuple[float, str]] = []
+    i = 0
+    while i < len(lines):
+        blocks = [(size, _repeats(plain, i, size)) for size in range(1, _MAX_BLOCK + 1)]
+        size, times = next(((size, times) for size, times in blocks if times >= _FOLDED), (1, 1))
+        found += lines[i : i + size]
+        i += size * times
+        if times > 1:
+            what = "this" if size == 1 else f"these {size} events"
+            found.append((lines[i - 1][0], f"… {what} {times - 1} times more, up to here …"))
+    return found
+
+
+def _repeats(texts: Sequence[str], start: int, size: int) -> int:
+    """Return how often a block of texts comes in a row."""
+    block, times = texts[start : start + size], 1
+    while texts[start + size * times : start + size * (times + 1)] == block and len(block) == size:
+        times += 1
+    return times
 
 
 def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str]]:

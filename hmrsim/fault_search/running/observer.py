@@ -10,7 +10,7 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.participants import ParticipantEvent
 from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
@@ -82,6 +82,9 @@ class Observer:
             self._note_moment(at, "ended", "", change.robot, change.action, lasted)
         elif status is GoalStatus.CANCELING:
             self._exercise(change.robot, f"{change.action}:CANCELING")
+        if change.cause == Cause.ENDED:
+            # The end of the simulation ends it, after all has been said about the run.
+            return
         if self._story and (status.terminal or status is GoalStatus.ACCEPTED):
             event = change.accepted() if status is GoalStatus.ACCEPTED else change.event()
             self.lines.append((at, event.describe()))

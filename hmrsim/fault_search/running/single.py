@@ -166,7 +166,7 @@ class _Run:
         with ExitStack() as stack:
             host = stack.enter_context(LoopbackHost(self._world, self._settings, watchers=self._watchers))
             self._end = host.end
-            ending, cause = run_controller(host, controller, self._disturber, check.treatment.name)
+            ending, cause = run_controller(host, controller, self._disturber, check.participant)
             over = host.pacing.over
             host.stop()
             return *self._judged(ending, cause, over=over), stamp(host.simulator.now)

@@ -91,6 +91,8 @@ class Thing:
         """Return it in words, such as ``claw_misses of wall_e for 20 s, when pickup of wall_e is executing``."""
         if self.family == CHANGE:
             return ", ".join(_change(path, value) for path, value in self.said[CHANGE].items())
+        if self.kind in _OF_GOALS and self.said.get("action") and "count" in self.said:
+            return self._goals()
         parts = [self.kind + (f" of {self.subject}" if self.subject else "")]
         further = {key: value for key, value in self.said.items() if key not in _TOLD}
         if further:
@@ -99,10 +101,36 @@ class Thing:
             parts.append(f"for {_plain(self.said['duration'])} s")
         return f"{' '.join(parts)}{self._when()}"
 
+    def _goals(self) -> str:
+        """Return what happens to goals, such as ``the 2nd drive of eve is aborted``."""
+        action, count, anchor = self.said["action"], self.said["count"], self.anchor
+        word, becomes = _ACTIONS.get(action, action), _OF_GOALS[self.kind]
+        code = f" with code {self.said['error_code']}" if "error_code" in self.said else ""
+        own = (anchor.get("goal"), anchor.get("robot"), anchor.get("action")) == ("executing", self.subject, action)
+        known = own and not anchor.get("after") and self.kind == "goals_aborted"
+        which = _ordinal(anchor.get("nth", 1)) if known else "next"
+        if count == 1:
+            what = f"the {which} {word} of {self.subject} is {becomes}{code}"
+        elif known:
+            what = f"{count} times in a row a {word} of {self.subject} is {becomes}{code}, from the {which} on"
+        else:
+            what = f"the next {count} times a {word} of {self.subject} is {becomes}{code}"
+        return what if known else f"{what}{self._when()}"
+
     def _when(self) -> str:
         if self.anchor:
             return f", {described(Anchor.model_validate(self.anchor))}"
         return f", at {_plain(self.said['at'])} s" if self.said.get("at") else ""
+
+
+_OF_GOALS: Final = {"goals_aborted": "aborted", "goals_rejected": "rejected"}
+_ACTIONS: Final = {"navigate_to_pose": "drive"}
+"""Actions whose goals have a shorter name in words."""
+
+
+def _ordinal(number: int) -> str:
+    last = 0 if number // 10 % 10 == 1 else number % 10
+    return f"{number}{('th', 'st', 'nd', 'rd')[last] if last <= 3 else 'th'}"  # noqa: PLR2004 - as in 4th
 
 
 _TOLD: Final = (FAULT, DISTURBANCE, "when", "at", "duration", "name", *SUBJECTS)

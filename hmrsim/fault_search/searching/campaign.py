@@ -19,7 +19,7 @@ from hmrsim.fault_search.space.menu import Menu
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.running.outcome import Failure, Outcome
 
 _ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0
@@ -83,7 +83,9 @@ class Options:
         strategy: ``guided``, or ``random`` to compare with.
         first_only: Whether to end with the first failure.
         reduce: Whether failures are reduced.
-        earlier: Cases of earlier failures, which come first.
+        earlier: Earlier failures, each with its case; they come first.
+        set_aside: Called with an earlier failure that does not fail like that any more in a world that does not fit the
+            controller, and why.
         tell: Called with the progress, batch by batch, of the search and of reductions.
         on_finding: Called with each failure, when it was reduced.
     """
@@ -91,7 +93,8 @@ class Options:
     strategy: Strategy = "guided"
     first_only: bool = False
     reduce: bool = True
-    earlier: Sequence[Case] = ()
+    earlier: Sequence[tuple[Case, Failure]] = ()
+    set_aside: Callable[[Case, str], None] = lambda _case, _why: None
     tell: Callable[[Progress], None] = lambda _progress: None
     on_finding: Callable[[Finding], None] = lambda _finding: None
 
@@ -128,13 +131,36 @@ class Campaign:
 
     def _run(self) -> None:
         one, until = self._options.first_only, self._searches_until
-        self._take(self._search.first([Case(), *self._options.earlier], until, one=one))
+        self._take(self._search.first([Case(), *self._fitting(until)], until, one=one))
         while not self._ended():
             found = self._search.next(self._runs_left(), until, one=one)
             if found is None:
                 return
             self._take(found)
             self._tell()
+
+    def _fitting(self, until: float) -> list[Case]:
+        """Return the cases of earlier failures that still say something.
+
+        What was reduced for a controller may lack what another one needs: then it fails also without the schedule.
+        """
+        fitting = []
+        for case, failure in self._options.earlier:
+            here, alone = case, case.with_schedule(())
+            outcomes = self._evaluator.outcomes([here, alone], until)
+            if len(outcomes) < 2:  # noqa: PLR2004 - both
+                break
+            outcome, nominal = outcomes
+            if ERROR in (outcome.ending, nominal.ending):
+                self._options.set_aside(case, outcome.cause or nominal.cause)
+            elif outcome.failure is None or failure in outcome.failures:
+                fitting.append(case)
+            elif nominal.ending != self._nominal.ending:
+                how = f"without its schedule the run ends as {nominal.ending}"
+                self._options.set_aside(case, f"{how}{f': {nominal.cause}' if nominal.cause else ''}")
+            else:
+                fitting.append(case)
+        return fitting
 
     def _ended(self) -> bool:
         done = self._interrupted or (self._options.first_only and bool(self._findings))
@@ -178,7 +204,7 @@ class Campaign:
             )
             return self._interrupted or not self._options.reduce or now > until
 
-        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over, until)
+        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over, until, self._check.named)
         try:
             reduced = reducer.reduce(found.case, found.failure)
         except KeyboardInterrupt:
@@ -190,7 +216,7 @@ class Campaign:
         if told.ending == NOT_RUN:
             told = found.outcome
         self._reducing += time.monotonic() - began
-        known = any(case.key == found.case.key for case in self._options.earlier)
+        known = any(case.key == found.case.key for case, _ in self._options.earlier)
         seconds = began - self._began
         return Finding(
             found.failure,

@@ -58,6 +58,28 @@ def test_a_failure_is_repeated(folder, capsys):
     assert "it passes: no_vain_goals is not violated any more" in capsys.readouterr().out
 
 
+def test_a_failure_whose_world_does_not_fit_any_more_is_set_aside(folder, capsys):
+    """The controller is another one by now, and needs what was left out; it is not accused of that."""
+    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    capsys.readouterr()
+    code = check("world.yaml", "--python", "porters.py:needy", "--only", "breakdown", "--runs", "40", *SERIAL)
+    out, err = capsys.readouterr()
+
+    assert code == 0, out
+    assert f"set aside {repro.relative_to(folder)}: its world does not fit the controller any more; " in err
+    assert "without its schedule the run ends as crashed: KeyError: 'crate'" in err
+
+
+def test_a_function_is_a_participant_by_its_own_name(folder):
+    """A story that speaks of bt_controller speaks of nobody."""
+    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
+    (story,) = (folder / "porters_check" / "failures").glob("*.jsonl")
+
+    assert '"vain"' in story.read_text("utf-8")
+    assert "bt_controller" not in story.read_text("utf-8")
+
+
 def test_a_search_that_finds_nothing_says_what_it_did_not_reach(folder, capsys):
     """The exit code is 0."""
     code = check("world.yaml", "--python", "porters.py:careful", "--runs", "20", "-o", "results", "--json", *SERIAL)
@@ -88,7 +110,7 @@ def test_how_often_a_controller_gives_up_is_told(capsys):
     check("world.yaml", "--python", "porters.py:hasty", *words, *SERIAL)
     out = capsys.readouterr().out
 
-    assert re.search(r"gave up in \d+ of \d+ schedules with transient faults only, first: goals_", out)
+    assert re.search(r"gave up in \d+ of \d+ schedules with transient faults only, first: the ", out)
 
 
 def test_a_controller_that_fails_before_its_first_goal_is_an_error(folder, capsys):

@@ -45,6 +45,34 @@ def test_the_world_is_reduced_to_what_the_mission_needs():
     assert result.without[0].ending == "succeeded"
 
 
+def test_what_properties_speak_of_stays():
+    """Else they could not be checked when the failure is repeated."""
+    said = {
+        "properties": {
+            "far": {"never": {"robot": "porter", "at": "nook"}},
+            "kept": {"never": {"item": "crate", "at": "home"}},
+        }
+    }
+    check = check_of("vain", properties=said)
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        result = Reducer(evaluator, check.definition, nominal, names=check.named).reduce(Case((BREAKDOWN,)), VAIN)
+
+    assert [*result.case.definition["items"]] == ["box", "crate"]
+    assert "nook" in result.case.definition["waypoints"]
+    assert [*result.case.definition["robots"]] == ["porter"]
+
+
+def test_a_failure_without_faults_keeps_its_world():
+    """Where nothing is there, a controller fails in any case, also one that is fixed."""
+    check = check_of("broken")
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        result = Reducer(evaluator, check.definition, nominal).reduce(Case(), nominal.failures[0])
+
+    assert result.case.definition is None
+
+
 def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
     """Without its dock the robot could not dock either, which says nothing about a dock that is out of order."""
     world = {"docks": {"berth": {"at": [0.0, 0.5]}}, "robots.porter.at": "store"}

@@ -76,9 +76,24 @@ def test_the_story_says_what_it_needs_and_what_happened(found):
     assert any("VIOLATED no_vain_goals" in line for line in story)
 
 
+def test_events_that_repeat_themselves_are_told_once():
+    """Whatever numbers are in them, and up to four together."""
+    tries = [(float(at), f"{'abort' if at % 2 else 'accept'}ed (try {at // 2})") for at in range(20)]
+    lines = [(0.0, "begins"), *tries, (20.0, "ends"), (20.0, "ends")]
+
+    assert [
+        (0.0, "begins"),
+        (0.0, "accepted (try 0)"),
+        (1.0, "aborted (try 0)"),
+        (19.0, "… these 2 events 9 times more, up to here …"),
+        (20.0, "ends"),
+        (20.0, "ends"),
+    ] == events_of(Outcome("failed", story=tuple(lines)))
+
+
 def test_of_many_events_those_are_told_that_a_failure_is_about():
     """What its robot and its item did long before, rather than what the others did meanwhile."""
-    drives = [(float(at), f"{'eve' if at % 2 else 'chai'} navigate_to_pose accepted") for at in range(300)]
+    drives = [(float(at), f"{'eve' if at % 2 else 'chai'} navigate_to_pose w{at} accepted") for at in range(300)]
     cause = [(100.0, "mocha moves aside for eve"), (101.0, "mocha puts down box_1")]
     late = SimpleNamespace(at=290.5e9, property="orders_in_time", text="order_1 is late: box_1 is not there")
     outcome = Outcome("timeout", "", 300.0, (late,), story=tuple(sorted([*drives, *cause])))
@@ -122,6 +137,6 @@ def test_a_later_search_begins_with_what_was_found(found, tmp_path):
     path = folder.keep(check, summary.findings[0])
 
     assert folder.earlier() == [path]
-    again = searched(check, earlier=[read_repro(path).case])
+    again = searched(check, earlier=[(read_repro(path).case, summary.findings[0].failure)])
     assert [finding.run for finding in again.findings] == [2]
     assert again.findings[0].known

@@ -7,6 +7,7 @@ import pytest
 from hmrsim.fault_search.schedules.thing import Thing, read_things
 
 GOAL = {"goal": "executing", "robot": "eve", "action": "pickup"}
+GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
 
 
 @pytest.mark.parametrize(
@@ -16,6 +17,18 @@ GOAL = {"goal": "executing", "robot": "eve", "action": "pickup"}
         (
             {"type": "claw_misses", "robot": "eve", "probability": 0.5, "when": {**GOAL, "nth": 2, "after": 0.5}},
             "claw_misses of eve (probability 0.5), 0.5 s after pickup of eve is executing (number 2)",
+        ),
+        (
+            {"type": "goals_aborted", "count": 1, **GOAL_OF_EVE, "when": {**GOAL, "nth": 2}},
+            "the 2nd pickup of eve is aborted",
+        ),
+        (
+            {"type": "goals_aborted", "count": 3, "error_code": -22, **GOAL_OF_EVE, "when": {**GOAL, "nth": 11}},
+            "3 times in a row a pickup of eve is aborted with code -22, from the 11th on",
+        ),
+        (
+            {"type": "goals_rejected", "count": 1, "robot": "eve", "action": "navigate_to_pose", "when": GOAL},
+            "the next drive of eve is rejected, when pickup of eve is executing",
         ),
         ({"type": "lane_closed", "lane": ["a", "b"], "at": 3.0}, "lane_closed of a-b, at 3 s"),
         ({"change": {"robots.eve.base.speed": 0.2}}, "robots.eve.base.speed = 0.2"),
