@@ -6,13 +6,14 @@ import argparse
 import json
 import queue
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli import names
 from hmrsim.cli.asking import Refused
-from hmrsim.cli.connection import OPERATOR, connected
+from hmrsim.cli.connection import OPERATOR, connected, in_run
 from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.goal_examples import example_of
@@ -77,7 +78,8 @@ def _send_goal(args: argparse.Namespace) -> int:
     ros_type, text = _type_and_goal(args)
     data = None if text is None else read_yaml(text)
     goal_id = _goal_id(args.goal_id)
-    with connected(args, OPERATOR) as (client, info):
+    participant = re.sub(r"\W+", "_", args.name).strip("_")
+    with connected(args, OPERATOR, name=participant) as (client, info):
         name = names.find_action(info, args.name)
         action = name.definition()
         if ros_type is not None and ros_type != action.ros_type:
@@ -85,9 +87,12 @@ def _send_goal(args: argparse.Namespace) -> int:
         if text is None:
             data = _empty(client, name)
         goal = read_goal(_with_poses(client, data, action), action.goal)
+        report = _Report(as_json=args.json, feedback=args.feedback)
         if info.get("clock") == LOCKSTEP:
+            if in_run():
+                return _take_part(client, name, goal, goal_id=goal_id, report=report)
             _check_that_time_moves(client)
-        return _follow(client, name, goal, goal_id=goal_id, report=_Report(as_json=args.json, feedback=args.feedback))
+        return _follow(client, name, goal, goal_id=goal_id, report=report)
 
 
 def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
@@ -218,6 +223,19 @@ def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
         "status_name": handle.status.name,
         "result": None if result is None else values(result),
     }
+
+
+def _take_part(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal, let time go on until it has ended, and print its course."""
+    feedback = (lambda message: report.show_feedback("", message)) if report.feedback else None
+    handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
+        goal, goal_id=goal_id, on_feedback=feedback
+    )
+    with suppress(GoalRejectedError):
+        handle.result()
+    if handle.accepted:
+        report.accept(handle.goal_id)
+    return _ended(handle, report)
 
 
 def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.running.outcome import Failure
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Schedule
+    from hmrsim.world.model import World
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Reducer:
             returned.
         until: The last moment for runs, by the monotonic clock.
         names: What properties speak of: without that they can't be checked, so it stays.
+        world: The world of the check, of which a schedule is to change as little as fails; None to leave changes as
+            they are.
     """
 
     def __init__(
@@ -56,9 +59,10 @@ class Reducer:
         over: Callable[[], bool] = lambda: False,
         until: float = math.inf,
         names: Collection[str] = (),
+        world: World | None = None,
     ) -> None:
         self._evaluator, self._definition, self._nominal, self._over = evaluator, definition, nominal, over
-        self._until, self._names = until, names
+        self._until, self._names, self._world = until, names, world
 
     def reduce(self, case: Case, failure: Failure) -> Reduced:
         """Return the smallest case that fails as a case does."""
@@ -147,7 +151,7 @@ class Reducer:
     def _simpler_values(self, case: Case, failure: Failure) -> Case:
         number = 0
         while number < len(case.schedule) and not self._over():
-            things = [*simpler(case.schedule[number])]
+            things = [*simpler(case.schedule[number], self._world)]
             cases = [case.with_schedule(_with(case.schedule, number, thing)) for thing in things]
             failing = next((i for i, failed in enumerate(self._fail(cases, failure)) if failed), None)
             if failing is None:

@@ -204,7 +204,9 @@ class Campaign:
             )
             return self._interrupted or not self._options.reduce or now > until
 
-        reducer = Reducer(self._evaluator, self._check.definition, self._nominal, over, until, self._check.named)
+        reducer = Reducer(
+            self._evaluator, self._check.definition, self._nominal, over, until, self._check.named, self._check.world
+        )
         try:
             reduced = reducer.reduce(found.case, found.failure)
         except KeyboardInterrupt:

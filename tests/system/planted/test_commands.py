@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from hmrsim.fault_search.file.model import CheckFile
+from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
@@ -45,3 +47,19 @@ def test_its_schedule_shows_a_bug(name):
     outcome = run_case(check_of(entry, "bug"), Case(things))
 
     assert outcome.violations
+
+
+@pytest.mark.parametrize(("fault", "ending"), [((), "succeeded"), (({"type": "goals_rejected"},), "failed")])
+def test_a_shell_script_may_send_goals_with_the_command_line_alone(tmp_path, fault, ending):
+    """`hmrsim action send-goal` takes part in lockstep, one goal after the other; its exit code says how each ended."""
+    script = tmp_path / "rounds.sh"
+    goal = "hmrsim action send-goal /ann/wait '{time: {sec: 30}}'"
+    script.write_text(f"#!/bin/sh\nset -e\n{goal}\n{goal}\n", encoding="utf-8")
+    script.chmod(0o755)
+    world = {"waypoints": {"a": [0, 0]}, "robots": {"ann": {"at": "a"}}}
+    file = CheckFile.model_validate({"world": world, "controller": {"command": ["./rounds.sh"]}})
+    things = tuple(Thing({**each, "robot": "ann", "at": 15.0, "count": 1}) for each in fault)
+    outcome = run_case(check_at(file, tmp_path), Case(things))
+
+    assert (outcome.ending, outcome.violations) == (ending, ()), outcome
+    assert outcome.at == pytest.approx(30.0 if fault else 60.0)

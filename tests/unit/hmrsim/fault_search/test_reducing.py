@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from hmrsim.fault_search.reducing.reducer import Reducer
 from hmrsim.fault_search.reducing.values import simpler
 from hmrsim.fault_search.running.evaluator import Evaluator, Serial
@@ -43,6 +45,34 @@ def test_the_world_is_reduced_to_what_the_mission_needs():
     assert [*world["items"]] == ["box"]
     assert [*world["waypoints"]] == ["home"]
     assert result.without[0].ending == "succeeded"
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"robots.porter.base.speed": 1e4}, [1.2, 1.5, 2.0, 5.0, 10.0, 100.0]),
+        ({"robots.porter.base.speed": 0.6}, [0.95, 0.9, 0.8, 0.7]),
+        ({"robots.porter.base.speed": 1.2}, []),
+        ({"demand.0.arrives": 0.01}, []),
+    ],
+)
+def test_a_change_becomes_as_small_as_it_may_be(change, expected):
+    """The least one first, down from 1 m/s or up."""
+    world = check_of("careful").world
+
+    values = [value for thing in simpler(Thing({"change": change}), world) for value in thing.said["change"].values()]
+    assert values == expected
+
+
+def test_a_smaller_battery_keeps_its_share():
+    """Its charge is less by as much."""
+    battery = {"capacity": 200.0, "initial_charge": 100.0}
+    check = check_of("careful", overlay={"robots.porter.components.battery": battery})
+    path = "robots.porter.components.battery"
+    half = Thing({"change": {f"{path}.capacity": 100.0, f"{path}.initial_charge": 50.0}})
+
+    first = next(simpler(half, check.world))
+    assert [*first.said["change"].values()] == [190.0, 95.0]
 
 
 def test_what_properties_speak_of_stays():
