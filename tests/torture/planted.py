@@ -56,6 +56,13 @@ def check_of(entry: dict[str, Any], which: str, **search: Any) -> Check:
     return check_at(CheckFile.model_validate(said), HOME)
 
 
+def recovering(entry: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """Return an entry whose controller has to recover, too."""
+    said = yaml.safe_load((HOME / entry["properties"]).read_text("utf-8")) if entry.get("properties") else {}
+    built_in = {**said.get("built_in", {}), "recovers": {"within": seconds}}
+    return {**entry, "properties": {**said, "built_in": built_in}}
+
+
 def searched(check: Check, evaluator: Evaluator, strategy: str = "guided", *, first_only: bool = True) -> Summary:
     """Return what a search finds."""
     evaluator.take(check)
@@ -73,12 +80,15 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--strategy", choices=("guided", "random"), default="guided")
     parser.add_argument("--twins", type=int, default=0, help="schedules for each twin, and no search for bugs")
+    parser.add_argument("--recovers", metavar="SECONDS", type=float, help="also ask for the property `recovers`")
     parser.add_argument("-j", "--jobs", type=int, default=2)
     args = parser.parse_args()
     # Commands find the programs of this environment.
     os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     make, workers = factory_of("pool", args.jobs)
     entries = {name: entry for name, entry in catalogue().items() if not args.only or name in args.only}
+    if args.recovers:
+        entries = {name: recovering(entry, args.recovers) for name, entry in entries.items()}
     first = next(iter(entries.values()))
     with Evaluator(check_of(first, "bug"), make, workers) as evaluator:
         return _twins(args, entries, evaluator) if args.twins else _bugs(args, entries, evaluator)
