@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
@@ -15,6 +16,7 @@ from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh import Client, GoalRejectedError, RequestError
 from hmrsim_zenoh.client.goal_handle import GoalHandle
+from hmrsim_zenoh.errors import Unreachable
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -112,10 +114,19 @@ def succeeds(handle: Handle) -> bool:
     return handle.status is GoalStatus.SUCCEEDED
 
 
+def asked(client: Client, key: str, payload: bytes | None = None) -> dict[str, Any]:
+    """Return what the world answers; a question whose answer is lost is asked again."""
+    for _ in range(ATTEMPTS - 1):
+        with suppress(Unreachable):
+            found: dict[str, Any] = json.loads(client.get(client.keys.world(key), payload=payload))
+            return found
+    last: dict[str, Any] = json.loads(client.get(client.keys.world(key), payload=payload))
+    return last
+
+
 def scene(client: Client) -> dict[str, Any]:
     """Return what is in the world now."""
-    found: dict[str, Any] = json.loads(client.get(client.keys.world("scene")))
-    return found
+    return asked(client, "scene")
 
 
 def item_of(client: Client, name: str) -> dict[str, Any]:
@@ -126,7 +137,7 @@ def item_of(client: Client, name: str) -> dict[str, Any]:
 
 def places(client: Client) -> dict[str, tuple[float, float]]:
     """Return where the world's places are."""
-    answer = json.loads(client.get(client.keys.world("get_named_poses"), payload=b"{}"))
+    answer = asked(client, "get_named_poses", b"{}")
     points = {pose["name"]: pose["pose"]["position"] for pose in answer["poses"]}
     return {name: (point.get("x", 0.0), point.get("y", 0.0)) for name, point in points.items()}
 
