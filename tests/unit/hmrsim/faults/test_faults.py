@@ -18,8 +18,8 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
-from hmrsim.simulation.fault_injector import MOST_AT_ONCE
 from hmrsim.robots.vehicle_state import VehicleState
+from hmrsim.simulation.fault_injector import MOST_AT_ONCE
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
 from tests.simulation import SMALL_WORLD, in_lockstep, simulate
