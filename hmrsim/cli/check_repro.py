@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
@@ -21,6 +22,8 @@ from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hmrsim.fault_search.file.reading import Repro
     from hmrsim.fault_search.running.outcome import Outcome
 
@@ -44,7 +47,15 @@ def repeat(args: argparse.Namespace) -> int:
         show_json(_said(repro, outcome))
     else:
         _tell(repro, outcome)
+        if _same_trace(repro, outcome) is False:
+            show(difference_from("", outcome.trace, _trace_of, args.repro, args.folder))
     return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _trace_of(path: Path, folder: Path | None) -> str:
+    """Return the trace of a failure, which is repeated once more."""
+    repro = read_repro(path, folder)
+    return run_case(repro.check, repro.case, Wanted(trace=True)).trace
 
 
 def _same(repro: Repro, outcome: Outcome) -> bool:

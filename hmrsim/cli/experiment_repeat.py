@@ -7,12 +7,13 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.plan import Plan
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import FILE, Results
+from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.single import unwatched
 from hmrsim.experiments.running.tasks import execute_run
 from hmrsim.program.outputs import check_outputs, unwritable
@@ -37,11 +38,10 @@ def again(args: argparse.Namespace) -> int:
     run = plan.run_of(args.run)
     if run is None:
         raise ResultsError(f"{args.results}: there is no run {args.run}")
-    keep = plan.file.keep.model_copy(update={"traces": "all" if args.trace or args.report else "none"})
     with ExitStack() as stack:
         settings = RunSettings(clock="lockstep")
         watchers = stack.enter_context(recorded(args.record, settings)) if args.record else unwatched
-        row = execute_run(_with(plan, plan.file.model_copy(update={"keep": keep})), run, watchers)
+        row = execute_run(_traced(plan), run, watchers)
     if args.trace:
         _write(args.trace, row.trace)
     if args.report and row.trace:
@@ -59,6 +59,8 @@ def again(args: argparse.Namespace) -> int:
     different = _different(before, now)
     for name in different:
         warn(f"{name} was {before[name]!r} and is {now[name]!r} now")
+    if different:
+        warn(difference_from(_kept(args.results, args.run), row.trace, _trace_of, args.results, args.run))
     return ExitCode.FAILED if different else ExitCode.DONE
 
 
@@ -69,7 +71,26 @@ def _write(path: Path, text: str) -> None:
         raise unwritable(str(path), error) from None
 
 
-def _with(plan: Plan, file: Any) -> Plan:
+def _kept(folder: Path, number: int) -> str:
+    """Return the trace of a run that was kept; empty if none was."""
+    try:
+        return (folder / TRACES / f"{number}.jsonl").read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _trace_of(folder: Path, number: int) -> str:
+    """Return the trace of a run, which is made once more."""
+    with Results(folder) as results:
+        plan = _plan(results, folder)
+    run = plan.run_of(number)
+    return "" if run is None else execute_run(_traced(plan), run).trace
+
+
+def _traced(plan: Plan) -> Plan:
+    """Return a plan that keeps all traces."""
+    keep = plan.file.keep.model_copy(update={"traces": "all"})
+    file = plan.file.model_copy(update={"keep": keep})
     return Plan(plan.path, file, plan.scenarios, plan.overlays, plan.tables, plan.source, plan.variant)
 
 

@@ -1,0 +1,63 @@
+"""Where two runs first differ."""
+
+from __future__ import annotations
+
+import json
+from itertools import zip_longest
+from typing import Any, Final, NamedTuple
+
+_MAX_LINE: Final = 300
+_NANOSECONDS: Final = 1e9
+_ALWAYS: Final = frozenset({"kind", "robot", "stamp"})
+
+
+class Difference(NamedTuple):
+    """The first line in which two traces differ.
+
+    Attributes:
+        line: Its number, from 1.
+        was: The line of the first trace; None if that ends before.
+        now: The line of the second trace; likewise.
+    """
+
+    line: int
+    was: str | None
+    now: str | None
+
+    def describe(self) -> str:
+        """Return when and where it is, what was there, and what is there now."""
+        there = _values(self.now) or _values(self.was)
+        stamp = there.get("stamp", {})
+        at = f"at {stamp.get('sec', 0) + stamp.get('nanosec', 0) / _NANOSECONDS:.3f} s" if stamp else "at the start"
+        robot = f", robot {there['robot']}" if "robot" in there else ""
+        return f"first difference: line {self.line}, {at}{robot}\n  was {_shown(self.was)}\n  is  {_shown(self.now)}"
+
+
+def first_difference(was: str, now: str) -> Difference | None:
+    """Return where two traces first differ; None if they don't."""
+    for number, (one, other) in enumerate(zip_longest(was.splitlines(), now.splitlines()), 1):
+        if one != other:
+            return Difference(number, one, other)
+    return None
+
+
+def _values(line: str | None) -> dict[str, Any]:
+    try:
+        values = json.loads(line or "{}")
+    except ValueError:
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
+def _shown(line: str | None) -> str:
+    """Return the event of a line with its robot, time and fields."""
+    if line is None:
+        return "nothing: it ends before"
+    values = _values(line)
+    if not values:
+        return line[:_MAX_LINE]
+    stamp = values.get("stamp", {})
+    at = f"{stamp.get('sec', 0) + stamp.get('nanosec', 0) / _NANOSECONDS:.9f} s" if stamp else ""
+    fields = [f"{key}={json.dumps(value, sort_keys=True)}" for key, value in values.items() if key not in _ALWAYS]
+    text = " ".join(filter(None, [at, str(values.get("robot", "")), str(values.get("kind", "")), *fields]))
+    return text if len(text) <= _MAX_LINE else f"{text[:_MAX_LINE]}..."
