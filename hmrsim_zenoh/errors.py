@@ -119,6 +119,13 @@ class Idle(HmrsimError):
     """Nothing is scheduled in the simulation and no participant acts: the awaited event can't happen."""
 
 
+class Deadlock(SystemExit):
+    """No task of an event loop can go on, and nothing is awaited that could change that.
+
+    It ends `asyncio.run`, whatever errors tasks catch; a program that does not catch it prints it, and ends with 1.
+    """
+
+
 class NotCharging(HmrsimError):
     """A robot is not charged, so that its battery does not reach the charge that is waited for."""
 

@@ -6,12 +6,15 @@ import os
 import sysconfig
 import traceback
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import dotted, shown
 from hmrsim.errors import HmrsimError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _OURS: Final = Path(__file__).parents[1]
 _NOT_THEIRS: Final = (
@@ -45,6 +48,16 @@ def described(error: BaseException) -> str:
     if not theirs and not isinstance(error, HmrsimError):
         theirs = frames
     return f"{text} ({theirs[-1].filename}:{theirs[-1].lineno})" if theirs else text
+
+
+def place_in(frames: Sequence[tuple[str, int]]) -> str:
+    """Return the place of the innermost of some frames that is of the user's code, else of the innermost one.
+
+    Args:
+        frames: The file and line of each; the innermost is the last one.
+    """
+    theirs = [frame for frame in frames if not frame[0].startswith(_NOT_THEIRS)] or frames
+    return f"{theirs[-1][0]}:{theirs[-1][1]}" if theirs else ""
 
 
 def mistakes_in(error: ValidationError) -> list[str]:

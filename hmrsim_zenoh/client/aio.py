@@ -6,14 +6,16 @@
         mocha, latte = client.robot("mocha"), client.robot("latte")
         await asyncio.gather(mocha.navigate_to("table_1"), latte.navigate_to("table_3"))
 
-In lockstep time goes on when all tasks wait: for robots, for simulated time, or for each other. What a task awaits by
-the wall clock is not waited for.
+In lockstep time goes on when all tasks wait: for robots, for simulated time, or for each other. The clock of the event
+loop is that of the simulation then, so that `asyncio.sleep` and `asyncio.timeout` take simulated seconds, and tasks run
+in the same order each time. What a task awaits from a thread or a file is not waited for.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -136,8 +138,7 @@ class AsyncClient:
         """
         for kind in kinds:
             known_name("event", kind, registry())
-        loop = asyncio.get_running_loop()
-        come: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        come: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
         waits: list[Waiting] = []
         conditions = [Condition(_EVENTS, [("/kind", "==", kind)]) for kind in kinds] or [Condition(_EVENTS)]
 
@@ -151,21 +152,32 @@ class AsyncClient:
         def on_sample(_key: str, payload: bytes) -> None:
             event = json.loads(payload)
             if not kinds or event["kind"] in kinds:
-                loop.call_soon_threadsafe(take, event)
+                self._time.stop_if_late(waits, event["stamp"])
+                self._time.post(partial(take, event), rank)
 
-        with self.client.subscribe(f"{self.client.keys.prefix}/{_EVENTS}", on_sample):
+        rank = self._time.next_rank()
+        subscription = self.client.subscribe(f"{self.client.keys.prefix}/{_EVENTS}", on_sample)
+        with subscription, self._time.listening(subscription):
             while True:
                 if come.empty():
                     waits[:] = [self._time.wait()]
                     with self._time.watching(conditions, waits[0]):
                         await waits[0]
                     waits.clear()
-                event = None
-                with self._time.held(), suppress(TimeoutError):
-                    async with asyncio.timeout(_ON_ITS_WAY):
-                        event = await come.get()
+                event = come.get_nowait() if not come.empty() else await self._on_its_way(come)
                 if event is not None:
                     yield event
+
+    async def _on_its_way(self, come: asyncio.Queue[dict[str, Any] | None]) -> dict[str, Any] | None:
+        """Return an event that comes by the network, where time stands meanwhile; None if it was lost."""
+        loss = threading.Timer(_ON_ITS_WAY, self._time.post, [partial(come.put_nowait, None)])
+        loss.daemon, loss.name = True, "hmrsim-loss"
+        with self._time.held():
+            loss.start()
+            try:
+                return await come.get()
+            finally:
+                loss.cancel()
 
 
 class AsyncRobot:
@@ -309,7 +321,7 @@ class AsyncRobot:
 
         def tell(feedback: Message) -> None:
             if on_feedback is not None:
-                loop.call_soon_threadsafe(on_feedback, feedback)
+                self._time.post(partial(loop.call_soon, on_feedback, feedback))
 
         action = self._client.action_client(self.name, errand.definition)
         handle = action.execute(errand.goal, on_change=on_change, on_feedback=None if on_feedback is None else tell)

@@ -2,19 +2,23 @@
 
 Where time moves by itself, waits end by callbacks of the client. In lockstep a thread advances time, but only while
 every task of the loop waits: so what tasks do at an instant is done before time goes on, and a run is the same each
-time.
+time. The loop becomes an `OrderedLoop`, whose timers ring by simulated time.
 """
 
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim_zenoh.client.ordered_loop import OrderedLoop
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
@@ -24,12 +28,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.condition import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.sim_clock import SimClock
+    from hmrsim_zenoh.client.subscription import Subscription
     from hmrsim_zenoh.errors import RequestError
 
 _LOOK_AROUND: Final = 0.5
 """Wall seconds between two looks whether the simulator is still there, where time moves by itself."""
 _PASSES: Final = 100
-"""How often an event loop that does not tell what is ready is left to its tasks before time goes on."""
+"""How often an event loop that can't be ordered is left to its tasks before time goes on."""
 
 
 class Waiting:
@@ -38,8 +43,7 @@ class Waiting:
     def __init__(self, time: AsyncTime, until: float = math.inf) -> None:
         self.until = until
         self._time = time
-        self._loop = asyncio.get_running_loop()
-        self._future: asyncio.Future[None] = self._loop.create_future()
+        self._future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._alarm: SimClock | None = None
 
     def __await__(self) -> Generator[Any, None, None]:
@@ -67,9 +71,7 @@ class Waiting:
         self._in_loop(partial(self.finish, error))
 
     def _in_loop(self, finish: Callable[[], None]) -> None:
-        # A program that ends with an error closes its loop before the goals of its tasks have ended.
-        with suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(finish)
+        self._time.post(finish)
 
     def finish(self, error: Exception | None = None) -> None:
         """End the wait, in the loop's thread."""
@@ -99,14 +101,54 @@ class AsyncTime:
         self._looking = False
         self._driving = False
         self._holds = 0
+        self._driver: int | None = None
+        self._posted: list[tuple[int, Callable[[], object]]] = []
+        self._posting = threading.Lock()
+        self._subscriptions: list[Subscription] = []
+        self._ranks = itertools.count(1)
+        self._fatal: Exception | None = None
         self._ended: Exception | None = None
         self._looks_around = False
+        self._ordered = OrderedLoop.of(self._loop) if lockstep is not None else None
+        self._loop_time = 0.0 if lockstep is None else lockstep.now
+        if self._ordered is not None:
+            self._ordered.enter(self)
+
+    def loop_time(self) -> float:
+        """Return simulated seconds, as the loop's timers have them: they change only while all tasks wait."""
+        return self._loop_time
+
+    def next_rank(self) -> int:
+        """Return a rank for what one listener posts."""
+        return next(self._ranks)
+
+    def post(self, call: Callable[[], object], rank: int = 0) -> None:
+        """Call a function in the loop's thread; from any thread.
+
+        What an advance of time brings is called all at once, when it is over: no task runs while a part is missing.
+
+        Args:
+            call: The function.
+            rank: What a smaller rank posts comes first: threads of subscriptions race.
+        """
+        with self._posting:
+            if self._driving and (rank or threading.get_ident() == self._driver):
+                self._posted.append((rank, call))
+                return
+        # A program that ends with an error closes its loop before the goals of its tasks have ended.
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(call)
 
     def has_come(self, stamp: Mapping[str, int]) -> bool:
         """Return whether it is a time, or later; in lockstep by what has been granted."""
         if self._lockstep is None or self._lockstep.over:
             return True
         return round(self._lockstep.now * NANOSECONDS) >= stamp["sec"] * NANOSECONDS + stamp["nanosec"]
+
+    def stop_if_late(self, waits: Sequence[Waiting], stamp: Mapping[str, int]) -> None:
+        """Stop time for what some wait for, if it has come too late for that; from any thread."""
+        if waits and self.has_come(stamp):
+            self.woken = True
 
     @property
     def stops(self) -> bool:
@@ -176,6 +218,15 @@ class AsyncTime:
                 take_back()
 
     @contextmanager
+    def listening(self, subscription: Subscription) -> Iterator[None]:
+        """Let no task run after an advance of time before a subscription has handed out all that it brought."""
+        self._subscriptions.append(subscription)
+        try:
+            yield
+        finally:
+            self._subscriptions.remove(subscription)
+
+    @contextmanager
     def held(self) -> Iterator[None]:
         """Let no time pass in lockstep, also where every task waits: something is on its way by the network."""
         self._holds += 1
@@ -189,43 +240,81 @@ class AsyncTime:
     def close(self) -> None:
         """End the thread, once it has come back; nothing is waited for any more."""
         self.woken = True
+        self._leave_order()
         self._ended = self._ended or ClientClosed("the client was closed")
         self._fail(self._ended)
         self._thread.shutdown(wait=False)
 
+    def _leave_order(self) -> None:
+        if self._ordered is not None:
+            self._ordered.leave(self)
+        self._ordered = None
+
+    def on_quiet(self, timer: float) -> bool:
+        """Let time go on, as no task is ready to run; return whether something will happen."""
+        if self._fatal is not None:
+            fatal, self._fatal = self._fatal, None
+            self._leave_order()
+            raise fatal
+        if not (self._driving or self._holds):
+            until = min([timer, *(wait.until for wait in self._waits)])
+            if not self._waits and timer == math.inf:
+                return False
+            self._advance(until)
+        return True
+
     def _look_later(self) -> None:
-        if self._lockstep is not None and not (self._looking or self._driving):
+        if self._lockstep is not None and self._ordered is None and not (self._looking or self._driving):
             self._looking, self._passes = True, 0
             self._loop.call_soon(self._look)
 
     def _look(self) -> None:
-        """Have time go on if no task is ready to run; else look again after those that are."""
-        ready = getattr(self._loop, "_ready", None)
+        """Have time go on if no task was ready to run for a while, as far as that can be known."""
         self._passes += 1
-        if ready if ready is not None else self._passes < _PASSES:
+        if self._passes < _PASSES:
             self._loop.call_soon(self._look)
             return
         self._looking = False
         if self._waits and not self._holds:
-            self._driving, self.woken = True, False
-            until = min(wait.until for wait in self._waits)
-            self._loop.run_in_executor(self._thread, self._drive, until).add_done_callback(self._on_driven)
+            self._advance(min(wait.until for wait in self._waits))
+
+    def _advance(self, until: float) -> None:
+        self._driving, self.woken = True, False
+        self._loop.run_in_executor(self._thread, self._drive, until).add_done_callback(self._on_driven)
 
     def _drive(self, until: float) -> float:
         lockstep = self._lockstep
         if lockstep is None:
             raise AssertionError
-        if until == math.inf:
-            lockstep.drive(lambda: self.woken, None)
-        else:
-            lockstep.drive_within(lambda: self.woken, None, max(until - lockstep.now, 0.0))
+        self._driver = threading.get_ident()
+        try:
+            if until == math.inf:
+                lockstep.drive(lambda: self.woken, None)
+            else:
+                lockstep.drive_within(lambda: self.woken, None, max(until - lockstep.now, 0.0))
+        finally:
+            # What was published before the grant has come before it.
+            for subscription in list(self._subscriptions):
+                subscription.settle()
         return lockstep.now
 
     def _on_driven(self, driven: asyncio.Future[float]) -> None:
         """Wake who waits for the time that it is, or tell all why time does not go on."""
-        self._driving = False
+        with self._posting:
+            self._driving, self._driver = False, None
+            posted, self._posted = self._posted, []
+        for _, call in sorted(posted, key=itemgetter(0)):
+            call()
+        if self._lockstep is not None:
+            self._loop_time = self._lockstep.now
         if error := driven.exception():
-            self._fail(error if isinstance(error, Exception) else RuntimeError(str(error)))
+            told = error if isinstance(error, Exception) else RuntimeError(str(error))
+            if self._lockstep is None or self._lockstep.lost or not self._waits:
+                # A task that sleeps by the loop's own clock can't be told.
+                self._fatal = None if self._waits else told
+                if self._waits:
+                    self._leave_order()
+            self._fail(told)
             return
         for wait in sorted(self._waits, key=lambda each: each.until):
             if wait.until <= driven.result():
@@ -237,6 +326,7 @@ class AsyncTime:
 
     def _leave_lockstep(self, lockstep: Lockstep, now: float) -> None:
         """Go on where time moves by itself, if it still moves."""
+        self._leave_order()
         self._lockstep = None
         if lockstep.ended is not None:
             # Whoever asks for anything meanwhile has lockstep closed, so that the drive ends without an error.

@@ -33,6 +33,7 @@ class Subscription:
         self._changed = threading.Condition()
         self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MAX_WAITING)
         self._closed = False
+        self._calling = False
         self._thread: threading.Thread | None = None
         if isinstance(session, LoopbackSession):
             for reply in session.get(key) if history else ():
@@ -55,10 +56,16 @@ class Subscription:
             if self._closed:
                 return
             self._closed = True
-            self._changed.notify()
+            self._changed.notify_all()
         self._subscriber.undeclare()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
+
+    def settle(self) -> None:
+        """Wait until the callback was called with all samples that have come."""
+        if self._thread is not None:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or not (self._waiting or self._calling))
 
     def __enter__(self) -> Self:
         """Return the subscription."""
@@ -80,7 +87,7 @@ class Subscription:
         item = str(sample.key_expr), sample.payload.to_bytes()
         with self._changed:
             self._waiting.append(item)
-            self._changed.notify()
+            self._changed.notify_all()
 
     def _on_local_sample(self, sample: Any) -> None:
         if sample is not None and not self._closed:
@@ -98,5 +105,8 @@ class Subscription:
 
     def _next(self) -> tuple[str, bytes] | None:
         with self._changed:
+            self._calling = False
+            self._changed.notify_all()
             self._changed.wait_for(lambda: self._waiting or self._closed)
+            self._calling = not self._closed
             return None if self._closed else self._waiting.popleft()

@@ -1,0 +1,194 @@
+"""asyncio in lockstep: tasks run in the same order in each process, by simulated time."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import threading
+
+import pytest
+
+from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.running.controlling import control
+from hmrsim.testing import simulation
+from hmrsim_zenoh import AsyncClient, Deadlock
+from hmrsim_zenoh.client.ordered_loop import OrderedLoop
+from tests.torture.async_controllers import compare
+
+
+def played(play):
+    """Return what a coroutine function returns that is given a client of the café."""
+    with simulation("cafe") as run:
+
+        async def main():
+            async with AsyncClient(run.client) as client:
+                return await play(client)
+
+        return asyncio.run(main())
+
+
+def test_random_controllers_make_the_same_run_in_each_process():
+    """Whatever parts of asyncio they use, and wherever they fail."""
+    assert [] == compare(range(1, 21), 3, zenoh=False)
+
+
+def test_random_controllers_make_the_same_run_over_zenoh():
+    """As within one process."""
+    assert [] == compare(range(2001, 2004), 2, zenoh=True)
+
+
+def test_tasks_are_ordered_as_they_were_made():
+    """Wherever asyncio has them in sets."""
+
+    async def play(client):
+        started, closed = [], []
+
+        async def work(number):
+            started.append(number)
+            try:
+                await client.sleep(1)
+            finally:
+                closed.append(number)
+
+        async def numbers(number):
+            try:
+                yield number
+            finally:
+                closed.append(number)
+
+        for each in asyncio.as_completed([work(number) for number in range(50)]):
+            await each
+        tasks = [asyncio.create_task(work(number)) for number in range(50)]
+        gathered = [asyncio.gather(client.sleep(1)) for _ in range(50)]
+        asked = [each.get_name() for each in asyncio.all_tasks() if each in tasks]
+        done, pending = await asyncio.wait(gathered, timeout=2)
+        assert not pending
+        generators = [numbers(number) for number in range(50)]
+        for each in generators:
+            await anext(each)
+        del closed[:]
+        await asyncio.get_running_loop().shutdown_asyncgens()
+        return started, asked, [each.get_name() for each in tasks], [*done], gathered, closed
+
+    started, asked, names, done, gathered, closed = played(play)
+
+    assert [*range(50)] * 2 == started
+    assert names == asked
+    assert {*gathered} == {*done}
+    assert [*range(50)] == closed
+
+
+def test_the_clock_of_the_loop_is_simulated_time():
+    """An hour takes no time, and a timeout is one of the simulation."""
+
+    async def play(client):
+        await asyncio.sleep(3600)
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(3):
+                await client.robot("mocha").wait(10)
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(asyncio.Event().wait(), 0.5)
+        return await client.now()
+
+    assert 3603.5 == pytest.approx(played(play), abs=1e-6)
+
+
+def test_garbage_is_collected_by_python_again_afterwards():
+    """Also where the client is closed by an error."""
+
+    async def play(_client):
+        assert not gc.isenabled()
+        raise KeyError
+
+    with pytest.raises(KeyError):
+        played(play)
+
+    assert gc.isenabled()
+
+
+def test_a_deadlock_ends_the_program_at_once():
+    """With each task, and where it waits."""
+
+    async def work(orders):
+        while True:
+            try:
+                await orders.get()
+            except Exception:  # noqa: BLE001 - a controller that goes on whatever happens
+                continue
+
+    async def play(client):
+        orders = asyncio.Queue()
+        await client.robot("mocha").wait(1)
+        async with asyncio.TaskGroup() as tasks:
+            for name in ("mocha", "latte"):
+                tasks.create_task(work(orders), name=name)
+
+    with pytest.raises(
+        Deadlock, match=r"deadlock: no task .*Task-.* \(.*test_ordered_loop.py:\d+\); mocha \(.*:116\); latte"
+    ):
+        played(play)
+
+
+def test_what_waits_for_a_thread_is_no_deadlock():
+    """Of an executor, or of the user."""
+
+    async def play(_client):
+        loop, event = asyncio.get_running_loop(), asyncio.Event()
+        may_go_on = threading.Event()
+        loop.call_later(1, may_go_on.set)
+        await asyncio.to_thread(may_go_on.wait)
+        thread = threading.Thread(target=lambda: may_go_on.wait() and loop.call_soon_threadsafe(event.set))
+        may_go_on.clear()
+        thread.start()
+        loop.call_later(1, may_go_on.set)
+        await event.wait()
+        return "woken"
+
+    assert "woken" == played(play)
+
+
+def test_what_waits_for_a_file_is_no_deadlock():
+    """Such as a pipe, or a process."""
+
+    async def play(_client):
+        loop, event = asyncio.get_running_loop(), asyncio.Event()
+        reading, writing = os.pipe()
+        loop.add_reader(reading, event.set)
+        os.write(writing, b"x")
+        await event.wait()
+        loop.remove_reader(reading)
+        process = await asyncio.create_subprocess_exec("true")
+        return await process.wait()
+
+    assert 0 == played(play)
+
+
+def test_a_deadlock_is_an_ending_of_its_own(tmp_path):
+    """Of a run of an experiment, with its cause."""
+    (tmp_path / "waits_for_ever.py").write_text(
+        "import asyncio\n\nasync def go(client):\n    await asyncio.Event().wait()\n"
+    )
+
+    class Treatment:
+        set, tree, python, robots = {}, None, "waits_for_ever.py:go", None
+
+    with simulation("cafe") as run:
+        ending, cause = control(controller_of(Treatment, {}, tmp_path), run.client, run.simulator)
+
+    assert "deadlock" == ending
+    assert "waits_for_ever.py:4" in cause
+
+
+def test_a_loop_of_another_kind_stays_as_it_is():
+    """Nothing is known of it."""
+
+    class Other(asyncio.SelectorEventLoop):
+        pass
+
+    loop = Other()
+    try:
+        assert OrderedLoop.of(loop) is None
+        assert type(loop) is Other
+    finally:
+        loop.close()
