@@ -59,8 +59,8 @@ class Ended(NamedTuple):
 
     Attributes:
         ending: ``succeeded`` or ``failed`` if the controller has ended by itself, ``crashed``, ``hung``,
-            ``out_of_memory`` or ``died`` if it has not lived to the end, ``timeout`` at the limit of simulated time,
-            ``stopped`` if something else has ended the run.
+            ``deadlock``, ``out_of_memory`` or ``died`` if it has not lived to the end, ``timeout`` at the limit of
+            simulated time, ``stopped`` if something else has ended the run.
         cause: Why, as one line; may be empty.
     """
 

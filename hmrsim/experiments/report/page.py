@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.experiments.report.model import Comparison, Ending, Estimate, Summary, Treatment
 
 _COLOURS: Final = {"timeout": "waiting", "failed": "fault"}
-_BROKEN: Final = ("crashed", "hung", "out_of_memory", "died", "error")
+_BROKEN: Final = ("crashed", "hung", "deadlock", "out_of_memory", "died", "error")
 _SUCCESSES: Final = ("succeeded", "charger")
 _OTHERS: Final = ("busy", "lift", "ahead", "door", "idle")
 _MAX_FILE: Final = 200_000

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.experiments.judging.labels import CRASHED, HUNG, MEMORY
+from hmrsim.experiments.judging.labels import CRASHED, DEADLOCK, HUNG, MEMORY
 from hmrsim.program.users_code import described, first_of
-from hmrsim_zenoh.errors import SimulatorGone
+from hmrsim_zenoh.errors import Deadlock, SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim.experiments.running.controllers import Controller
@@ -35,6 +35,8 @@ def _ending(error: BaseException) -> tuple[str, str]:
             return FAILED, "; ".join(getattr(error, "__notes__", ()))
         case WallLimit():
             return HUNG, str(error)
+        case Deadlock():
+            return DEADLOCK, str(error)
         case MemoryError():
             return MEMORY, "it takes more memory than its limit"
         case _:

@@ -35,8 +35,8 @@ class Outcome:
     """What came of a run.
 
     Attributes:
-        ending: How it has ended: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``died``, ``error`` and
-            others of an experiment's endings.
+        ending: How it has ended: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``deadlock``, ``died``,
+            ``error`` and others of an experiment's endings.
         cause: What the ending alone does not say.
         at: When it ended, in simulated seconds.
         violations: The violations of properties, in order of time.

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _DEATHS: Final = {
     "crashed": "the controller crashed",
     "hung": "the controller hung",
+    "deadlock": "the controller is in a deadlock",
     "out_of_memory": "the controller ran out of memory",
     "died": "the controller died",
 }
