@@ -36,10 +36,11 @@ test-docs: $(READY)  ## Run each code block of the documentation, and compare wh
 test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 14400 $(ARGS)
 
-torture: $(READY)  ## Send a million requests that nobody should send, damage 100,000 files, compare monitors
+torture: $(READY)  ## Send a million requests that nobody should send, damage 100,000 files, compare monitors, repeat 1,000 controllers
 	$(BIN)/python -m tests.torture.requests $(ARGS)
 	$(BIN)/python -m tests.torture.files $(ARGS)
 	$(BIN)/python -m tests.torture.monitors $(ARGS)
+	$(BIN)/python -m tests.torture.async_controllers --count 1000
 
 soak: $(READY)  ## Run random clients for an hour, and fail if memory grows or answers slow down
 	$(BIN)/python -m tests.torture.soak $(ARGS)
