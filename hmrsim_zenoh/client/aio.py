@@ -98,8 +98,14 @@ class AsyncClient:
 
     async def __aexit__(self, *_error: object) -> None:
         """Disconnect."""
+        stops = self._time.stops
         self._time.close()
-        if self._given is None:
+        if self._given is not None:
+            return
+        if stops:
+            # No task may run meanwhile: what it sends would race with the end of the connection.
+            self.client.close()
+        else:
             await asyncio.to_thread(self.client.close)
 
     def robot(self, name: str) -> AsyncRobot:
