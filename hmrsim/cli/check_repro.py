@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.first_difference import difference_from
-from hmrsim.cli.output import show, show_json
+from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
 from hmrsim.experiments.judging.labels import ERROR
@@ -34,6 +34,8 @@ def repeat(args: argparse.Namespace) -> int:
     if args.folder is not None and not args.folder.is_dir():
         raise WrongUse(f"--folder {args.folder}: no such folder")
     repro = read_repro(args.repro, args.folder)
+    # Such a file may come from others, and what it names is a program.
+    warn(f"{args.repro}: runs {repro.check.file.controller.described}")
     collect_rarely()
     with ExitStack() as stack:
         wanted = Wanted(trace=True, story=True)

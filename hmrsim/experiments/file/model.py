@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
@@ -95,6 +96,13 @@ class Treatment(Part):
     def in_process(self) -> bool:
         """Whether it runs in the worker's process."""
         return self.command is None
+
+    @property
+    def described(self) -> str:
+        """What is run, as a part of a sentence."""
+        if self.command is not None:
+            return f"the command {self.command if isinstance(self.command, str) else shlex.join(self.command)!r}"
+        return f"the tree {self.tree!r}" if self.tree is not None else f"the code {self.python!r}"
 
 
 class Until(Part):

@@ -50,9 +50,9 @@ def test_a_failure_is_repeated(folder, capsys):
     capsys.readouterr()
 
     assert check("--repro", str(repro)) == 1
-    assert (
-        "it fails as before: no_vain_goals: rejected 5 times in a row (with the same trace)" in capsys.readouterr().out
-    )
+    out, err = capsys.readouterr()
+    assert "it fails as before: no_vain_goals: rejected 5 times in a row (with the same trace)" in out
+    assert f"{repro}: runs the code 'porters.py:vain'\n" == err
     repro.write_text(repro.read_text("utf-8").replace("porters.py:vain", "porters.py:careful"), encoding="utf-8")
     assert check("--repro", str(repro)) == 0
     assert "it passes: no_vain_goals is not violated any more" in capsys.readouterr().out
