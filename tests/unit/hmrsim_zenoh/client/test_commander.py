@@ -7,6 +7,7 @@ import asyncio
 import pytest
 
 from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.testing import simulation
 from hmrsim_zenoh import AsyncClient, GoalFailed, NotCharging, RequestError
@@ -97,3 +98,17 @@ def test_a_charge_that_does_not_come():
             chai.wait_until_charged(-0.1)
         with pytest.raises(RequestError, match="no robot 'wally'; there are: mocha, latte, chai"):
             run.commander("wally").battery()
+
+
+def test_feedback_of_a_goal_that_has_ended_wakes_nobody():
+    """Who listened to it once does not have time stop for each feedback of the robot from then on."""
+    with simulation("cafe") as run:
+        client = run.client.action_client("mocha", registry()["wait"])
+        heard = []
+        client.send_goal(Wait.Goal(time=Duration(sec=3)), on_feedback=heard.append).result()
+        before = len(heard)
+        client.send_goal(Wait.Goal(time=Duration(sec=3))).result()
+
+        assert before > 0
+        assert ("result",) == run.client.lockstep._kinds()
+        assert before == len(heard)
