@@ -16,6 +16,8 @@ from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
 if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison
 
+WITHDRAWN: Final = "a verdict was withdrawn, as later pairs say the opposite"
+
 SUCCESS: Final = "success"
 """The measure that each experiment has: whether a run ended as a success."""
 
@@ -107,10 +109,11 @@ def contrast(
             if name not in common:
                 raise ResultsError(f"there is no measure {name!r}{instead(name, common, verb='both have')}")
         wanted = [*dict.fromkeys(measures or common)]
-        columns = ["number", "seed", "ending", *wanted]
+        columns = ["number", "replication", "seed", "ending", *wanted]
         runs_a = {row["seed"]: row for row in first.rows(columns, {"treatment": a.treatment})}
         runs_b = {row["seed"]: row for row in second.rows(columns, {"treatment": b.treatment})}
-        seeds = [seed for seed in runs_a if seed in runs_b]
+        # Replication by replication, in pseudo-random order within each: not level by level, as the design has them.
+        seeds = sorted(runs_a.keys() & runs_b.keys(), key=lambda seed: (runs_a[seed]["replication"], seed))
         if not seeds:
             raise ResultsError(
                 f"{a} and {b} have no seed in common, so that they can't be compared in pairs; seeds depend on the "
@@ -129,6 +132,7 @@ def contrast(
         comparisons = compare_all(values, criteria, alpha=alpha)
     except ValueError as error:
         raise ResultsError(f"{a} and {b} can't be compared: {error}") from None
+    notes += [f"{name}: {WITHDRAWN}" for name, each in comparisons.items() if each.withdrawn]
     return Contrast(
         a,
         b,

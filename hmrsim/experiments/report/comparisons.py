@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS, criterion_of
+from hmrsim.experiments.comparing import SUCCESS, WITHDRAWN, criterion_of
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
 from hmrsim.experiments.statistics.libraries import arrays
@@ -14,6 +14,7 @@ from hmrsim.experiments.statistics.verdicts import compare
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.columns import Codes, Columns, Numbers
+    from hmrsim.experiments.statistics.verdicts import Comparison as Compared
     from hmrsim.experiments.statistics.verdicts import Criterion
 
 ALPHA: Final = 0.05
@@ -56,8 +57,9 @@ def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Compa
         told = [*_notes(name, known, one, criterion)]
         if criterion.relative and (one[known] < 0).any():
             criterion = replace(criterion, margin=None, relative=False)
-        verdicts[name] = _verdict(one[known][:MAX_PAIRS], two[known][:MAX_PAIRS], criterion)
-        notes += told
+        found = compare(one[known][:MAX_PAIRS].tolist(), two[known][:MAX_PAIRS].tolist(), criterion)
+        verdicts[name] = _verdict(found, criterion)
+        notes += [*told, *([f"{name}: {WITHDRAWN}"] if found.withdrawn else [])]
     differing = columns.ending[paired.first] != columns.ending[paired.other]
     runs = zip(paired.first[differing][:MAX_LISTED], paired.other[differing][:MAX_LISTED], strict=True)
     return Comparison(
@@ -90,11 +92,12 @@ def _paired(columns: Columns, other: int) -> _Paired:
     cells = [columns.numbers[each] // len(columns.treatments) for each in places]
     both, first, second = np.intersect1d(*cells, assume_unique=True, return_indices=True)
     alone = len(places[0]) - len(both), len(places[1]) - len(both)
-    return _Paired(places[0][first], places[1][second], alone)
+    # As `contrast` reads them: not level by level, as the design has them.
+    order = np.lexsort((columns.seed[places[0][first]], columns.replication[places[0][first]]))
+    return _Paired(places[0][first][order], places[1][second][order], alone)
 
 
-def _verdict(one: Numbers, two: Numbers, criterion: Criterion) -> Verdict:
-    found = compare(one.tolist(), two.tolist(), criterion)
+def _verdict(found: Compared, criterion: Criterion) -> Verdict:
     bounds = found.difference
     return Verdict(
         verdict=found.verdict,

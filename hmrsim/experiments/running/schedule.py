@@ -129,8 +129,13 @@ class Schedule:
         criterion = Criterion(measure.better == "larger", margin, relative=measure.relative, alpha=alpha)
         pairs = []
         for replication in range(max(self._targets)):
-            for scenario in range(len(self._targets)):
-                both = [self._done[self._plan.run(scenario, each, replication).number] for each in (first, second)]
+            runs = [
+                (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
+                for scenario in range(len(self._targets))
+            ]
+            # Scenarios in the order of the design would have the verdict depend on which level comes first.
+            for two in sorted(runs, key=lambda two: two[0].seed):
+                both = [self._done[each.number] for each in two]
                 if all(isinstance(value, (int, float)) for value in both):
                     pairs.append([float(value or 0.0) for value in both])
         try:

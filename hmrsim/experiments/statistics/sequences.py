@@ -36,7 +36,8 @@ def confidence_sequence(
     Real numbers have no bounds before eight pairs or so, as six signs could all be equal by chance, nor while all
     differences are 0: how large others are is not known then.
 
-    Should the true mean change on the way, so that nothing is left of the intersection, the last bounds are kept.
+    Should the true mean change on the way, so that nothing is left of the intersection, the last bounds are kept; they
+    are widened to the present mean where that is beyond them.
 
     Source: Darling and Robbins, Confidence sequences for mean, variance, and median, Proceedings of the National
     Academy of Sciences 58 (1967); `SymmetricBets` and `YesNoBets` say whose bets they are.
@@ -57,7 +58,11 @@ def confidence_sequence(
             range(len(given)), True, key=lambda n: _are_crossed(_bounds(given[:n], alpha, yes_no=yes_no))
         )
         low, high = _bounds(given[: most - 1], alpha, yes_no=yes_no)
-    return Interval(moments(given).mean, low, high, len(given), confidence)
+    mean = moments(given).mean
+    if mean is not None:
+        # Where the mean has moved, bounds that earlier looks gave do not hold for what it is now.
+        low, high = None if low is None else min(low, mean), None if high is None else max(high, mean)
+    return Interval(mean, low, high, len(given), confidence)
 
 
 def first_above(differences: Sequence[float], value: float, alpha: float, *, yes_no: bool) -> int | None:

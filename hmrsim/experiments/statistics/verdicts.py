@@ -64,20 +64,22 @@ class Comparison:
         decided_after: The number of pairs after which it was given; None while it is undecided.
         difference: The mean of B - A, with a confidence sequence.
         differing: The number of pairs whose two values are not equal.
+        withdrawn: Whether one was given and later pairs say the opposite, so that it is undecided again.
     """
 
     verdict: Verdict
     decided_after: int | None
     difference: Interval
     differing: int
+    withdrawn: bool = False
 
 
 def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None]:
     """Return the first verdict that a look after each pair gives, and after how many pairs.
 
     False verdicts are given with probability *alpha* at most, for all looks together, where `confidence_sequence`
-    holds. The first one stands: further pairs do not change it. B can be both better and equivalent, by less than the
-    margin; the one that is known first is told, and ``equivalent`` if both are at once.
+    holds. The first one stands, unless further pairs say the opposite: then it is withdrawn. B can be both better and
+    equivalent, by less than the margin; the one that is known first is told, and ``equivalent`` if both are at once.
 
     Real numbers that are equal in all pairs so far say nothing about how large a difference could be. If there is a
     margin, they are equivalent as soon as it is excluded, at alpha, that they differ under 5 % of all seeds or more:
@@ -93,22 +95,8 @@ def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tup
         ValueError: There are not as many of A as of B, a value is not finite, not 0 or 1 for yes and no, or negative
             in A for a relative margin.
     """
-    first, second = _checked(a, b, criterion)
-    given: list[tuple[int, int, Verdict]] = []
-    after = _equivalent_after(first, second, criterion)
-    if after is not None:
-        given.append((after, 0, EQUIVALENT))
-    upwards = 1 if criterion.larger_is_better else -1
-    ways: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
-    for direction, said in ways:
-        differences = [direction * (two - one) for one, two in zip(first, second, strict=True)]
-        after = first_above(differences, 0.0, criterion.alpha, yes_no=criterion.yes_no)
-        if after is not None:
-            given.append((after, 1, said))
-    if not given:
-        return UNDECIDED, None
-    after, _, first_said = min(given)
-    return first_said, after
+    said, after, _ = _verdict(*_checked(a, b, criterion), criterion)
+    return said, after
 
 
 def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Comparison:
@@ -122,10 +110,11 @@ def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Com
     Raises:
         ValueError: As for `verdict`.
     """
-    said, after = verdict(a, b, criterion)
+    said, after, withdrawn = _verdict(*_checked(a, b, criterion), criterion)
     differences = [two - one for one, two in zip(*pairs(a, b), strict=True)]
     interval = confidence_sequence(differences, yes_no=criterion.yes_no, confidence=1 - criterion.alpha)
-    return Comparison(said, after, interval, sum(difference != 0 for difference in differences))
+    differing = sum(difference != 0 for difference in differences)
+    return Comparison(said, after, interval, differing, withdrawn=withdrawn)
 
 
 def compare_all(
@@ -153,7 +142,29 @@ def compare_all(
     }
 
 
-def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[tuple[float, ...], ...]:
+def _verdict(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None, bool]:
+    """Return the verdict, after how many pairs it was given, and whether it was withdrawn."""
+    given: list[tuple[int, int, Verdict]] = []
+    after = _equivalent_after(first, second, criterion)
+    if after is not None:
+        given.append((after, 0, EQUIVALENT))
+    upwards = 1 if criterion.larger_is_better else -1
+    ways: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
+    for direction, said in ways:
+        differences = [direction * (two - one) for one, two in zip(first, second, strict=True)]
+        after = first_above(differences, 0.0, criterion.alpha, yes_no=criterion.yes_no)
+        if after is not None:
+            given.append((after, 1, said))
+            if math.fsum(differences) < 0:
+                # All pairs together say the opposite of what the first ones did.
+                return UNDECIDED, None, True
+    if not given:
+        return UNDECIDED, None, False
+    after, _, first_said = min(given)
+    return first_said, after, False
+
+
+def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Sequence[float], Sequence[float]]:
     first, second = pairs(a, b)
     if criterion.yes_no:
         for value in (*first, *second):

@@ -98,13 +98,22 @@ def test_bounds_are_what_the_looks_exclude(values, value):
     assert known == (found.low > value) or found.low == pytest.approx(value, abs=1e-6)
 
 
-def test_a_mean_that_changes_leaves_the_last_bounds():
-    """Where nothing is left of all looks together."""
+def test_a_mean_that_changes_stays_within_its_bounds():
+    """Where nothing is left of all looks together, and the last bounds are those of another mean."""
     found = confidence_sequence([1.0, 1.1, 0.9, 1.05] * 20 + [-1.0, -1.1, -0.9, -1.05] * 500)
 
-    assert found.low <= found.high
-    assert 0.5 < found.low < 1.5
+    assert found.low <= found.estimate <= found.high
+    assert 0.5 < found.high < 1.5
     assert found.n == 2080
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=80))
+def test_an_interval_contains_its_own_estimate(differences):
+    """Whatever comes in whatever order."""
+    found = confidence_sequence(differences)
+
+    assert found.low is None or found.low <= found.estimate
+    assert found.high is None or found.estimate <= found.high
 
 
 @pytest.mark.parametrize("yes_no", [False, True])

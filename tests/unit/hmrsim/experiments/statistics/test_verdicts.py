@@ -58,14 +58,15 @@ def test_a_real_difference_is_found():
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), max_size=25), st.booleans())
 @examples(60)
 def test_a_verdict_stands(pairs, relative):
-    """Further pairs change neither the verdict nor when it was given."""
+    """Further pairs change neither the verdict nor when it was given; they can only withdraw it."""
     criterion = Criterion(larger_is_better=False, margin=0.5, relative=relative, alpha=0.5)
     a, b = [one for one, _ in pairs], [other for _, other in pairs]
-    said, after = verdict(a, b, criterion)
     looks = [verdict(a[:n], b[:n], criterion) for n in range(len(pairs) + 1)]
 
-    assert [("undecided", None)] * min(after or len(looks), len(looks)) == looks[:after]
-    assert after is None or all(look == (said, after) for look in looks[after:])
+    first = next((n for n, (said, _) in enumerate(looks) if said != "undecided"), None)
+
+    assert first is None or looks[first][1] == first
+    assert first is None or {*looks[first:]} <= {looks[first], ("undecided", None)}
 
 
 def test_directions():
@@ -166,3 +167,14 @@ def test_what_can_not_be_meant():
     }.items():
         with case(text), pytest.raises(ValueError, match=text):
             act()
+
+
+def test_a_verdict_that_all_pairs_together_contradict_is_withdrawn():
+    """The first level says the opposite of the two that come after it."""
+    pairs = [-1.0 - 0.01 * n for n in range(20)] + [1.0] * 20 + [3.0] * 20
+    early = compare([0.0] * 20, pairs[:20], Criterion(larger_is_better=False))
+    whole = compare([0.0] * 60, pairs, Criterion(larger_is_better=False))
+
+    assert ("better", False) == (early.verdict, early.withdrawn)
+    assert ("undecided", None, True) == (whole.verdict, whole.decided_after, whole.withdrawn)
+    assert whole.difference.low <= whole.difference.estimate <= whole.difference.high
