@@ -96,7 +96,8 @@ class Process:
         """End it as Ctrl-C does; return its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
-        self.process.communicate()
+        if not self.process.stdout.closed:
+            self.process.communicate()
         return self.process.returncode
 
 

@@ -80,7 +80,7 @@ def client(monkeypatch):
     fake = FakeClient()
 
     @contextmanager
-    def connected(_args, _role):
+    def connected(_args, _role, **_options):
         yield fake, INFO
 
     monkeypatch.setattr(send_goal, "connected", connected)
