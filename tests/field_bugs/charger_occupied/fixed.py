@@ -1,0 +1,21 @@
+"""Count the stock, and go to one's own charger, or else to that of the other robot if it is free."""
+
+from py_trees.composites import Selector, Sequence
+from py_trees.decorators import Inverter, Retry
+from py_trees.timers import Timer
+
+from bt_controller.behaviours.docks import Dock
+from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.wait import Wait
+
+CHARGERS = {"eve": ("charger_1", "charger_2"), "wall_e": ("charger_2", "charger_1")}
+
+
+def count(robot):
+    """Return the tree of one robot."""
+    own, other = CHARGERS[robot]
+    pause = Inverter("Not yet", Timer("Pause", duration=25.0))
+    charge = Selector("Charge", memory=True, children=[Dock(own), Dock(other, max_staging_time=40.0), pause])
+    return Sequence(
+        "Count", memory=True, children=[Retry("Drive", GoTo("middle"), 3), Wait(5), Retry("Until charged", charge, 8)]
+    )

@@ -1,0 +1,90 @@
+"""Carry parcels, and send the robot to its charger as soon as the battery is low."""
+
+import asyncio
+from contextlib import suppress
+
+from hmrsim_zenoh import GoalFailed, GoalRejectedError, NotCharging, RequestError, Unreachable
+
+PARCELS = ("parcel_1", "parcel_2", "parcel_3")
+TRIES = 12
+PAUSE = 25.0
+LOW = 0.3
+
+
+class Porter:
+    """A robot that is interrupted when it has to charge."""
+
+    def __init__(self, client, name):
+        """Drive this robot."""
+        self._client = client
+        self._robot = client.robot(name)
+
+    async def carry(self, parcels):
+        """Bring all parcels to the desk; return whether they lie there."""
+        for parcel in parcels:
+            steps = (
+                (self._robot.navigate_to, "store"),
+                (self._robot.pickup, parcel),
+                (self._robot.navigate_to, "desk"),
+                (self._robot.place, parcel),
+            )
+            for action, target in steps:
+                if not await self._attempt(action, target):
+                    return False
+        return True
+
+    async def _attempt(self, action, target):
+        """Try a step some times; return whether it is done."""
+        for _ in range(TRIES):
+            try:
+                await action(target)
+            except GoalRejectedError:
+                await self._client.sleep(PAUSE)
+            except GoalFailed as failure:
+                if failure.cause == "preempted":
+                    return True
+                await self._client.sleep(PAUSE)
+            else:
+                return True
+        return False
+
+    async def charge_if_low(self):
+        """Charge, if the battery is low already, as after a restart of this program."""
+        while True:
+            try:
+                battery = await self._robot.battery()
+            except (RequestError, Unreachable):
+                await self._client.sleep(5)
+            else:
+                break
+        if battery.percentage <= LOW:
+            await self._charge()
+
+    async def watch_the_battery(self):
+        """Charge whenever the battery is low."""
+        async for event in self._client.events("battery_low"):
+            if event["robot"] == "eve":
+                await self._charge()
+
+    async def _charge(self):
+        while True:
+            try:
+                await self._robot.dock("charger")
+                await self._robot.wait_until_charged(0.8)
+            except (GoalFailed, GoalRejectedError, NotCharging, RequestError, Unreachable):
+                await self._client.sleep(PAUSE)
+            else:
+                return
+
+
+async def deliver(client):
+    """Carry the parcels; return whether all of them lie on the desk."""
+    eve = Porter(client, "eve")
+    await eve.charge_if_low()
+    guard = asyncio.create_task(eve.watch_the_battery())
+    try:
+        return await eve.carry(PARCELS)
+    finally:
+        guard.cancel()
+        with suppress(asyncio.CancelledError):
+            await guard
