@@ -24,23 +24,18 @@ class Porter:
     async def carry(self, parcels):
         """Bring all parcels to the desk; return whether they lie there."""
         for parcel in parcels:
-            steps = (
-                (self._robot.navigate_to, "store"),
-                (self._robot.pickup, parcel),
-                (self._robot.navigate_to, "desk"),
-                (self._robot.place, parcel),
-            )
-            for action, target in steps:
-                if not await self._attempt(action, target):
+            for place, action in (("store", self._robot.pickup), ("desk", self._robot.place)):
+                if not await self._attempt(place, action, parcel):
                     return False
         return True
 
-    async def _attempt(self, action, target):
-        """Try a step some times; return whether it is done."""
+    async def _attempt(self, place, action, parcel):
+        """Drive to a place and do something there, from the start after each interruption; return whether it is done."""
         for _ in range(TRIES):
             await self._free.wait()
             try:
-                await action(target)
+                await self._robot.navigate_to(place)
+                await action(parcel)
             except GoalRejectedError:
                 await self._client.sleep(PAUSE)
             except GoalFailed as failure:
