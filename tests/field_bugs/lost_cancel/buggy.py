@@ -1,5 +1,7 @@
 """Have the vault inspected: by eve, or by wall_e if she takes too long."""
 
+import contextlib
+
 from hmrsim.actions import registry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh import GoalRejectedError, GoalTimeout, RequestError
@@ -36,10 +38,8 @@ def go(client, robot, place):
     """Send a robot to a place until it is there; return whether it is."""
     for _ in range(TRIES):
         handle = send(client, robot, place)
-        try:
+        with contextlib.suppress(GoalRejectedError, RequestError):
             handle.result()
-        except (GoalRejectedError, RequestError):
-            pass
         if handle.status is GoalStatus.SUCCEEDED:
             return True
         client.sleep(PAUSE)

@@ -1,5 +1,7 @@
 """Have the vault inspected: by eve, or by wall_e if she takes too long."""
 
+import contextlib
+
 from hmrsim.actions import registry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh import GoalRejectedError, GoalTimeout, RequestError
@@ -29,10 +31,8 @@ def inspect(client):
 
 def wait_for_the_end(handle):
     """Wait until the robot says what became of its goal, however long it can't be reached."""
-    try:
+    with contextlib.suppress(GoalRejectedError, RequestError):
         handle.result()
-    except (GoalRejectedError, RequestError):
-        pass
 
 
 def send(client, robot, place):
@@ -45,10 +45,8 @@ def go(client, robot, place):
     """Send a robot to a place until it is there; return whether it is."""
     for _ in range(TRIES):
         handle = send(client, robot, place)
-        try:
+        with contextlib.suppress(GoalRejectedError, RequestError):
             handle.result()
-        except (GoalRejectedError, RequestError):
-            pass
         if handle.status is GoalStatus.SUCCEEDED:
             return True
         client.sleep(PAUSE)

@@ -30,7 +30,7 @@ class Porter:
         return True
 
     async def _attempt(self, place, action, parcel):
-        """Drive to a place and do something there, from the start after each interruption; return whether it is done."""
+        """Drive to a place and act there, again from the drive on if need be; return whether it is done."""
         for _ in range(TRIES):
             await self._free.wait()
             try:

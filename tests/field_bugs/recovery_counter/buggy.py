@@ -1,5 +1,6 @@
 """Bring a box to the bench, with a recovery for steps that fail three times."""
 
+import contextlib
 import json
 
 from hmrsim_zenoh import Commander, GoalFailed, GoalRejectedError
@@ -49,8 +50,6 @@ def next_step(client, robot):
 
 def make_room(client, robot):
     """Drive out of the way of others for a while."""
-    try:
+    with contextlib.suppress(GoalFailed, GoalRejectedError):
         robot.navigate_to("bay")
-    except (GoalFailed, GoalRejectedError):
-        pass
     client.sleep(30)

@@ -65,8 +65,7 @@ class Dispatcher:
                     await robot.pickup(order["item"])
                 await robot.navigate_to(order["to"])
                 await robot.place(order["item"])
-            except GoalRejectedError as error:
-                print(f"{order['name']}: rejected: {error.reason}")
+            except GoalRejectedError:
                 await self._client.sleep(PAUSE)
             except GoalFailed:
                 await self._client.sleep(PAUSE)

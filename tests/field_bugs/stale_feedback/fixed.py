@@ -63,8 +63,5 @@ async def deliver(client):
     """Bring the sample to the lab; return whether it lies there."""
     eve = Courier(client, "eve")
     return (
-        await eve.drive("ward")
-        and await eve.pickup("sample")
-        and await eve.drive("lab")
-        and await eve.place("sample")
+        await eve.drive("ward") and await eve.pickup("sample") and await eve.drive("lab") and await eve.place("sample")
     )

@@ -17,7 +17,7 @@ def patrol(client):
     for name in ROBOTS:
         client.subscribe(
             f"hmrsim/{name}/battery_state",
-            lambda _key, payload: charge.update({name: json.loads(payload)["percentage"]}),
+            lambda _key, payload: charge.update({name: json.loads(payload)["percentage"]}),  # noqa: B023 - the bug
             history=True,
         )
     robots = {name: Commander(client, name) for name in ROBOTS}
