@@ -31,6 +31,7 @@ from hmrsim_zenoh.client.condition import Condition
 from hmrsim_zenoh.client.ended_goals import checked
 from hmrsim_zenoh.client.errands import Errand, Errands, Target
 from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Mapping, Sequence
@@ -72,7 +73,8 @@ class AsyncClient:
     """A `Client` for asyncio, to be used in an ``async with`` statement.
 
     Args:
-        client: The client to use, which stays open; None to open one, with these options of `Client`.
+        client: The client to use, which stays open; None to open one, with these options of `Client`, or the options of
+            its session alone.
 
     Attributes:
         client: The client, once it is connected.
@@ -82,8 +84,10 @@ class AsyncClient:
         ConnectionDenied, BadOptions: As `Client`.
     """
 
-    def __init__(self, client: Client | None = None, **options: Any) -> None:
+    def __init__(self, client: Client | SessionOptions | None = None, **options: Any) -> None:
         self.client: Client
+        if isinstance(client, SessionOptions):
+            client, options = None, {**options, "options": client}
         self._given = client
         self._options = options
 

@@ -125,3 +125,13 @@ def test_a_robot_without_a_battery(options):
 
     with pytest.raises((RequestError, Unreachable), match="wally"):
         asyncio.run(main())
+
+
+def test_the_options_of_the_session_may_come_first(options):
+    """As `Client` takes them."""
+
+    async def main():
+        async with AsyncClient(options) as client:
+            return client.client.alive
+
+    assert asyncio.run(main())
