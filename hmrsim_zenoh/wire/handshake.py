@@ -20,7 +20,9 @@ _VERDICT: Final = 0.3
 
 _REASONS: Final = {
     "CERTIFICATE_EXPIRED": "the certificate has expired",
-    "CERTIFICATE_REQUIRED": "a certificate is required; give it with --secure DIR",
+    "CERTIFICATE_REQUIRED": (
+        "a certificate is required; give it with --secure DIR, or as connect_certificate in --zenoh-config"
+    ),
     "UNKNOWN_CA": "the certificate is of another authority",
     "DECRYPT_ERROR": "the certificate is of another authority",
     "BAD_CERTIFICATE": "the certificate is invalid",
