@@ -477,7 +477,8 @@ class Admission:
         if wait is None:
             return None
         said = self._described(wait, self._waits_for(wait)).to_json()
-        return {"since": wait.since, **said, "blockers": [*map(str, self._blockers_of(wait))]}
+        blockers = [] if wait.why else [str(blocker) for blocker in self._blockers_of(wait)]
+        return {"since": wait.since, **said, "blockers": blockers}
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
@@ -494,7 +495,7 @@ class Admission:
         robot = wait.robot
         seen = dict.fromkeys(self._rules.ahead_of(robot) if self._rules and not wait.why else ())
         for each in (todo := [robot]):
-            for other in self.blockers(each):
+            for other in self.blockers(each) or self._behind_barrier(each):
                 if other not in seen:
                     seen[other] = None
                     todo.append(other)
@@ -504,7 +505,8 @@ class Admission:
         """Abort the goal of a vehicle that has waited for too long."""
         robot, waited = wait.robot, self._env.now - wait.since
         blockers = self._blockers_of(wait)
-        why = f": {wait.why}" if wait.why else f" by {described(blockers) or 'another robot'}"
+        by = f" by {described(blockers)}" if blockers else "" if wait.why else " by another robot"
+        why = f": {wait.why}{by and f', and{by}'}" if wait.why else by
         at = robot.pose().point
         self.publisher.publish(
             lambda: GaveUpWaiting(robot.name, at, waited, tuple(each.robot for each in blockers), why.lstrip(": "))
@@ -525,12 +527,21 @@ class Admission:
             for other in robots
         ]
 
+    def _behind_barrier(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles in the way of one for which a barrier opens: it closes again if they stay there."""
+        wait = self.waits.get(robot)
+        if self._rules is None or wait is None or not self.waits_for_barrier(robot):
+            return ()
+        return self._rules.blockers(robot, wait.leg)
+
     def _blockers_of(self, wait: Wait) -> list[Blocker]:
         """Return all about who is in a vehicle's way, or about those whose turn is before its own."""
         robot = wait.robot
-        if wait.why or self._rules is None:
+        if self._rules is None:
             return []
-        found = self.blockers(robot) or self._rules.ahead_of(robot)
+        found = self.blockers(robot) or self._behind_barrier(robot)
+        if not found and not wait.why:
+            found = [*self._rules.ahead_of(robot)]
         return self.explain_blockers(sorted(found, key=lambda other: other.name), robot)
 
     def forget(self, robot: Vehicle) -> None:

@@ -167,6 +167,19 @@ class TestExplanation:
         assert f"blocked for 60 s at a by {idle}" == log.result(A).error_msg
 
 
+@pytest.mark.parametrize("policy", ["reserve", *YIELDING])
+def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
+    """The door opens, closes as nobody comes, and opens again; the robot on its far side works for longer than that."""
+    door = {"gate": {"at": [[2, -1], [2, 1]], "opening_time": 2, "stays_open": 3}}
+    world = {"waypoints": {"a": [0, 0], "b": [4, 0]}, "lanes": [["a", "b"]], "doors": door}
+    run = fleet(policy, world, {"works": "b", "comes": [0, 1]}, patience=10)
+    log = run((0.0, wait("works", 60, B)), (0.5, go("comes", 4, 0, A)), until=59.0)
+
+    assert (0.5, "EXECUTING") == end(log, A)
+    log = run(until=100.0)
+    assert policy != "reserve" or "by works, idle at b since 60 s" in log.result(A).error_msg
+
+
 def test_places_that_nobody_needs_are_forgotten():
     """Clients may send robots to any number of points; where a robot stands is kept."""
     run = fleet("reserve", LINE, {"parked": [4, 1], "comes": "a"})
