@@ -47,6 +47,11 @@ class Leg:
         object.__setattr__(self, "first", Pose(*self.start, yaw))
         object.__setattr__(self, "last", Pose(*self.end, yaw))
 
+    @property
+    def leads_onto(self) -> tuple[str, str] | None:
+        """The lane that it runs on or joins; None if it stays off the lanes."""
+        return self.lane if self.joins is None else self.joins.lane
+
     def seconds(self, speed: float) -> float:
         """Return the travel time of a robot with this maximum speed, in seconds."""
         return self.ride or self.length / min(speed, self.speed_limit)

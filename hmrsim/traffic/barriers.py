@@ -88,7 +88,7 @@ class Barriers:
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Take note that a vehicle begins a leg, and has left what it drove through before."""
         self.leave(robot)
-        lane = leg.lane or (leg.joins and leg.joins.lane)
+        lane = leg.leads_onto
         barriers = self._on_lanes.get(lane) if lane else None
         if barriers:
             self._inside[robot] = [*barriers]

@@ -167,10 +167,20 @@ class TestExplanation:
         assert f"blocked for 60 s at a by {idle}" == log.result(A).error_msg
 
 
+def test_a_door_stays_open_for_a_robot_that_waits_beside_the_lane():
+    """As for one that waits on it: it would close and open again and again."""
+    door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 2, "stays_open": 3}}
+    world = {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}
+    run = fleet("reserve", world, {"one": [9, 2], "works": "d"})
+    log = run((0.0, wait("works", 50, B)), (0.5, go("one", 12, 0, A)), until=40.0)
+
+    assert [1, 0] == [len(log.happened(kind)) for kind in ("door_opened", "door_closed")]
+
+
 @pytest.mark.parametrize("policy", ["reserve", *YIELDING])
 def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
-    """The door opens, closes as nobody comes, and opens again; the robot on its far side works for longer than that."""
-    door = {"gate": {"at": [[2, -1], [2, 1]], "opening_time": 2, "stays_open": 3}}
+    """The door takes its time, and the robot on its far side works for longer than that."""
+    door = {"gate": {"at": [[2, -1], [2, 1]], "opening_time": 30}}
     world = {"waypoints": {"a": [0, 0], "b": [4, 0]}, "lanes": [["a", "b"]], "doors": door}
     run = fleet(policy, world, {"works": "b", "comes": [0, 1]}, patience=10)
     log = run((0.0, wait("works", 60, B)), (0.5, go("comes", 4, 0, A)), until=59.0)
