@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +17,7 @@ from hmrsim.errors import TraceError, printable, reason_of
 from hmrsim.experiments.comparing import Contrast, contrast, sides_of
 from hmrsim.experiments.statistics.verdicts import WORSE
 from hmrsim.report.wording import UNKNOWN
+from hmrsim.trace.difference import compared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -73,29 +73,17 @@ def _show(found: Contrast, alpha: float) -> None:
 
 
 def _compare_traces(args: argparse.Namespace) -> int:
-    number, same = 0, True
-    one = two = None
-    for one, two in zip_longest(_lines(args.a), _lines(args.b)):
-        number += 1
-        if one != two:
-            same = False
-            break
+    same, found = compared(_lines(args.a), _lines(args.b))
     if args.json:
-        show_json(
-            {
-                "identical": same,
-                "line": None if same else number,
-                "a": None if same else one,
-                "b": None if same else two,
-            }
-        )
-    elif same:
-        show(f"identical: {number} lines")
+        line, one, two = found or (None, None, None)
+        show_json({"identical": found is None, "line": line, "a": one, "b": two})
+    elif found is None:
+        show(f"identical: {same} lines")
     else:
-        show(f"line {number} differs")
-        show(printable(f"- {_cut(one)}"))
-        show(printable(f"+ {_cut(two)}"))
-    return ExitCode.DONE if same else ExitCode.FAILED
+        show(f"line {found.line} differs")
+        show(printable(f"- {_cut(found.was)}"))
+        show(printable(f"+ {_cut(found.now)}"))
+    return ExitCode.DONE if found is None else ExitCode.FAILED
 
 
 def _lines(path: str) -> Iterator[str]:
