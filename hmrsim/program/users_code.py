@@ -16,6 +16,9 @@ from hmrsim.errors import HmrsimError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+_Frame = tuple[str, int | None]
+"""A file, and a line in it."""
+
 _OURS: Final = Path(__file__).parents[1]
 _NOT_THEIRS: Final = (
     "<frozen",
@@ -43,21 +46,26 @@ def described(error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         return f"{type(error).__name__}: {error.msg} ({error.filename}:{error.lineno})"
     text = f"{type(error).__name__}: {_text(error)}".splitlines()[0]
-    frames = traceback.extract_tb(error.__traceback__)
-    theirs = [frame for frame in frames if not frame.filename.startswith(_NOT_THEIRS)]
-    if not theirs and not isinstance(error, HmrsimError):
-        theirs = frames
-    return f"{text} ({theirs[-1].filename}:{theirs[-1].lineno})" if theirs else text
+    frames = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    place = _place(_theirs(frames) if isinstance(error, HmrsimError) else _theirs(frames) or frames)
+    return f"{text} ({place})" if place else text
 
 
-def place_in(frames: Sequence[tuple[str, int]]) -> str:
+def place_in(frames: Sequence[_Frame]) -> str:
     """Return the place of the innermost of some frames that is of the user's code, else of the innermost one.
 
     Args:
         frames: The file and line of each; the innermost is the last one.
     """
-    theirs = [frame for frame in frames if not frame[0].startswith(_NOT_THEIRS)] or frames
-    return f"{theirs[-1][0]}:{theirs[-1][1]}" if theirs else ""
+    return _place(_theirs(frames) or frames)
+
+
+def _theirs(frames: Sequence[_Frame]) -> Sequence[_Frame]:
+    return [frame for frame in frames if not frame[0].startswith(_NOT_THEIRS)]
+
+
+def _place(frames: Sequence[_Frame]) -> str:
+    return f"{frames[-1][0]}:{frames[-1][1]}" if frames else ""
 
 
 def mistakes_in(error: ValidationError) -> list[str]:
