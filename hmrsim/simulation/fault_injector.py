@@ -151,7 +151,7 @@ class FaultInjector:
         self._reserved: set[str] = set()
         self._next: dict[str, int] = {}
         self._active: dict[int, InjectedFault] = {}
-        # The same by kind and subject: a client may inject thousands on one robot.
+        # The same by subject and kind: a client may inject thousands on one robot.
         self._by_subject: dict[tuple[str, str], dict[int, InjectedFault]] = {}
 
     def begin(self, world: World, seed: int) -> None:
@@ -218,7 +218,7 @@ class FaultInjector:
         self._clear(self.known[name])
 
     def _add(self, fault: AnyFault, settings: Occurrence) -> InjectedFault:
-        whose = (settings.subject, fault.name)
+        whose = _whose(fault, settings)
         self._count[whose] += 1
         chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
         name = settings.name or self._free_name(fault)
@@ -275,7 +275,7 @@ class FaultInjector:
 
     def _full(self, fault: AnyFault, settings: Occurrence) -> str:
         """Return why no other fault of a kind can begin on a subject, or ""."""
-        if len(self._by_subject.get((fault.name, settings.subject), ())) < MOST_AT_ONCE:
+        if len(self._by_subject.get(_whose(fault, settings), ())) < MOST_AT_ONCE:
             return ""
         return f"{MOST_AT_ONCE} faults of type {fault.name!r} are active on {settings.subject!r}; there can be no more"
 
@@ -297,7 +297,7 @@ class FaultInjector:
             return
         injected.end = end
         self._active[id(injected)] = injected
-        self._by_subject.setdefault(_whose(injected), {})[id(injected)] = injected
+        self._by_subject.setdefault(_whose(injected.fault, injected.settings), {})[id(injected)] = injected
         seconds = self._seconds(injected)
         if seconds is not None:
             injected.over = Timeout(self._env, seconds)
@@ -345,10 +345,10 @@ class FaultInjector:
 
     def _end(self, injected: InjectedFault) -> None:
         del self._active[id(injected)]
-        of_subject = self._by_subject[_whose(injected)]
-        del of_subject[id(injected)]
-        if not of_subject:
-            del self._by_subject[_whose(injected)]
+        whose = _whose(injected.fault, injected.settings)
+        del self._by_subject[whose][id(injected)]
+        if not self._by_subject[whose]:
+            del self._by_subject[whose]
         end, injected.end = injected.end, None
         if end is not None:
             self._guarded(injected, end)
@@ -364,7 +364,7 @@ class FaultInjector:
 
     def _concurrent(self, injected: InjectedFault) -> Sequence[Any]:
         """Return the settings of the other faults of a kind that are active on the same subject."""
-        others = self._by_subject.get(_whose(injected), {}).values()
+        others = self._by_subject.get(_whose(injected.fault, injected.settings), {}).values()
         return [other.drawn for other in others if other is not injected]
 
     def _there(self) -> There:
@@ -384,8 +384,9 @@ class FaultInjector:
         return [fixture.name for fixture in self._roster.fixtures.values() if fixture.kind == kind]
 
 
-def _whose(injected: InjectedFault) -> tuple[str, str]:
-    return injected.fault.name, injected.settings.subject
+def _whose(fault: AnyFault, settings: Occurrence) -> tuple[str, str]:
+    """Return what a fault affects, and the name of its kind."""
+    return settings.subject, fault.name
 
 
 class _ByRobot(Mapping[str, V_co]):
