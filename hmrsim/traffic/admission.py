@@ -505,13 +505,13 @@ class Admission:
         """Abort the goal of a vehicle that has waited for too long."""
         robot, waited = wait.robot, self._env.now - wait.since
         blockers = self._blockers_of(wait)
-        by = f" by {described(blockers)}" if blockers else "" if wait.why else " by another robot"
-        why = f": {wait.why}{by and f', and{by}'}" if wait.why else by
+        reasons = [*filter(None, [wait.why]), *([f"by {described(blockers)}"] if blockers else [])]
+        why = ", and ".join(reasons or ["by another robot"])
         at = robot.pose().point
         self.publisher.publish(
-            lambda: GaveUpWaiting(robot.name, at, waited, tuple(each.robot for each in blockers), why.lstrip(": "))
+            lambda: GaveUpWaiting(robot.name, at, waited, tuple(each.robot for each in blockers), why)
         )
-        text = f"blocked for {waited:g} s at {self._places.of(at)}{why}"
+        text = f"blocked for {waited:g} s at {self._places.of(at)}{':' if wait.why else ''} {why}"
         self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> list[Blocker]:

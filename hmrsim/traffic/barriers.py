@@ -76,8 +76,9 @@ class Barriers:
         # Each is asked, so that each begins to open.
         barriers = self._on_lanes.get(leg.lane, ()) if leg.lane else self._all
         whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
-        if leg.joins is not None and leg.joins.lane and self.may_pass(robot, leg.joins.lane):
-            whys += filter(None, [self.why_not(robot, leg.joins)])
+        ahead = leg.joins
+        if ahead is not None and ahead.lane and self.may_pass(robot, ahead.lane):
+            whys.append(self.why_not(robot, ahead))
         return whys[0] if whys else ""
 
     def summon(self, leg: Leg) -> None:
