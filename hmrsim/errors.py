@@ -27,7 +27,7 @@ A mistake of the *caller* (a negative delay, an illegal transition) is a ``Value
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 class HmrsimError(Exception):
@@ -60,7 +60,7 @@ class Problem:
     path: str
     message: str
     line: int | None = None
-    value: object = None
+    value: object = field(default=None, hash=False)  # it may be a list or a mapping
     severity: str = "error"
 
     def __str__(self) -> str:

@@ -44,6 +44,17 @@ def problems(path: Path) -> list[str]:
     return [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
 
 
+def test_a_world_with_a_list_where_a_mapping_belongs(tmp_path: Path) -> None:
+    """It is an error of the world as any other."""
+    (tmp_path / "shop.yaml").write_text("waypoints: {a: [0, 0]}\nplaces: {shelf: [10, 1.2]}\nrobots: {r: {at: a}}\n")
+    path = written(tmp_path, world="shop.yaml", factors={})
+
+    with pytest.raises(ExperimentError) as error:
+        check_plan(read_plan(path))
+    (problem,) = error.value.problems
+    assert "places.shelf: expected a mapping, got [10, 1.2] (scenario 0)" in str(problem)
+
+
 def test_a_name_with_a_space(tmp_path: Path) -> None:
     """The error shows the name, not the key."""
     path = written(tmp_path, name="second waiter")
