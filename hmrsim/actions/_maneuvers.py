@@ -57,7 +57,7 @@ def perform(
         except BaseDisabled as why:
             yield from robot.wait_until_enabled(until)
             left = until - robot.now
-            if robot.disabled or left <= 0.0:
+            if left <= 0.0:
                 raise GoalAborted(timeout, f"{over}; {why}") from None
             continue
         if late:

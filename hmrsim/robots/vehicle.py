@@ -161,20 +161,21 @@ class MobileBase(DrivingVehicle):
                 self._enabled.succeed()
 
     def wait_until_enabled(self, until: float) -> Generator[Any, Any, None]:
-        """Wait until it is disabled no longer, or for a point of simulated time; infinity is none."""
-        self._enabled = woken = Event(self._env)
+        """Wait as long as it is disabled, but only until a point of simulated time; infinity is none."""
+        while self.disabled_reasons and self._env.now < until:
+            self._enabled = woken = Event(self._env)
 
-        def wake(_event: Event) -> None:
-            if not woken.triggered:
-                woken.succeed()
+            def wake(_event: Event, woken: Event = woken) -> None:
+                if not woken.triggered:
+                    woken.succeed()
 
-        over = At(self._env, until, [wake]) if until < math.inf else None
-        try:
-            yield woken
-        finally:
-            self._enabled = None
-            if over is not None and not over.processed:
-                self._env.abandon(over)
+            over = At(self._env, until, [wake]) if until < math.inf else None
+            try:
+                yield woken
+            finally:
+                self._enabled = None
+                if over is not None and not over.processed:
+                    self._env.abandon(over)
 
     def begin_work(self) -> None:
         """Stand still until `finish_work`, and yield to no other vehicle."""

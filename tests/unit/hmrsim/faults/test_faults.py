@@ -121,6 +121,30 @@ def test_a_maneuver_is_finished_after_the_repair(action, goal, _code):
     assert (pytest.approx(ended - begun + 7.0), status) == (log.changes(A)[-1][0], log.changes(A)[-1][1])
 
 
+@pytest.mark.parametrize("allowance", [0, 20])
+@pytest.mark.parametrize(
+    ("repaired_at", "lost"),
+    [([1.0], 0.0), ([1.0, 1.0], 0.0), ([3.0, 3.0, 5.0], 4.0)],
+    ids=["at once", "twice at once", "for no time between"],
+)
+@pytest.mark.parametrize(("action", "goal", "_code"), MANEUVERS)
+def test_a_maneuver_is_finished_whenever_the_repair_comes(action, goal, _code, repaired_at, lost, allowance):
+    """The robot may be repaired, and break down again, before its behavior server takes note."""
+    whole = faulty(robot_types=SLOW_TO_TURN)((0.0, maneuver(action, A, goal, 20)))
+    run = faulty(robot_types=SLOW_TO_TURN)
+    run.simulator.submit(maneuver(action, A, goal, allowance))
+    run.simulator.run(1.0)
+    for time in repaired_at:
+        run.simulator.robots["wall_e"].disable("breakdown", "wall_e has broken down")
+        if time > run.simulator.now:
+            run.simulator.run(time)
+        run.simulator.robots["wall_e"].enable("breakdown")
+    run.simulator.run()
+    (begun, _), (ended, status) = whole.changes(A)[-2:]
+
+    assert (pytest.approx(ended - begun + lost), status) == run.log.changes(A)[-1]
+
+
 def test_a_maneuver_without_an_allowance_lasts_until_it_is_canceled():
     """The robot may be broken for good."""
     run = faulty({"type": "breakdown", "robot": "wall_e"})
