@@ -60,7 +60,7 @@ class Session:
         self._background: list[Background] = []
         self._environment = {
             **os.environ,
-            "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+            "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}:{os.defpath}",
             "BROWSER": "true",
             "HMRSIM_LOG_LEVEL": "warning",
             "HMRSIM_REAL_TIME_FACTOR": _FACTOR,

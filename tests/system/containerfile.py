@@ -57,7 +57,7 @@ def install(context: Path, environment: Path, folder: Path) -> list[str]:
     command = argument_of("RUN").replace(target.rstrip("/"), str(there))
     subprocess.run(
         ["sh", "-c", command.replace(" --no-cache-dir", "")],
-        env={**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"},
+        env={**os.environ, "PATH": f"{programs}:{os.environ['PATH']}:{os.defpath}"},
         check=True,
         capture_output=True,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import os
+import sys
 import threading
 
 import pytest
@@ -124,8 +125,9 @@ def test_a_deadlock_ends_the_program_at_once():
             for name in ("mocha", "latte"):
                 tasks.create_task(work(orders), name=name)
 
+    waiting = work.__code__.co_firstlineno + 3
     with pytest.raises(
-        Deadlock, match=r"deadlock: no task .*Task-.* \(.*test_ordered_loop.py:\d+\); mocha \(.*:116\); latte"
+        Deadlock, match=rf"deadlock: no task .*Task-.* \(.*test_ordered_loop.py:\d+\); mocha \(.*:{waiting}\); latte"
     ):
         played(play)
 
@@ -158,7 +160,7 @@ def test_what_waits_for_a_file_is_no_deadlock():
         os.write(writing, b"x")
         await event.wait()
         loop.remove_reader(reading)
-        process = await asyncio.create_subprocess_exec("true")
+        process = await asyncio.create_subprocess_exec(sys.executable, "-c", "")
         return await process.wait()
 
     assert 0 == played(play)
