@@ -178,14 +178,14 @@ class Layer:
         return self._openings[spot, here]
 
     def _find_opening(self, spot: int, after: Parts, before: Parts) -> Opening:
+        order = [after.of[before.of.index(number)] for number in range(len(before.sizes))]
         inside: list[list[int]] = [[] for _ in after.sizes]
-        for number in range(len(before.sizes)):
-            inside[after.of[before.of.index(number)]].append(number)
+        for number, part in enumerate(order):
+            inside[part].append(number)
         exits: dict[int, dict[int, None]] = {}
         for end in self.exits[spot]:
             if after.of[end] >= 0:
                 exits.setdefault(after.of[end], {})[before.of[end]] = None
-        order = [after.of[before.of.index(number)] for number in range(len(before.sizes))]
         same = len(order) == len(after.sizes) and before.sizes == tuple(after.sizes[number] for number in order)
         return Opening(
             tuple(map(tuple, inside)),
