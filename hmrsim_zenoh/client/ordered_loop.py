@@ -141,8 +141,8 @@ class OrderedLoop(asyncio.SelectorEventLoop):
         self._jobs: list[asyncio.Future[Any]] = []
         self._quiet = 0
         self._collects = False
-        # Zenoh's threads, which are not started by Python.
-        self._known = frozenset(each for each in threading.enumerate() if type(each) is not threading.Thread)
+        # Zenoh's threads, too, which are not started by Python.
+        self._known = _BEFORE.union(each for each in threading.enumerate() if type(each) is not threading.Thread)
         began, self._asyncgens = list(self._asyncgens), _Generators()
         for generator in began:
             self._asyncgens.add(generator)
@@ -231,7 +231,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
             return True
         if len(self._selector.get_map()) > self._internal_fds:
             return True
-        return any(_wakes_tasks(each) for each in threading.enumerate() if each not in self._known | _BEFORE)
+        return any(_wakes_tasks(each) for each in threading.enumerate() if each not in self._known)
 
 
 def _wakes_tasks(thread: threading.Thread) -> bool:
