@@ -225,9 +225,7 @@ class Slots:
         Returns:
             Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), leg.slots
-        if not wanted or leg.leaves_for is not None or wanted[-1] >= self._waypoints:
-            wanted = self.of(leg)
+        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), self.of(leg)
         for slot in wanted:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
