@@ -150,7 +150,7 @@ def test_any_command_is_a_controller(experiment):
 def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
     """Check, run, status, show, again, export, compare: as one would."""
     treatments = {"near": {"python": "controllers.py:go(x=5)"}, "far": {"python": "controllers.py:go(x=10)"}}
-    experiment("study", treatments=treatments, replications=12, keep={"traces": "all"})
+    experiment("study", treatments=treatments, replications=30, keep={"traces": "all"})
 
     def told(*arguments: str, code: int = 0) -> str:
         command = [sys.executable, "-m", "hmrsim.cli", *arguments]
@@ -159,8 +159,8 @@ def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
         assert code == done.returncode, done.stderr
         return done.stdout
 
-    assert "pace: 24 runs: 1 scenario, 2 treatments (near, far)" in told("experiment", "check", "e.yaml")
-    assert {"done": 24, "endings": {"succeeded": 24}}.items() <= json.loads(
+    assert "pace: 60 runs: 1 scenario, 2 treatments (near, far)" in told("experiment", "check", "e.yaml")
+    assert {"done": 60, "endings": {"succeeded": 60}}.items() <= json.loads(
         told("experiment", "status", "study", "--json")
     ).items()
     assert "near" in told("experiment", "show", "study")
@@ -170,8 +170,8 @@ def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
         (tmp_path / "seven.jsonl").read_bytes(),
     )
     assert "identical" in told("replay", "seven.jsonl")
-    assert 25 == len(told("experiment", "export", "study").splitlines())
+    assert 61 == len(told("experiment", "export", "study").splitlines())
     compared = json.loads(told("compare", "study:near", "study:far", "--json", code=1))
-    assert (12, "worse") == (compared["pairs"], compared["measures"]["time"]["verdict"])
+    assert (30, "worse") == (compared["pairs"], compared["measures"]["time"]["verdict"])
     assert "identical" in told("compare", "seven.jsonl", "study/traces/7.jsonl")
     assert "line 1 differs" in told("compare", "seven.jsonl", "study/traces/8.jsonl", code=1)

@@ -38,6 +38,19 @@ def root_finder() -> Any:
     return brentq
 
 
+def log_normal_probability() -> Any:
+    """Return ``scipy.special.log_ndtr``, the logarithm of the normal distribution function.
+
+    Raises:
+        MissingExtra: It is not installed.
+    """
+    try:
+        from scipy.special import log_ndtr  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise MissingExtra(_MESSAGE) from None
+    return log_ndtr
+
+
 def arrays() -> ModuleType:
     """Return ``numpy``.
 

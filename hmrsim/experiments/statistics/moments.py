@@ -61,6 +61,28 @@ def prefixes(values: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, .
     return tuple(means), tuple(deviations)
 
 
+def asymmetries(values: Sequence[float]) -> tuple[float, ...]:
+    """Return the skewness times the standard deviation of the first value, the first two, and so on.
+
+    It is the third central moment over the second one; 0 of values that are all equal. Source: Pébay, Formulas for
+    robust, one-pass parallel computation of covariances and arbitrary-order statistical moments, Sandia National
+    Laboratories (2008), equations 1.1 to 1.3 for one value more.
+
+    Raises:
+        ValueError: A value is not finite.
+    """
+    ratios = []
+    mean = squares = cubes = 0.0
+    for number, value in enumerate(finite(values), 1):
+        step = value - mean
+        part = step / number
+        cubes += step * part * (number - 1) * part * (number - 2) - 3 * part * squares
+        squares += step * part * (number - 1)
+        mean += part
+        ratios.append(cubes / squares if squares > 0 else 0.0)
+    return tuple(ratios)
+
+
 def finite(values: Iterable[float]) -> tuple[float, ...]:
     """Return values as floats.
 

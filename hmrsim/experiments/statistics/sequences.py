@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -10,12 +9,12 @@ from typing import Final
 from hmrsim.experiments.statistics.intervals import CONFIDENCE, Interval, checked_share
 from hmrsim.experiments.statistics.libraries import root_finder
 from hmrsim.experiments.statistics.moments import finite, moments
-from hmrsim.experiments.statistics.wealth import Bets, SymmetricBets, YesNoBets
+from hmrsim.experiments.statistics.wealth import Bets, RealBets, YesNoBets
 
 _LEAST: Final = -1.0
 """The mean difference of yes and no can't be less."""
 
-_DOUBLINGS: Final = 1000
+_DOUBLINGS: Final = 60
 _PRECISION: Final = 1e-12
 
 
@@ -31,16 +30,18 @@ def confidence_sequence(
 
     - Of yes and no (differences -1, 0, 1) this holds for any distribution.
     - Of real numbers it holds exactly if the differences are symmetrical about their mean, whatever their tails, as
-      those of equal controllers are; else nearly so, the more the larger their number.
+      those of equal controllers are; else nearly so, the less the more skewed they are.
 
-    Real numbers have no bounds before eight pairs or so, as six signs could all be equal by chance, nor while all
-    differences are 0: how large others are is not known then.
+    Real numbers have no bounds before 30 pairs, nor while all differences are 0: how large others are is not known
+    then.
 
-    Should the true mean change on the way, so that nothing is left of the intersection, the last bounds are kept; they
-    are widened to the present mean where that is beyond them.
+    Where the present mean is beyond a bound, that is widened to it. Should nothing be left of the intersection, as the
+    true mean has changed on the way, the bounds are those of the last look alone. Neither costs any confidence: where
+    the bounds after each number of pairs contain the true mean, so do those of the last look, and so does whatever
+    contains the intersection.
 
     Source: Darling and Robbins, Confidence sequences for mean, variance, and median, Proceedings of the National
-    Academy of Sciences 58 (1967); `SymmetricBets` and `YesNoBets` say whose bets they are.
+    Academy of Sciences 58 (1967); `RealBets` and `YesNoBets` say whose bets they are.
 
     Args:
         differences: In the order of their seeds.
@@ -52,15 +53,17 @@ def confidence_sequence(
     """
     alpha = 1 - checked_share(confidence, "confidence")
     given = finite(differences)
-    low, high = _bounds(given, alpha, yes_no=yes_no)
-    if _are_crossed((low, high)):
-        most = bisect.bisect_left(
-            range(len(given)), True, key=lambda n: _are_crossed(_bounds(given[:n], alpha, yes_no=yes_no))
-        )
-        low, high = _bounds(given[: most - 1], alpha, yes_no=yes_no)
+    if yes_no:
+        for number, difference in enumerate(given):
+            if difference not in (-1, 0, 1):
+                raise ValueError(
+                    f"difference {number} is {difference:g}; expected -1, 0 or 1, of values that are 0 or 1"
+                )
+    low, high = (_bound(given, way, alpha, yes_no=yes_no) for way in (1, -1))
+    if low is not None and high is not None and low > high:
+        low, high = (_bound(given, way, alpha, yes_no=yes_no, last=True) for way in (1, -1))
     mean = moments(given).mean
     if mean is not None:
-        # Where the mean has moved, bounds that earlier looks gave do not hold for what it is now.
         low, high = None if low is None else min(low, mean), None if high is None else max(high, mean)
     return Interval(mean, low, high, len(given), confidence)
 
@@ -78,42 +81,33 @@ def first_above(differences: Sequence[float], value: float, alpha: float, *, yes
 
 
 def _bets(differences: Sequence[float], *, yes_no: bool) -> Bets:
-    return YesNoBets(differences) if yes_no else SymmetricBets(differences)
-
-
-def _bounds(differences: Sequence[float], alpha: float, *, yes_no: bool) -> tuple[float | None, float | None]:
-    """Return the highest value above which the mean is known to be, and the lowest below which it is."""
-    low = _lower_bound(differences, alpha, yes_no=yes_no)
-    below = _lower_bound([-difference for difference in differences], alpha, yes_no=yes_no)
-    return low, None if below is None else -below
-
-
-def _are_crossed(bounds: tuple[float | None, float | None]) -> bool:
-    low, high = bounds
-    return low is not None and high is not None and low > high
+    return YesNoBets(differences) if yes_no else RealBets(differences)
 
 
 def _threshold(alpha: float) -> float:
     return math.log(2 / alpha)
 
 
-def _lower_bound(differences: Sequence[float], alpha: float, *, yes_no: bool) -> float | None:
-    """Return the highest value above which the mean is known to be."""
+def _bound(differences: Sequence[float], way: int, alpha: float, *, yes_no: bool, last: bool = False) -> float | None:
+    """Return the highest value above which the mean is known to be, or for a *way* of -1 the lowest below which it is.
+
+    It is known by any look, or, if *last*, by the last one.
+    """
     least = _LEAST if yes_no else None
-    if not differences:
-        return least
-    bets, threshold = _bets(differences, yes_no=yes_no), _threshold(alpha)
+    given = [way * difference for difference in differences]
+    bets, threshold = _bets(given, yes_no=yes_no), _threshold(alpha)
 
     def surplus(value: float) -> float:
-        return float(bets.log_wealth(value).max()) - threshold
+        wealth = bets.log_wealth(value)
+        return float(wealth[-1] if last else wealth.max()) - threshold
 
-    excluded = _excluded(surplus, differences, least)
+    excluded = _excluded(surplus, given, least) if given else None
     if excluded is None:
-        return least
+        return None if least is None else way * least
     # Nobody makes money by betting that differences lie above the largest one.
-    highest = max(differences)
+    highest = max(given)
     precision = _PRECISION * max(abs(excluded), abs(highest))
-    return float(root_finder()(surplus, excluded, highest, xtol=precision))
+    return way * float(root_finder()(surplus, excluded, highest, xtol=precision))
 
 
 def _excluded(surplus: Callable[[float], float], differences: Sequence[float], least: float | None) -> float | None:

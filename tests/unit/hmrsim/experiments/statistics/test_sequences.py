@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.experiments.statistics import Interval, confidence_sequence, mean_interval
+from hmrsim.experiments.statistics import Interval, confidence_sequence, mean_interval, wealth
 from hmrsim.experiments.statistics.sequences import first_above
 from tests.profiles import examples
 
@@ -18,9 +18,13 @@ NUMBERS = st.floats(-100, 100).map(lambda value: round(value, 3))
 SIGNS = st.sampled_from([-1, 0, 1])
 
 
-@pytest.mark.parametrize("sizes", [[1.0] * 12, [3.0, 0.1, 2.0, 5.0, 0.3, 1.0, 40.0, 1.1, 2.2, 0.9, 7.0, 0.2]])
-def test_the_level_holds_exactly_for_all_signs(sizes):
-    """Of the 4,096 ways in which these differences can have signs, all as likely, not too many seem to be above 0."""
+@pytest.mark.parametrize("sizes", [[1.0] * 12, [3.0, 1.0, 2.0, 5.0, 1.5, 1.0, 4.0, 1.1, 2.2, 0.9, 7.0, 2.0]])
+def test_the_level_holds_exactly_for_all_signs(sizes, monkeypatch):
+    """Of the 4,096 ways in which these differences can have signs, all as likely, not too many seem to be above 0.
+
+    With a first look after five of them, as there are too many ways for thirty.
+    """
+    monkeypatch.setattr(wealth, "FIRST_LOOK", 5)
     ways = list(itertools.product((-1, 1), repeat=len(sizes)))
     found = [
         first_above([sign * size for sign, size in zip(way, sizes, strict=True)], 0.0, 0.2, yes_no=False)
@@ -44,36 +48,37 @@ def test_the_level_holds_exactly_for_yes_and_no(less, more):
 
 
 def test_nothing_and_little():
-    """Without differences, and before six of them, real numbers have no bounds; shares have theirs."""
+    """Without differences, and before thirty of them, real numbers have no bounds; shares have theirs."""
     assert Interval(None, None, None, 0, 0.95) == confidence_sequence([])
     assert Interval(None, -1.0, 1.0, 0, 0.95) == confidence_sequence([], yes_no=True)
-    assert Interval(2.0, None, None, 6, 0.95) == confidence_sequence([1, 2, 3, 1, 2, 3])
+    assert Interval(2.0, None, None, 27, 0.95) == confidence_sequence([1, 2, 3] * 9)
+    assert None not in {(found := confidence_sequence([1, 2, 3] * 10)).low, found.high}
     assert first_above([], 0.0, 0.05, yes_no=False) is None
 
 
 def test_equal_differences():
-    """If all are 0 nothing is known about others; if all are as large, the mean is soon known to be near."""
+    """If all are 0 nothing is known about others; if all are as large, nothing tells how far the mean could be off."""
     assert Interval(0.0, None, None, 100, 0.95) == confidence_sequence([0.0] * 100)
     found = confidence_sequence([2.0] * 100)
-    assert 1.9 < found.low < 2.0 < found.high < 2.1
+    assert 2.0 == pytest.approx(found.low) == pytest.approx(found.high)
     found = confidence_sequence([0] * 100, yes_no=True)
     assert -0.06 < found.low < 0.0 < found.high < 0.06
 
 
-@given(st.lists(NUMBERS, max_size=25), st.booleans())
+@given(st.lists(NUMBERS, max_size=45), st.booleans())
 @examples(60)
 def test_bounds_only_become_narrower(values, yes_no):
-    """With each pair, and they are never the wrong way round."""
+    """With each pair, unless they have to be widened to the mean; and they are never the wrong way round."""
     given_ = [(value > 50) - (value < -50) for value in values] if yes_no else values
     found = [confidence_sequence(given_[:n], yes_no=yes_no, confidence=0.5) for n in range(len(given_) + 1)]
 
     for before, after in itertools.pairwise(found):
-        assert before.low is None or after.low >= before.low - 1e-6
-        assert before.high is None or after.high <= before.high + 1e-6
+        assert before.low is None or after.low >= min(before.low, after.estimate) - 1e-6
+        assert before.high is None or after.high <= max(before.high, after.estimate) + 1e-6
     assert all(one.low is None or one.high is None or one.low <= one.high for one in found)
 
 
-@given(st.lists(NUMBERS, min_size=8, max_size=25), st.integers(-4, 4))
+@given(st.lists(NUMBERS, min_size=30, max_size=45), st.integers(-4, 4))
 @examples(60)
 def test_units_do_not_matter(values, power):
     """In other units bounds are the same, and mirrored ones are mirrored."""
@@ -98,13 +103,12 @@ def test_bounds_are_what_the_looks_exclude(values, value):
     assert known == (found.low > value) or found.low == pytest.approx(value, abs=1e-6)
 
 
-def test_a_mean_that_changes_stays_within_its_bounds():
-    """Where nothing is left of all looks together, and the last bounds are those of another mean."""
+def test_bounds_of_a_mean_that_changes_are_those_of_the_last_look():
+    """Where nothing is left of all looks together: the first eighty are all near 1."""
     found = confidence_sequence([1.0, 1.1, 0.9, 1.05] * 20 + [-1.0, -1.1, -0.9, -1.05] * 500)
 
-    assert found.low <= found.estimate <= found.high
-    assert 0.5 < found.high < 1.5
-    assert found.n == 2080
+    assert found.low < found.estimate < found.high
+    assert found.high - found.low < 0.2
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=80))

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.experiments.statistics import Comparison, Criterion, Interval, compare, compare_all, verdict
+from hmrsim.experiments.statistics.sequences import first_above
 from tests.cases import case
 from tests.profiles import examples
 
@@ -43,8 +44,37 @@ def test_a_against_a_is_hardly_ever_better_or_worse(name):
     assert found.count("better") + found.count("worse") <= 20
 
 
+EQUAL_MEANS = {
+    "lognormal, 0.7 and 1 under common seeds": lambda chance: (
+        lognormal(z := chance.gauss(0, 1), 1.0) - lognormal(z, 0.7)
+    ),
+    "lognormal, 0.5 and 1.5": lambda chance: lognormal(chance.gauss(0, 1), 1.5) - lognormal(chance.gauss(0, 1), 0.5),
+    "constant and lognormal, 1": lambda chance: lognormal(chance.gauss(0, 1), 1.0) - 1,
+    "constant and exponential": lambda chance: chance.expovariate(1) - 1,
+    "uniform and yes or no": lambda chance: (chance.random() < 0.1) - 0.2 * chance.random(),
+}
+"""B - A, of measures that differ in their shapes alone."""
+
+
+def lognormal(z, stddev):
+    """Return a lognormal number whose mean is 1."""
+    return math.exp(stddev * z - stddev**2 / 2)
+
+
+@pytest.mark.parametrize("name", EQUAL_MEANS)
+def test_equal_means_of_other_shapes_are_seldom_better_or_worse(name):
+    """In 300 experiments of 80 pairs, looked at after each, at most in 10 %, also of those withdrawn later."""
+    chance, false = random.Random(name), 0
+    for _ in range(300):
+        differences = [EQUAL_MEANS[name](chance) for _ in range(80)]
+        sides = differences, [-difference for difference in differences]
+        false += any(first_above(side, 0.0, 0.05, yes_no=False) for side in sides)
+
+    assert false <= 30
+
+
 def test_a_real_difference_is_found():
-    """Half a standard deviation, in 44 runs on average where Welch's test takes 172 for a power of 0.9."""
+    """Half a standard deviation, in 66 runs on average where Welch's test takes 172 for a power of 0.9."""
     chance = random.Random(1)
     found = []
     for _ in range(100):
@@ -52,26 +82,25 @@ def test_a_real_difference_is_found():
         found.append(verdict(a, [value + 0.5 for value in b], LARGER))
 
     assert 90 <= [said for said, _ in found].count("better")
-    assert sum(2 * (after or 86) for _, after in found) / len(found) < 172 / 3
+    assert sum(2 * (after or 86) for _, after in found) / len(found) < 172 / 2
 
 
-@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), max_size=25), st.booleans())
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=30, max_size=60), st.booleans())
 @examples(60)
 def test_a_verdict_stands(pairs, relative):
     """Further pairs change neither the verdict nor when it was given; they can only withdraw it."""
-    criterion = Criterion(larger_is_better=False, margin=0.5, relative=relative, alpha=0.5)
+    criterion = Criterion(larger_is_better=False, margin=0.5, relative=relative, yes_no=False, alpha=0.5)
     a, b = [one for one, _ in pairs], [other for _, other in pairs]
     looks = [verdict(a[:n], b[:n], criterion) for n in range(len(pairs) + 1)]
 
-    first = next((n for n, (said, _) in enumerate(looks) if said != "undecided"), None)
+    first = next((n for n, (said, _) in enumerate(looks) if said != "undecided"), len(looks))
 
-    assert first is None or looks[first][1] == first
-    assert first is None or {*looks[first:]} <= {looks[first], ("undecided", None)}
+    assert {*looks[first:]} <= {*looks[first : first + 1], ("undecided", None)}
 
 
 def test_directions():
     """A time that is longer is worse, and a number of orders that is larger is better."""
-    a, b = [10.0, 12.0, 11.0] * 5, [13.0, 15.5, 14.0] * 5
+    a, b = [10.0, 12.0, 11.0] * 10, [13.0, 15.5, 14.0] * 10
 
     assert ("worse", "better") == (verdict(a, b, SMALLER)[0], verdict(a, b, LARGER)[0])
     assert ("better", "worse") == (verdict(b, a, SMALLER)[0], verdict(b, a, LARGER)[0])
@@ -103,8 +132,10 @@ def test_identical_yes_and_no():
 
 
 def test_always_the_same_difference():
-    """It is known as soon as so many equal signs can't be chance."""
-    assert ("better", 9) == verdict([5.0] * 20, [4.0] * 20, SMALLER)
+    """It is known at the first look, unless alpha is so small that even so many equal signs may be chance."""
+    assert ("undecided", None) == verdict([5.0] * 29, [4.0] * 29, SMALLER)
+    assert ("better", 30) == verdict([5.0] * 50, [4.0] * 50, SMALLER)
+    assert ("better", 45) == verdict([5.0] * 50, [4.0] * 50, Criterion(larger_is_better=False, alpha=1e-8))
 
 
 def test_equivalent_within_an_absolute_margin():
@@ -140,10 +171,10 @@ def test_equivalence_is_hardly_ever_false():
 
 def test_several_measures_share_alpha():
     """Of two measures each is judged at 2.5 %, so that a verdict comes later."""
-    a, b = [5.0] * 40, [4.0] * 40
+    a, b = [5.0] * 80, [4.0, 3.0, 6.0, 5.0] * 20
     found = compare_all({"time": (a, b), "energy": (b, a)}, {"time": SMALLER, "energy": SMALLER}, alpha=0.05)
 
-    assert {"time": ("better", 10), "energy": ("worse", 10)} == {
+    assert {"time": ("better", 62), "energy": ("worse", 62)} == {
         name: (one.verdict, one.decided_after) for name, one in found.items()
     }
     assert 0.975 == found["time"].difference.confidence
@@ -171,9 +202,9 @@ def test_what_can_not_be_meant():
 
 def test_a_verdict_that_all_pairs_together_contradict_is_withdrawn():
     """The first level says the opposite of the two that come after it."""
-    pairs = [-1.0 - 0.01 * n for n in range(20)] + [1.0] * 20 + [3.0] * 20
-    early = compare([0.0] * 20, pairs[:20], Criterion(larger_is_better=False))
-    whole = compare([0.0] * 60, pairs, Criterion(larger_is_better=False))
+    pairs = [-1.0 - 0.01 * n for n in range(30)] + [1.0] * 20 + [3.0] * 20
+    early = compare([0.0] * 30, pairs[:30], Criterion(larger_is_better=False))
+    whole = compare([0.0] * 70, pairs, Criterion(larger_is_better=False))
 
     assert ("better", False) == (early.verdict, early.withdrawn)
     assert ("undecided", None, True) == (whole.verdict, whole.decided_after, whole.withdrawn)
