@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.terminal_line import TerminalLine
+from hmrsim.experiments.comparing import withdrawal
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
@@ -17,8 +18,11 @@ from hmrsim.experiments.running.checking import check_plan
 from hmrsim.experiments.running.executors import factory_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from hmrsim.experiments.file.plan import Plan
     from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.statistics.verdicts import Comparison
 
 _MINUTE: Final = 60.0
 _LOOK: Final = 0.2
@@ -49,13 +53,16 @@ def run(args: argparse.Namespace) -> int:
         try:
             progress = campaign.run()
         except KeyboardInterrupt:
-            teller.end(campaign.progress)
+            teller.end(campaign.progress, {})
             done = f"{campaign.progress.done:,} of {campaign.progress.expected:,} runs have results"
             warn(f"interrupted; {done}, and the same command goes on")
             return ExitCode.INTERRUPTED
-        teller.end(progress)
+        comparisons = campaign.comparisons()
+        teller.end(progress, comparisons)
         if not args.json:
             _sum_up(folder, plan, results, progress)
+            for name, comparison in comparisons.items():
+                show(_decision(plan, name, comparison))
     return ExitCode.DONE
 
 
@@ -108,6 +115,15 @@ def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> N
     show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
 
 
+def _decision(plan: Plan, name: str, comparison: Comparison) -> str:
+    """Return why there are so many replications, where a verdict decides that."""
+    until, pairs = plan.file.replications.until, comparison.difference.n
+    first, measure = next(iter(plan.treatments)), until.measure if until else ""
+    after = f"{pairs:,}" if comparison.decided_after is None else f"{comparison.decided_after:,} of {pairs:,}"
+    text = f"{measure} of {name} compared with {first}: {comparison.verdict} after {after} pairs"
+    return f"{text}; {withdrawal(comparison)}" if comparison.withdrawn else text
+
+
 class _Lines:
     """Tells how far it is, on one line of a terminal or once a minute, and of the first run that crashed or hung."""
 
@@ -126,7 +142,7 @@ class _Lines:
             self._told = time.monotonic()
             self._line.tell(_text(progress))
 
-    def end(self, _progress: Progress) -> None:
+    def end(self, _progress: Progress, _comparisons: Mapping[str, Comparison]) -> None:
         """Take the line away."""
         self._line.show()
 
@@ -144,9 +160,13 @@ class _JsonLines:
         """Write a line."""
         show_json(_counts(progress))
 
-    def end(self, progress: Progress) -> None:
+    def end(self, progress: Progress, comparisons: Mapping[str, Comparison]) -> None:
         """Write the last line."""
-        show_json({**_counts(progress), "over": True})
+        verdicts = {
+            name: {"verdict": each.verdict, "decided_after": each.decided_after, "withdrawn": [*each.withdrawn]}
+            for name, each in comparisons.items()
+        }
+        show_json({**_counts(progress), "over": True, **({"verdicts": verdicts} if verdicts else {})})
 
 
 def _counts(progress: Progress) -> dict[str, int]:

@@ -16,8 +16,6 @@ from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
 if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison
 
-WITHDRAWN: Final = "a verdict was withdrawn, as later pairs say the opposite"
-
 SUCCESS: Final = "success"
 """The measure that each experiment has: whether a run ended as a success."""
 
@@ -132,7 +130,7 @@ def contrast(
         comparisons = compare_all(values, criteria, alpha=alpha)
     except ValueError as error:
         raise ResultsError(f"{a} and {b} can't be compared: {error}") from None
-    notes += [f"{name}: {WITHDRAWN}" for name, each in comparisons.items() if each.withdrawn]
+    notes += [f"{name}: {withdrawal(each)}" for name, each in comparisons.items() if each.withdrawn]
     return Contrast(
         a,
         b,
@@ -144,6 +142,12 @@ def contrast(
         ),
         tuple(notes),
     )
+
+
+def withdrawal(comparison: Comparison) -> str:
+    """Return which verdicts were withdrawn, and why, as a part of a sentence."""
+    said = " and ".join(map(repr, comparison.withdrawn))
+    return f"{said} withdrawn, since all pairs together contradict what the first ones said"
 
 
 def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, float] | None = None) -> Criterion:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS, WITHDRAWN, criterion_of
+from hmrsim.experiments.comparing import SUCCESS, criterion_of, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
 from hmrsim.experiments.statistics.libraries import arrays
@@ -59,7 +59,7 @@ def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Compa
             criterion = replace(criterion, margin=None, relative=False)
         found = compare(one[known][:MAX_PAIRS].tolist(), two[known][:MAX_PAIRS].tolist(), criterion)
         verdicts[name] = _verdict(found, criterion)
-        notes += [*told, *([f"{name}: {WITHDRAWN}"] if found.withdrawn else [])]
+        notes += [*told, *([f"{name}: {withdrawal(found)}"] if found.withdrawn else [])]
     differing = columns.ending[paired.first] != columns.ending[paired.other]
     runs = zip(paired.first[differing][:MAX_LISTED], paired.other[differing][:MAX_LISTED], strict=True)
     return Comparison(

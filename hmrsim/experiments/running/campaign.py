@@ -23,6 +23,7 @@ from hmrsim.experiments.statistics.libraries import distributions
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.results.store import Results
+    from hmrsim.experiments.statistics.verdicts import Comparison
 
 _AHEAD: Final = 2
 """Tasks for each worker that are submitted before they are begun."""
@@ -98,6 +99,10 @@ class Campaign:
         self._suspects: list[Run] = []
         self._chunk = 1
         self.progress = Progress(self._schedule.done, self._schedule.expected)
+
+    def comparisons(self) -> dict[str, Comparison]:
+        """Return the comparison of each treatment with the first one that decides how many replications there are."""
+        return self._schedule.comparisons()
 
     def run(self) -> Progress:
         """Make all runs; return how far it is at the end.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough
-from hmrsim.experiments.statistics.verdicts import UNDECIDED, Criterion, verdict
+from hmrsim.experiments.statistics.verdicts import UNDECIDED, Comparison, Criterion, compare, verdict
 
 if TYPE_CHECKING:
+    from hmrsim.experiments.file.model import Until
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.judging.measures import Value
 
@@ -105,7 +107,7 @@ class Schedule:
         together = [*range(len(self._targets))] if until.decided else [scenario]
         most = self._plan.file.replications.max
         while not any(self._missing[each] for each in together) and self._targets[scenario] < most:
-            if self._decided() if until.decided else self._known(scenario):
+            if self._decided(until) if until.decided else self._known(scenario):
                 return
             target = self._targets[scenario]
             for each in together:
@@ -114,34 +116,48 @@ class Schedule:
     def _known(self, scenario: int) -> bool:
         return all(self._enough(scenario, treatment) for treatment in self._plan.treatments)
 
-    def _decided(self) -> bool:
+    def comparisons(self) -> dict[str, Comparison]:
+        """Return what is known of each treatment compared with the first one, where that decides; else nothing."""
+        until = self._until
+        if until is None or not until.decided:
+            return {}
+        first, *others = self._plan.treatments
+        found = {}
+        for other in others:
+            with suppress(ValueError):  # as for `_decided`
+                found[other] = compare(*self._pairs(first, other), self._criterion(until))
+        return found
+
+    def _decided(self, until: Until) -> bool:
         """Return whether each treatment is known to be better or worse than the first one, or equivalent."""
         first, *others = self._plan.treatments
-        return all(self._verdict(first, other, 1 / len(others)) != UNDECIDED for other in others)
+        criterion = self._criterion(until)
+        try:
+            return all(verdict(*self._pairs(first, other), criterion)[0] != UNDECIDED for other in others)
+        except ValueError:  # a relative margin of a measure that is negative in some runs: nothing can be decided
+            return False
 
-    def _verdict(self, first: str, second: str, share: float) -> str:
-        until = self._until
-        if until is None:
-            raise AssertionError
+    def _criterion(self, until: Until) -> Criterion:
         measure = self._plan.file.measures[until.measure]
-        alpha = (1.0 - until.confidence) * share
-        margin = measure.margin or None
-        criterion = Criterion(measure.better == "larger", margin, relative=measure.relative, alpha=alpha)
-        pairs = []
+        alpha = (1.0 - until.confidence) / max(1, len(self._plan.treatments) - 1)
+        return Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
+
+    def _pairs(self, first: str, second: str) -> tuple[list[float], list[float]]:
+        """Return the values of two treatments, in the order in which `contrast` reads them."""
+        one, two = [], []
         for replication in range(max(self._targets)):
             runs = [
                 (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
                 for scenario in range(len(self._targets))
             ]
             # Scenarios in the order of the design would have the verdict depend on which level comes first.
-            for two in sorted(runs, key=lambda two: two[0].seed):
-                both = [self._done[each.number] for each in two]
-                if all(isinstance(value, (int, float)) for value in both):
-                    pairs.append([float(value or 0.0) for value in both])
-        try:
-            return verdict([one for one, _ in pairs], [two for _, two in pairs], criterion)[0]
-        except ValueError:  # a relative margin of a measure that is negative in some runs: nothing can be decided
-            return UNDECIDED
+            for pair in sorted(runs, key=lambda pair: pair[0].seed):
+                values = [self._done.get(each.number) for each in pair]
+                known = [float(value) for value in values if isinstance(value, (int, float))]
+                if len(known) == len(pair):
+                    one.append(known[0])
+                    two.append(known[1])
+        return one, two
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until

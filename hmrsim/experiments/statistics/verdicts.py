@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 from hmrsim.experiments.statistics.intervals import Interval, checked_share
 from hmrsim.experiments.statistics.moments import pairs
@@ -64,22 +65,24 @@ class Comparison:
         decided_after: The number of pairs after which it was given; None while it is undecided.
         difference: The mean of B - A, with a confidence sequence.
         differing: The number of pairs whose two values are not equal.
-        withdrawn: Whether one was given and later pairs say the opposite, so that it is undecided again.
+        withdrawn: The verdicts that were given before, and that all pairs together contradict, in their order.
     """
 
     verdict: Verdict
     decided_after: int | None
     difference: Interval
     differing: int
-    withdrawn: bool = False
+    withdrawn: tuple[Verdict, ...] = ()
 
 
 def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None]:
     """Return the first verdict that a look after each pair gives, and after how many pairs.
 
     False verdicts are given with probability *alpha* at most, for all looks together, where `confidence_sequence`
-    holds. The first one stands, unless further pairs say the opposite: then it is withdrawn. B can be both better and
-    equivalent, by less than the margin; the one that is known first is told, and ``equivalent`` if both are at once.
+    holds. The first one stands, unless all pairs together contradict it, since their mean is on the other side of 0,
+    or beyond the margin: then it is withdrawn, and the next one that all pairs together do not contradict is given, if
+    there is one. B can be both better and equivalent, by less than the margin; the one that is known first is given,
+    and ``equivalent`` if both are at once.
 
     Real numbers that are equal in all pairs so far say nothing about how large a difference could be. If there is a
     margin, they are equivalent as soon as it is excluded, at alpha, that they differ under 5 % of all seeds or more:
@@ -110,11 +113,12 @@ def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Com
     Raises:
         ValueError: As for `verdict`.
     """
-    said, after, withdrawn = _verdict(*_checked(a, b, criterion), criterion)
-    differences = [two - one for one, two in zip(*pairs(a, b), strict=True)]
+    first, second = _checked(a, b, criterion)
+    said, after, withdrawn = _verdict(first, second, criterion)
+    differences = [two - one for one, two in zip(first, second, strict=True)]
     interval = confidence_sequence(differences, yes_no=criterion.yes_no, confidence=1 - criterion.alpha)
     differing = sum(difference != 0 for difference in differences)
-    return Comparison(said, after, interval, differing, withdrawn=withdrawn)
+    return Comparison(said, after, interval, differing, withdrawn)
 
 
 def compare_all(
@@ -142,55 +146,58 @@ def compare_all(
     }
 
 
-def _verdict(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None, bool]:
-    """Return the verdict, after how many pairs it was given, and whether it was withdrawn."""
-    given: list[tuple[int, int, Verdict]] = []
-    after = _equivalent_after(first, second, criterion)
-    if after is not None:
-        given.append((after, 0, EQUIVALENT))
+class _Claim(NamedTuple):
+    """A verdict that the first pairs give.
+
+    Attributes:
+        after: How many pairs.
+        rank: Which comes first of those that are given at once.
+        said: The verdict.
+        holds: Whether all pairs together do not contradict it.
+    """
+
+    after: int
+    rank: int
+    said: Verdict
+    holds: bool
+
+
+def _verdict(
+    first: Sequence[float], second: Sequence[float], criterion: Criterion
+) -> tuple[Verdict, int | None, tuple[Verdict, ...]]:
+    """Return the verdict, after how many pairs it was given, and those that were withdrawn before."""
+    claims = sorted(_claims(first, second, criterion))
+    withdrawn = tuple(claim.said for claim in itertools.takewhile(lambda claim: not claim.holds, claims))
+    if len(withdrawn) == len(claims):
+        return UNDECIDED, None, withdrawn
+    standing = claims[len(withdrawn)]
+    return standing.said, standing.after, withdrawn
+
+
+def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> Iterator[_Claim]:
+    """Yield each verdict that is ever given, as if it were alone."""
+    differences = [two - one for one, two in zip(first, second, strict=True)]
     upwards = 1 if criterion.larger_is_better else -1
-    ways: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
-    for direction, said in ways:
-        differences = [direction * (two - one) for one, two in zip(first, second, strict=True)]
-        after = first_above(differences, 0.0, criterion.alpha, yes_no=criterion.yes_no)
+    directions: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
+    for direction, said in directions:
+        side = [direction * difference for difference in differences]
+        after = first_above(side, 0.0, criterion.alpha, yes_no=criterion.yes_no)
         if after is not None:
-            given.append((after, 1, said))
-            if math.fsum(differences) < 0:
-                # All pairs together say the opposite of what the first ones did.
-                return UNDECIDED, None, True
-    if not given:
-        return UNDECIDED, None, False
-    after, _, first_said = min(given)
-    return first_said, after, False
-
-
-def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Sequence[float], Sequence[float]]:
-    first, second = pairs(a, b)
-    if criterion.yes_no:
-        for value in (*first, *second):
-            if value not in (0, 1):
-                raise ValueError(f"a value is {value:g}; expected 0 or 1 for yes and no")
-    if criterion.relative and criterion.margin is not None and min(first, default=0) < 0:
-        raise ValueError(f"a value of A is {min(first):g}; a relative margin is for measures that are not negative")
-    return first, second
-
-
-def _equivalent_after(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> int | None:
-    """Return after how many pairs the means are known to differ by less than the margin; None if they are not."""
+            yield _Claim(after, 1, said, math.fsum(side) >= 0)
     if criterion.margin is None:
-        return None
-    least, most = (-criterion.margin, criterion.margin)
+        return
+    low, high, value = differences, [-difference for difference in differences], -criterion.margin
     if criterion.relative:
-        above = [two - (1 + least) * one for one, two in zip(first, second, strict=True)]
-        below = [(1 + most) * one - two for one, two in zip(first, second, strict=True)]
+        low = [two - (1 - criterion.margin) * one for one, two in zip(first, second, strict=True)]
+        high = [(1 + criterion.margin) * one - two for one, two in zip(first, second, strict=True)]
         value = 0.0
-    else:
-        above = [two - one for one, two in zip(first, second, strict=True)]
-        below = [one - two for one, two in zip(first, second, strict=True)]
-        value = least
-    known = [first_above(side, value, criterion.alpha, yes_no=criterion.yes_no) for side in (above, below)]
+    known = [first_above(side, value, criterion.alpha, yes_no=criterion.yes_no) for side in (low, high)]
     after = None if None in known else max(one for one in known if one is not None)
-    return after if criterion.yes_no else _unless_identical(first, second, after, criterion.alpha)
+    if not criterion.yes_no:
+        after = _unless_identical(first, second, after, criterion.alpha)
+    if after is not None:
+        holds = all(math.fsum(side) >= value * len(side) for side in (low, high))
+        yield _Claim(after, 0, EQUIVALENT, holds)
 
 
 def _unless_identical(first: Sequence[float], second: Sequence[float], after: int | None, alpha: float) -> int | None:
@@ -204,3 +211,14 @@ def _unless_identical(first: Sequence[float], second: Sequence[float], after: in
     differs = (n for n, (one, two) in enumerate(zip(first, second, strict=True), 1) if one != two)
     earliest = next(differs, None)
     return None if after is None or earliest is None else max(after, earliest)
+
+
+def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Sequence[float], Sequence[float]]:
+    first, second = pairs(a, b)
+    if criterion.yes_no:
+        for value in (*first, *second):
+            if value not in (0, 1):
+                raise ValueError(f"a value is {value:g}; expected 0 or 1 for yes and no")
+    if criterion.relative and criterion.margin is not None and min(first, default=0) < 0:
+        raise ValueError(f"a value of A is {min(first):g}; a relative margin is for measures that are not negative")
+    return first, second

@@ -95,7 +95,8 @@ def test_a_verdict_stands(pairs, relative):
 
     first = next((n for n, (said, _) in enumerate(looks) if said != "undecided"), len(looks))
 
-    assert {*looks[first:]} <= {*looks[first : first + 1], ("undecided", None)}
+    for n, look in enumerate(looks[first:], first):
+        assert look == looks[first] or looks[first][0] in compare(a[:n], b[:n], criterion).withdrawn
 
 
 def test_directions():
@@ -201,11 +202,23 @@ def test_what_can_not_be_meant():
 
 
 def test_a_verdict_that_all_pairs_together_contradict_is_withdrawn():
-    """The first level says the opposite of the two that come after it."""
-    pairs = [-1.0 - 0.01 * n for n in range(30)] + [1.0] * 20 + [3.0] * 20
-    early = compare([0.0] * 30, pairs[:30], Criterion(larger_is_better=False))
-    whole = compare([0.0] * 70, pairs, Criterion(larger_is_better=False))
+    """The first ones say the opposite of those that come after them; when that is known, it is the verdict."""
+    pairs = [-1.0 - 0.01 * n for n in range(30)] + [1.0] * 20 + [3.0] * 120
+    early, later, whole = (compare([0.0] * n, pairs[:n], SMALLER) for n in (30, 70, 170))
 
-    assert ("better", False) == (early.verdict, early.withdrawn)
-    assert ("undecided", None, True) == (whole.verdict, whole.decided_after, whole.withdrawn)
-    assert whole.difference.low <= whole.difference.estimate <= whole.difference.high
+    assert ("better", 30, ()) == (early.verdict, early.decided_after, early.withdrawn)
+    assert ("undecided", None, ("better",)) == (later.verdict, later.decided_after, later.withdrawn)
+    assert ("worse", 72, ("better",)) == (whole.verdict, whole.decided_after, whole.withdrawn)
+    assert 0 < whole.difference.low < whole.difference.estimate < whole.difference.high
+
+
+@pytest.mark.parametrize("relative", [False, True])
+def test_an_equivalence_that_all_pairs_together_contradict_is_withdrawn(relative):
+    """As of runs that were identical at first."""
+    criterion = Criterion(larger_is_better=False, margin=0.05 if relative else 0.5, relative=relative)
+    a, b = [10.0] * 160, [10.0] * 60 + [11.0, 13.0] * 50
+    early, whole = (compare(a[:n], b[:n], criterion) for n in (60, 160))
+
+    assert ("equivalent", 59, ()) == (early.verdict, early.decided_after, early.withdrawn)
+    assert ("worse", ("equivalent",)) == (whole.verdict, whole.withdrawn)
+    assert whole.decided_after > 60
