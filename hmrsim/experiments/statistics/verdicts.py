@@ -36,14 +36,15 @@ class Criterion:
         larger_is_better: As of a number of orders; False as of a time.
         margin: Differences of the means below this do not matter; None if any does, so that nothing is equivalent.
         relative: Whether the margin is a share of A's mean, such as 0.05; then no value of A may be negative.
-        yes_no: Whether all values are 0 or 1, of which the means are shares; the margin is one of shares then.
-        alpha: The probability of a false verdict, however often one looks.
+        yes_no: Whether no value can be other than 0 or 1, so that the means are shares; None to take the values for
+            it: they are of yes and no if all are 0 or 1, both occur, and the margin, if not relative, is below 1.
+        alpha: The probability of a false verdict, however often one looks, as far as `confidence_sequence` holds.
     """
 
     larger_is_better: bool
     margin: float | None = None
     relative: bool = False
-    yes_no: bool = False
+    yes_no: bool | None = None
     alpha: float = 0.05
 
     def __post_init__(self) -> None:
@@ -51,8 +52,19 @@ class Criterion:
         checked_share(self.alpha, "alpha")
         if self.margin is not None and not 0 < self.margin < math.inf:
             raise ValueError(f"margin must be positive, got {self.margin}")
-        if self.yes_no and self.margin is not None and (self.relative or self.margin >= 1):
-            raise ValueError("the margin of yes and no is a difference of shares; it must be below 1 and not relative")
+        if self.yes_no and self._is_wide:
+            raise ValueError(f"the margin of yes and no is a difference of shares: below 1, got {self.margin:g}")
+
+    @property
+    def _is_wide(self) -> bool:
+        """Whether shares can't differ by more than the margin."""
+        return self.margin is not None and not self.relative and self.margin >= 1
+
+    def settled(self, first: Sequence[float], second: Sequence[float]) -> Criterion:
+        """Return the criterion with what the values say of *yes_no*, if that is None."""
+        if self.yes_no is not None:
+            return self
+        return replace(self, yes_no={*first, *second} == {0, 1} and not self._is_wide)
 
 
 @dataclass(frozen=True)
@@ -98,7 +110,7 @@ def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tup
         ValueError: There are not as many of A as of B, a value is not finite, not 0 or 1 for yes and no, or negative
             in A for a relative margin.
     """
-    said, after, _ = _verdict(*_checked(a, b, criterion), criterion)
+    said, after, _ = _verdict(*_checked(a, b, criterion))
     return said, after
 
 
@@ -113,10 +125,10 @@ def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Com
     Raises:
         ValueError: As for `verdict`.
     """
-    first, second = _checked(a, b, criterion)
-    said, after, withdrawn = _verdict(first, second, criterion)
+    first, second, settled = _checked(a, b, criterion)
+    said, after, withdrawn = _verdict(first, second, settled)
     differences = [two - one for one, two in zip(first, second, strict=True)]
-    interval = confidence_sequence(differences, yes_no=criterion.yes_no, confidence=1 - criterion.alpha)
+    interval = confidence_sequence(differences, yes_no=bool(settled.yes_no), confidence=1 - criterion.alpha)
     differing = sum(difference != 0 for difference in differences)
     return Comparison(said, after, interval, differing, withdrawn)
 
@@ -181,7 +193,7 @@ def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterio
     directions: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
     for direction, said in directions:
         side = [direction * difference for difference in differences]
-        after = first_above(side, 0.0, criterion.alpha, yes_no=criterion.yes_no)
+        after = first_above(side, 0.0, criterion.alpha, yes_no=bool(criterion.yes_no))
         if after is not None:
             yield _Claim(after, 1, said, math.fsum(side) >= 0)
     if criterion.margin is None:
@@ -191,7 +203,7 @@ def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterio
         low = [two - (1 - criterion.margin) * one for one, two in zip(first, second, strict=True)]
         high = [(1 + criterion.margin) * one - two for one, two in zip(first, second, strict=True)]
         value = 0.0
-    known = [first_above(side, value, criterion.alpha, yes_no=criterion.yes_no) for side in (low, high)]
+    known = [first_above(side, value, criterion.alpha, yes_no=bool(criterion.yes_no)) for side in (low, high)]
     after = None if None in known else max(one for one in known if one is not None)
     if not criterion.yes_no:
         after = _unless_identical(first, second, after, criterion.alpha)
@@ -213,7 +225,10 @@ def _unless_identical(first: Sequence[float], second: Sequence[float], after: in
     return None if after is None or earliest is None else max(after, earliest)
 
 
-def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Sequence[float], Sequence[float]]:
+def _checked(
+    a: Sequence[float], b: Sequence[float], criterion: Criterion
+) -> tuple[Sequence[float], Sequence[float], Criterion]:
+    """Return the values, and the criterion with what they say of yes and no."""
     first, second = pairs(a, b)
     if criterion.yes_no:
         for value in (*first, *second):
@@ -221,4 +236,4 @@ def _checked(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tu
                 raise ValueError(f"a value is {value:g}; expected 0 or 1 for yes and no")
     if criterion.relative and criterion.margin is not None and min(first, default=0) < 0:
         raise ValueError(f"a value of A is {min(first):g}; a relative margin is for measures that are not negative")
-    return first, second
+    return first, second, criterion.settled(first, second)

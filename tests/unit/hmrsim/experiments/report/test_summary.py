@@ -124,6 +124,21 @@ def test_what_was_to_be_decided_has_its_own_alpha(results):
     assert {"success": 0.05, "time": pytest.approx(0.1)} == alphas
 
 
+def test_a_measure_of_yes_and_no_is_compared_as_success_is(results):
+    """Also with far fewer than thirty pairs; its margin says from when on two treatments count as equal."""
+
+    def made(run, _levels):
+        success = run.treatment == "b" or run.replication % 2 == 0
+        return Row(run, "succeeded", success=success, measures={"time": float(success)})
+
+    measures = {"time": {"value": "ends.success", "better": "larger", "margin": 0.1}}
+    (comparison,) = summary_of(results(made, measures=measures, replications=12)).comparisons
+    time, success = comparison.measures["time"], comparison.measures["success"]
+
+    assert ("better", success.decided_after, success.difference) == (time.verdict, time.decided_after, time.difference)
+    assert 30 > time.decided_after
+
+
 def test_a_margin_of_nothing_is_none(results):
     """And a relative one of a measure below 0 can't be; the report says so."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -132,6 +133,35 @@ def test_identical_yes_and_no():
     assert ("equivalent", 53) == verdict([1] * 100, [1] * 100, SHARES)
 
 
+def test_values_that_are_all_0_or_1_are_of_yes_and_no():
+    """Whatever measure they are of; but not if a margin says that they can be others, or none of them is a 1."""
+    a, b = [0.0, 1.0, 0.0, 0.0] * 20, [1.0, 1.0, 0.0, 1.0] * 20
+    wide = Criterion(larger_is_better=True, margin=1.0)
+    few = Criterion(larger_is_better=True, margin=0.3, relative=True)
+
+    assert compare(a, b, replace(SHARES, margin=None)) == compare(a, b, LARGER)
+    assert compare(a, b, SHARES) == compare(a, b, replace(SHARES, yes_no=None))
+    assert compare(a, b, replace(wide, yes_no=False)) == compare(a, b, wide) != compare(a, b, LARGER)
+    assert compare([*a, 2.0], [*b, 2.0], replace(LARGER, yes_no=False)) == compare([*a, 2.0], [*b, 2.0], LARGER)
+    assert None is compare([0.0] * 80, [0.0] * 80, LARGER).difference.low
+    assert "better" == verdict(a, b, few)[0]
+    assert ("equivalent", ()) == ((found := compare(b * 3, b * 3, few)).verdict, found.withdrawn)
+
+
+def test_a_false_equivalence_of_yes_and_no_is_rare_by_a_relative_margin():
+    """With B's share a tenth above A's, and a margin of a tenth: in 200 experiments of 100 pairs at most in 5 %."""
+    chance = random.Random(9)
+    criterion = Criterion(larger_is_better=True, margin=0.1, relative=True)
+    found = []
+    for _ in range(200):
+        ranks = [chance.random() for _ in range(100)]
+        found.append(
+            verdict([float(rank < 0.8) for rank in ranks], [float(rank < 0.88) for rank in ranks], criterion)[0]
+        )
+
+    assert found.count("equivalent") <= 10
+
+
 def test_always_the_same_difference():
     """It is known at the first look, unless alpha is so small that even so many equal signs may be chance."""
     assert ("undecided", None) == verdict([5.0] * 29, [4.0] * 29, SMALLER)
@@ -189,7 +219,7 @@ def test_what_can_not_be_meant():
     for text, act in {
         "margin must be positive, got 0": lambda: Criterion(larger_is_better=True, margin=0),
         "alpha must be between 0 and 1, got 5": lambda: Criterion(larger_is_better=True, alpha=5),
-        "margin of yes and no": lambda: Criterion(larger_is_better=True, margin=0.1, relative=True, yes_no=True),
+        "the margin of yes and no is .*below 1, got 1": lambda: Criterion(larger_is_better=True, margin=1, yes_no=True),
         "a value is 2; expected 0 or 1 for yes and no": lambda: verdict([2], [1], SHARES),
         "a value of A is -1; a relative margin is for measures that are not negative": lambda: verdict(
             [-1.0], [1.0], relative
