@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -13,6 +14,7 @@ from hmrsim.events import registry as events
 from hmrsim.experiments.judging.measures import NAMES
 from hmrsim.experiments.judging.unknown_parts import unknown_parts
 from hmrsim.experiments.running.controllers import controller_of
+from hmrsim.experiments.statistics.wealth import FIRST_LOOK
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.expressions import names_asked_for, names_in, substituted
 from hmrsim.world.overlays.flaw import OverlayFlaw
@@ -62,7 +64,7 @@ def check_plan(plan: Plan, tell: Callable[[int], None] = lambda _scenario: None)
         for each in unknown
         if not each.certain
     ]
-    return [*warnings, *_without_success(plan), *_without_effect(plan), *doubtful]
+    return [*warnings, *_without_success(plan), *_without_effect(plan), *_too_few(plan), *doubtful]
 
 
 def _without_success(plan: Plan) -> Iterator[Problem]:
@@ -87,6 +89,17 @@ def _without_effect(plan: Plan) -> Iterator[Problem]:
         if factor not in used:
             message = f"nothing asks for ${factor}, so that its levels differ by chance alone; use it in the overlay"
             yield Problem(str(plan.path), f"factors.{factor}", message, severity="warning")
+
+
+def _too_few(plan: Plan) -> Iterator[Problem]:
+    """Yield a warning if an experiment that goes on until it is decided ends before most measures can be."""
+    replications, scenarios = plan.file.replications, len(plan.scenarios)
+    pairs = replications.max * scenarios
+    if replications.until and replications.until.decided and pairs < FIRST_LOOK:
+        needed = math.ceil(FIRST_LOOK / scenarios)
+        unless = f"unless {replications.until.measure} is 0 or 1"
+        message = f"nothing is decided before {FIRST_LOOK} pairs of runs, {unless}; make it {needed} or more"
+        yield Problem(str(plan.path), "replications.max", message, severity="warning")
 
 
 def _alike(problem: Problem, other: Problem) -> bool:

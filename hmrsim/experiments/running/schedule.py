@@ -139,7 +139,7 @@ class Schedule:
 
     def _criterion(self, until: Until) -> Criterion:
         measure = self._plan.file.measures[until.measure]
-        alpha = (1.0 - until.confidence) / max(1, len(self._plan.treatments) - 1)
+        alpha = (1.0 - until.confidence) / (len(self._plan.treatments) - 1)
         return Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
 
     def _pairs(self, first: str, second: str) -> tuple[list[float], list[float]]:

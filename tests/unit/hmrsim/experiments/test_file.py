@@ -81,6 +81,12 @@ def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, A
     assert [said] * told == [str(problem) for problem in check_plan(read_plan(path))]
 
 
+TREE = {"tree": "bt_controller.examples.hospital:mission", "set": {"speed": "$speed"}}
+TWO = {"a": TREE, "b": TREE}
+FACTORS = {"speed": [1, 2, 3]}
+UNTIL = {"measure": "time", "decided": True}
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -89,6 +95,11 @@ def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, A
             {"factors": {"speed": [1], "load": [1, 2]}, "overlay": {"robots.*.base.speed": "$speed"}},
             ["factors.load: nothing asks for $load, so that its levels differ by chance alone; use it in the overlay"],
         ),
+        (
+            {"treatments": TWO, "factors": FACTORS, "replications": {"max": 9, "until": UNTIL}},
+            ["replications.max: nothing is decided before 30 pairs of runs, unless time is 0 or 1; make it 10 or more"],
+        ),
+        ({"treatments": TWO, "factors": FACTORS, "replications": {"max": 10, "until": UNTIL}}, []),
         (
             {"factors": {"load": [1]}, "variants": {"odd": {"robots.*.base.speed": "${1 +}"}}},
             [],
