@@ -9,25 +9,29 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from scipy import stats
 
 from benchmarks._report import Row
-from hmrsim.experiments.statistics import Criterion, verdict
+from hmrsim.experiments.statistics.sequences import first_above
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 QUICK: dict[str, Any] = {"experiments": 200, "powered": 100, "effects": (0.5,)}
 
+_Numbers: TypeAlias = "NDArray[np.float64]"
+
 _ALPHA: Final = 0.05
 _POWER: Final = 0.9
 _RATIO: Final = 1 / 3
 _SEED: Final = 7
-_FEW: Final = 20
-"""Pairs of a t test that is looked at once."""
+_FEW: Final = 30
+"""Pairs of a t test that is looked at once; ours are looked at from there on."""
+_SKEWED: Final = 10.0
+"""Percent of false verdicts, at most, where differences are skewed."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class _Measure:
     """
 
     name: str
-    of: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    of: Callable[[_Numbers], _Numbers]
     stddev: float
     yes_no: bool = False
 
@@ -58,22 +62,6 @@ _REAL: Final = (
 )
 
 
-def _lognormal(stddev: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return lognormal numbers whose mean is 0."""
-    return np.asarray(np.exp(stddev * z) - math.exp(stddev**2 / 2))
-
-
-def _skewed(chance: np.random.Generator, shape: tuple[int, int]) -> dict[str, NDArray[np.float64]]:
-    """Return differences whose mean is 0, by the distributions of A and B."""
-    a, own, b = chance.standard_normal((3, *shape))
-    return {
-        "normal and lognormal (0.5)": _lognormal(0.5, 0.8 * a + 0.6 * own) - 0.6 * a,
-        "normal and exponential": chance.standard_exponential(shape) - 1 - own,
-        "constant and exponential": chance.standard_exponential(shape) - 1,
-        "constant and lognormal (1)": _lognormal(1.0, b),
-    }
-
-
 def _yes(share: float) -> _Measure:
     """Return a measure that is 1 with some probability."""
     limit = stats.norm.ppf(share)
@@ -82,9 +70,86 @@ def _yes(share: float) -> _Measure:
     )
 
 
+@dataclass(frozen=True)
+class _Differences:
+    """How B - A is distributed, whose mean is 0 although A and B differ.
+
+    Attributes:
+        name: A and B, as people call them.
+        of: Draws some.
+        at_most: Percent of false verdicts.
+        measure: What A and B are like.
+    """
+
+    name: str
+    of: Callable[[np.random.Generator, tuple[int, int]], _Numbers]
+    at_most: float = _SKEWED
+    measure: _Measure = _REAL[0]
+
+
+def _lognormal(stddev: float, z: _Numbers) -> _Numbers:
+    """Return lognormal numbers whose mean is 1."""
+    return np.asarray(np.exp(stddev * z - stddev**2 / 2))
+
+
+def _common(chance: np.random.Generator, shape: tuple[int, int]) -> _Numbers:
+    z = chance.standard_normal(shape)
+    return _lognormal(1.0, z) - _lognormal(0.7, z)
+
+
+def _unrelated(chance: np.random.Generator, shape: tuple[int, int]) -> _Numbers:
+    a, b = chance.standard_normal((2, *shape))
+    return _lognormal(1.5, b) - _lognormal(0.5, a)
+
+
+def _levels(chance: np.random.Generator, shape: tuple[int, int]) -> _Numbers:
+    """Return differences of three levels, each of which each replication has once, in any order."""
+    experiments, pairs = shape
+    means = np.tile([-1.0, 0.0, 1.0], (experiments, -(-pairs // 3), 1))
+    return chance.permuted(means, axis=2).reshape(experiments, -1)[:, :pairs] + chance.normal(0, 0.5, shape)
+
+
+def _yes_no_levels(chance: np.random.Generator, shape: tuple[int, int]) -> _Numbers:
+    """Return differences of sixty levels, at half of which A always succeeds and B never, at the others B."""
+    experiments, pairs = shape
+    signs = np.tile(np.repeat([-1.0, 1.0], 30), (experiments, -(-pairs // 60), 1))
+    return chance.permuted(signs, axis=2).reshape(experiments, -1)[:, :pairs]
+
+
+def _rare(share: float) -> _Differences:
+    """Return differences of 1 to one side, but for a few seeds that make up for all others."""
+
+    def of(chance: np.random.Generator, shape: tuple[int, int]) -> _Numbers:
+        return np.where(chance.random(shape) < share, 1 / share - 1, -1.0) + chance.normal(0, 0.1, shape)
+
+    unseen = 100 * (1 - share) ** _FEW
+    return _Differences(f"all but {share:.0%} of seeds better, on balance equal", of, unseen + 100 * _ALPHA)
+
+
+_SAME_MEANS: Final = (
+    _Differences("t with 3 degrees, and twice as wide", lambda chance, n: chance.standard_t(3, n), 100 * _ALPHA),
+    _Differences("three levels, better at one, worse at one", _levels, 100 * _ALPHA),
+    _Differences("sixty levels, A succeeds at half, B at the others", _yes_no_levels, 100 * _ALPHA, _yes(0.5)),
+    _Differences("normal and exponential", lambda chance, n: chance.exponential(1, n) - chance.normal(1, 1, n)),
+    _Differences("uniform and 0 or 1", lambda chance, n: chance.binomial(1, 0.1, n) - chance.uniform(0, 0.2, n)),
+    _Differences("uniform and beta (0.5, 4.5)", lambda chance, n: chance.beta(0.5, 4.5, n) - chance.uniform(0, 0.2, n)),
+    _Differences("constant and exponential", lambda chance, n: chance.exponential(1, n) - 1),
+    _Differences("constant and gamma (0.3)", lambda chance, n: chance.gamma(0.3, 1, n) - 0.3),
+    _Differences("constant and Pareto (2.5)", lambda chance, n: chance.pareto(2.5, n) - 1 / 1.5),
+    _Differences("constant and lognormal (0.5)", lambda chance, n: _lognormal(0.5, chance.standard_normal(n)) - 1),
+    _Differences("constant and lognormal (1)", lambda chance, n: _lognormal(1.0, chance.standard_normal(n)) - 1),
+    _Differences("constant and lognormal (1.5)", lambda chance, n: _lognormal(1.5, chance.standard_normal(n)) - 1),
+    _Differences("lognormal (0.7) and (1), common seeds", _common),
+    _Differences("lognormal (0.5) and (1.5), independent", _unrelated),
+    _rare(0.1),
+    _rare(0.05),
+    _rare(0.02),
+)
+
+
 def run(
     *,
-    experiments: int = 10_000,
+    experiments: int = 5_000,
     pairs: int = 200,
     powered: int = 2000,
     effects: Sequence[float] = (0.2, 0.5, 1.0),
@@ -104,16 +169,18 @@ def run(
     rows = []
     for measure in (*_REAL, _yes(0.5), _yes(0.95)):
         a, b = _runs(chance, measure, measure, (experiments, pairs), rho)
-        found = sum(_decided(one, two, measure) is not None for one, two in zip(a, b, strict=True))
+        found = sum(_decided(row, measure) is not None for row in b - a)
         share = 100 * found / experiments
         rows.append(Row(f"A against A, {measure.name}: false", share, "% of experiments", at_most=100 * _ALPHA))
     a, b = _runs(chance, _REAL[0], _REAL[0], (experiments, pairs), rho)
     rows.append(Row("A against A, normal: a t test at each look", 100 * _peeked(b - a), "% of experiments"))
-    for name, differences in _skewed(chance, (experiments, pairs)).items():
-        found = sum(_decided(np.zeros(pairs), row, _REAL[0]) is not None for row in differences)
-        rows.append(Row(f"equal means, {name}: false", 100 * found / experiments, "% of experiments"))
+    for each in _SAME_MEANS:
+        differences = each.of(chance, (experiments, pairs))
+        found = sum(_decided(row, each.measure) is not None for row in differences)
+        share = 100 * found / experiments
+        rows.append(Row(f"equal means, {each.name}: false", share, "% of experiments", at_most=each.at_most))
         once = 100 * float((stats.ttest_1samp(differences[:, :_FEW], 0, axis=1).pvalue < _ALPHA).mean())
-        rows.append(Row(f"equal means, {name}: a t test of {_FEW} pairs, once", once, "% of experiments"))
+        rows.append(Row(f"equal means, {each.name}: a t test of {_FEW} pairs, once", once, "% of experiments"))
     for effect in effects:
         for measure in _REAL:
             better = _moved(measure, effect * measure.stddev)
@@ -130,20 +197,20 @@ def _moved(measure: _Measure, by: float) -> _Measure:
 
 def _runs(
     chance: np.random.Generator, a: _Measure, b: _Measure, shape: tuple[int, int], rho: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[_Numbers, _Numbers]:
     """Return the values of A and of B, one experiment a row, one seed a column."""
     common, own = chance.standard_normal((2, *shape))
     rho = a.correlation(rho)
     return a.of(common), b.of(rho * common + math.sqrt(1 - rho**2) * own)
 
 
-def _decided(a: NDArray[np.float64], b: NDArray[np.float64], measure: _Measure) -> int | None:
-    """Return after how many pairs one is known to be better, by looking after each."""
-    criterion = Criterion(larger_is_better=True, yes_no=measure.yes_no, alpha=_ALPHA)
-    return verdict(a.tolist(), b.tolist(), criterion)[1]
+def _decided(differences: _Numbers, measure: _Measure) -> int | None:
+    """Return after how many pairs one is first said to be better, by looking after each, whatever later ones say."""
+    given = (first_above((way * differences).tolist(), 0.0, _ALPHA, yes_no=measure.yes_no) for way in (1, -1))
+    return min((after for after in given if after is not None), default=None)
 
 
-def _peeked(differences: NDArray[np.float64]) -> float:
+def _peeked(differences: _Numbers) -> float:
     """Return the share of experiments in which Student's t test is significant at some look, from the third pair on."""
     n = np.arange(1, differences.shape[1] + 1)
     means = differences.cumsum(axis=1) / n
@@ -157,12 +224,14 @@ def _until_known(
 ) -> list[Row]:
     """Return how many runs both take to find a difference with the same power.
 
-    Ours end at the latest after so many pairs that the power is that of Welch's test: what they take is a mean.
+    Ours end at the latest after so many pairs that the power is that of Welch's test: what they take is a mean. No
+    experiment has more pairs than that test takes, or than three times those before the first look.
     """
     fixed = _welch(chance, a, b, experiments)
-    first, second = _runs(chance, a, b, (experiments, fixed), rho)
-    after = [_decided(one, two, a) or math.inf for one, two in zip(first, second, strict=True)]
-    latest = min(float(np.quantile(after, _POWER, method="higher")), fixed)
+    pairs = max(fixed, 3 * _FEW)
+    first, second = _runs(chance, a, b, (experiments, pairs), rho)
+    after = [_decided(row, a) or math.inf for row in second - first]
+    latest = min(float(np.quantile(after, _POWER, method="higher")), pairs)
     mean = 2 * float(np.minimum(after, latest).mean())
     return [
         Row(f"{name}: runs until a verdict", mean, "runs", mean / (2 * fixed), ratio_at_most=_RATIO),
