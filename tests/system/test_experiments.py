@@ -131,16 +131,19 @@ def test_any_command_is_a_controller(experiment):
         "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
         "same": {"python": "controllers.py:go"},
         "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(100)"]},
+        "busy": {"command": ["sh", "-c", f"{sys.executable} -c 'while True: pass'"]},
         "killed": {"command": [sys.executable, "-c", "import os; print('oh no', flush=True); os.kill(os.getpid(), 9)"]},
         "no": {"command": [sys.executable, "-c", "raise SystemExit(1)"]},
         "none": {"command": "no_such_program"},
     }
-    found = experiment("commands", treatments=treatments, limits={"simulated": 600, "wall": 5})
+    found = experiment("commands", treatments=treatments, limits={"simulated": 600, "wall": 5, "processor": 6})
     by = {row["treatment"]: row for row in found}
 
     assert ("succeeded", f"seed {by['script']['seed']} run 0 hello") == (by["script"]["ending"], by["script"]["output"])
     assert by["same"]["at"] == by["script"]["at"]
-    assert ("hung", "it takes longer than 5 wall seconds") == (by["stuck"]["ending"], by["stuck"]["cause"])
+    waited = "it has waited for 5 wall seconds without computing anything"
+    assert ("hung", waited) == (by["stuck"]["ending"], by["stuck"]["cause"])
+    assert ("hung", "it takes longer than 6 s of processor time") == (by["busy"]["ending"], by["busy"]["cause"])
     assert ("crashed", "oh no") == (by["killed"]["ending"], by["killed"]["output"])
     assert "the controller ended with signal 9" == by["killed"]["cause"]
     assert "failed" == by["no"]["ending"]

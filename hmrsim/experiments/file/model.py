@@ -167,12 +167,14 @@ class Limits(Part):
 
     Attributes:
         simulated: Seconds of simulated time, after which it ends as ``timeout``.
-        wall: Seconds of the wall's clock.
+        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
+        processor: Seconds of processor time; as many as *wall* if left out.
         memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
     """
 
     simulated: Seconds = 3600.0
     wall: Seconds = 300.0
+    processor: Seconds | None = None
     memory: Memory | None = None
 
 

@@ -177,7 +177,7 @@ class Campaign:
         """
         runs = [run for each in lost for run in each]
         if alone and len(runs) == 1:
-            return [Row(runs[0], *ending_of_lost(self._plan.file.limits.wall, seconds), wall=seconds)]
+            return [Row(runs[0], *ending_of_lost(self._plan.file.limits, seconds), wall=seconds)]
         self._suspects += sorted(runs, key=lambda run: -run.number)
         return []
 

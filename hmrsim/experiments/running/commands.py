@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import time
 from collections.abc import Mapping
@@ -43,8 +44,10 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         words = words_of(treatment, plan.names(run.scenario))
     except (HmrsimError, ValueError) as error:
         return Row(run, ERROR, str(error), wall=time.monotonic() - began)
-    limits = plan.file.limits
-    settings = RunSettings(seed=run.seed, duration=limits.simulated, clock="lockstep", participant_timeout=limits.wall)
+    # Its limits end a run whose controller does not ask to advance.
+    settings = RunSettings(
+        seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep", participant_timeout=math.inf
+    )
     judge, trace = Judge(plan.file.ends), LateTrace(loaded.world, settings)
     report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
     sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
@@ -58,7 +61,7 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         except OSError as error:
             return Row(run, ERROR, f"{words[0]}: {error.strerror or error}", wall=time.monotonic() - began)
         with controller:
-            ending, cause = follow(controller, host, began + limits.wall)
+            ending, cause = follow(controller, host)
         over = host.pacing.over
         host.stop()
         # Nothing runs any more: what the simulator knows can be read.

@@ -17,15 +17,22 @@ SUCCEEDED, FAILED = "succeeded", "failed"
 """The endings of a controller that ends by itself."""
 
 
-class WallLimit(BaseException):
-    """A run takes too long; not an Exception, so that a controller does not catch it by accident."""
+class TimeLimit(BaseException):
+    """A run takes too long; not an Exception, so that a controller does not catch it by accident.
+
+    Args:
+        why: Which of its times is over.
+    """
+
+    def __init__(self, why: str = "it takes too long") -> None:
+        super().__init__(why)
 
 
 def control(controller: Controller, client: Client, simulator: Simulator) -> tuple[str, str]:
     """Let a controller control the robots; return its ending, and the cause if it has not ended by itself."""
     try:
         return (SUCCEEDED if controller(client, [*simulator.robots]) else FAILED), ""
-    except (WallLimit, Exception, SystemExit, BaseExceptionGroup) as error:  # noqa: BLE001 - whatever users' code raises
+    except (TimeLimit, Exception, SystemExit, BaseExceptionGroup) as error:  # noqa: BLE001 - whatever users' code raises
         return _ending(first_of(error))
 
 
@@ -33,7 +40,7 @@ def _ending(error: BaseException) -> tuple[str, str]:
     match error:
         case SimulatorGone():
             return FAILED, "; ".join(getattr(error, "__notes__", ()))
-        case WallLimit():
+        case TimeLimit():
             return HUNG, str(error)
         case Deadlock():
             return DEADLOCK, str(error)

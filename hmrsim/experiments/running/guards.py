@@ -1,10 +1,11 @@
-"""What keeps a run from harming others: limits of wall time and memory, and of what it prints."""
+"""What keeps a run from harming others: limits of time and memory, and of what it prints."""
 
 from __future__ import annotations
 
 import ctypes
 import faulthandler
 import io
+import math
 import multiprocessing
 import resource
 import signal
@@ -13,31 +14,19 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.experiments.judging.labels import DIED, HUNG
-from hmrsim.experiments.running.controlling import WallLimit
+from hmrsim.experiments.running.controlling import TimeLimit
+from hmrsim.experiments.running.meter import Meter
 
-_PATIENCE: Final = 1.5
-"""Times the limit after which the whole process is ended, if the run does not mind that it is over."""
-_GRACE: Final = 5.0
-"""Wall seconds to add to that."""
+if TYPE_CHECKING:
+    from hmrsim.experiments.running.meter import Limits
+
 _AT_ONCE: Final = 1e-3
 """Wall seconds until an alarm rings that was due meanwhile."""
 _TAIL: Final = 2_000
 """Characters of what a run prints that are kept."""
-
-
-class Limits(Protocol):
-    """What a run may take."""
-
-    @property
-    def wall(self) -> float:
-        """Seconds of the wall's clock."""
-
-    @property
-    def memory(self) -> int | None:
-        """Bytes that it may take beyond what its worker has."""
 
 
 class Tail(io.TextIOBase):
@@ -65,73 +54,99 @@ class Tail(io.TextIOBase):
         return "".join(self._pieces)[-_TAIL:].strip()
 
 
-def ending_of_lost(wall: float, seconds: float) -> tuple[str, str]:
+def ending_of_lost(limits: Limits, seconds: float) -> tuple[str, str]:
     """Return how a run has ended whose process is gone, and the cause.
 
     Args:
-        wall: The limit of the run, in wall seconds.
-        seconds: How long it was under way: a process that does not mind the limit is ended some time after it.
+        limits: Those of the run.
+        seconds: How many wall seconds it was under way: a process that does not mind them is ended some time later.
     """
-    if seconds >= _longest(wall):
-        return HUNG, f"it takes longer than {wall:g} wall seconds, and does not end"
+    if seconds >= Meter(limits).patience:
+        return HUNG, "it does not end when its time is over, by limits.wall or limits.processor"
     return DIED, "its worker has died, as of a segmentation fault or of too little memory"
 
 
-def _longest(wall: float) -> float:
-    """Return the wall seconds after which the process of a run is ended."""
-    return wall * _PATIENCE + _GRACE
-
-
 @contextmanager
-def guarded(limits: Limits) -> Iterator[Tail]:
+def guarded(limits: Limits, seconds: float = math.inf) -> Iterator[Tail]:
     """Keep a run within its limits; yield what gets all that it prints.
 
-    When the time is over, `WallLimit` is raised in it. A run that does not end by that takes its process with it.
+    When one of its times is over, `TimeLimit` is raised in it. A run that does not end by that takes its process with
+    it.
+
+    Args:
+        limits: What it may take.
+        seconds: Wall seconds after which it is ended in any case, as when nobody wants its result any more.
     """
     tail = Tail()
     with ExitStack() as stack:
         stack.enter_context(redirect_stdout(tail))
         stack.enter_context(redirect_stderr(tail))
-        stack.enter_context(_in_time(limits.wall))
+        stack.enter_context(_in_time(Meter(limits, seconds)))
         if limits.memory is not None:
             stack.enter_context(_in_memory(limits.memory))
         yield tail
 
 
 @contextmanager
-def _in_time(seconds: float) -> Iterator[None]:
-    why = f"it takes longer than {seconds:g} wall seconds"
+def _in_time(meter: Meter) -> Iterator[None]:
     on_main = threading.current_thread() is threading.main_thread()
-    if _ends_process():
-        faulthandler.dump_traceback_later(_longest(seconds), exit=True, file=2)
-    if on_main:
-
-        def ring(_number: int, _frame: Any) -> None:
-            raise WallLimit(why)
-
-        before = signal.signal(signal.SIGALRM, ring)
-        began = time.monotonic()
-        left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
+    _end_process_after(meter)
+    with _alarm(meter) if on_main else _watcher(meter):
         try:
             yield
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
-            if left:
-                # Somebody else's, such as that of a test.
-                signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), _AT_ONCE), interval)
             if _ends_process():
                 faulthandler.cancel_dump_traceback_later()
-        return
-    thread = ctypes.c_ulong(threading.get_ident())
-    timer = threading.Timer(seconds, ctypes.pythonapi.PyThreadState_SetAsyncExc, (thread, ctypes.py_object(WallLimit)))
-    timer.daemon = True
-    timer.start()
+
+
+@contextmanager
+def _alarm(meter: Meter) -> Iterator[None]:
+    """Have a signal look at a run of the main thread."""
+
+    def ring(_number: int, _frame: Any) -> None:
+        if meter.look():
+            raise TimeLimit(meter.why)
+        _end_process_after(meter)
+        signal.setitimer(signal.ITIMER_REAL, meter.left)
+
+    before = signal.signal(signal.SIGALRM, ring)
+    began = time.monotonic()
+    left, interval = signal.setitimer(signal.ITIMER_REAL, meter.left)
     try:
         yield
     finally:
-        timer.cancel()
-        faulthandler.cancel_dump_traceback_later()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        if left:
+            # Somebody else's, such as that of a test.
+            signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), _AT_ONCE), interval)
+
+
+@contextmanager
+def _watcher(meter: Meter) -> Iterator[None]:
+    """Have a thread look at a run of this thread, which is not the main one, as those of Dask's workers."""
+    runs, over = ctypes.c_ulong(threading.get_ident()), threading.Event()
+
+    def watch() -> None:
+        while not over.wait(meter.left):
+            if meter.look():
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(runs, ctypes.py_object(TimeLimit))
+                return
+            _end_process_after(meter)
+
+    watcher = threading.Thread(target=watch, name="hmrsim-limits", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        over.set()
+        watcher.join()
+
+
+def _end_process_after(meter: Meter) -> None:
+    """Have this process end if the run does not mind that its time is over, or lets nobody look."""
+    if _ends_process():
+        faulthandler.dump_traceback_later(meter.patience, exit=True, file=2)
 
 
 def _ends_process() -> bool:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Final, Self
 
 from hmrsim.experiments.judging.labels import CRASHED, HUNG, TIMEOUT
-from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED
+from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, TimeLimit
 from hmrsim.experiments.running.guards import Tail
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ GRACE: Final = 2.0
 """Wall seconds that a controller has to end by itself after the run has ended."""
 POLL: Final = 0.002
 """Wall seconds between two looks whether the controller, or the run, has ended."""
-TOO_LONG: Final = (HUNG, "it takes too long by the wall's clock")
-"""The ending of a controller that reaches the limit of wall time, and the cause."""
 _FAILED: Final = 1
 """The exit code of a controller that has failed, and not crashed."""
 
@@ -89,23 +87,24 @@ class ControllerProcess:
                 self._tail.write(text)
 
 
-def follow(controller: ControllerProcess, host: Host, until: float) -> tuple[str, str]:
+def follow(controller: ControllerProcess, host: Host) -> tuple[str, str]:
     """Wait for the end of a controller, or of the run; return its ending, and the cause if it has not ended by itself.
 
-    *until* is the last moment by the monotonic clock.
+    It is that of a run whose time is over if `TimeLimit` is raised meanwhile.
     """
-    while (code := controller.code) is None:
-        if host.wait(POLL):
-            wait_for_end(controller, until)
-            return TIMEOUT, ""
-        if time.monotonic() > until:
-            return TOO_LONG
+    try:
+        while (code := controller.code) is None:
+            if host.wait(POLL):
+                wait_for_end(controller)
+                return TIMEOUT, ""
+    except TimeLimit as limit:
+        return HUNG, str(limit)
     return ending_of(code)
 
 
-def wait_for_end(controller: ControllerProcess, until: float) -> None:
+def wait_for_end(controller: ControllerProcess) -> None:
     """Give a controller some time to end after the run has ended."""
-    deadline = min(until, time.monotonic() + GRACE)
+    deadline = time.monotonic() + GRACE
     while controller.code is None and time.monotonic() < deadline:
         time.sleep(POLL)
 

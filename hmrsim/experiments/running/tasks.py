@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
@@ -16,7 +17,7 @@ from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.judging.labels import ERROR, HUNG, MEMORY
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.commands import run_command
-from hmrsim.experiments.running.controlling import WallLimit
+from hmrsim.experiments.running.controlling import TimeLimit
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.experiments.running.single import run_in_process, unwatched
 from hmrsim.program.garbage import collect_rarely
@@ -73,12 +74,13 @@ def execute(task: Task) -> list[Row]:
 
 def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, whatever happens in it; *further* makes further sinks."""
+    began = time.perf_counter()
     try:
         with guarded(plan.file.limits) as tail:
             make = run_in_process if plan.treatments[run.treatment].in_process else run_command
             row = make(plan, run, further)
-    except WallLimit as limit:
-        return Row(run, HUNG, str(limit) or "it takes too long", wall=plan.file.limits.wall, output=tail.text)
+    except TimeLimit as limit:
+        return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
     except MemoryError:
         return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
     except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer

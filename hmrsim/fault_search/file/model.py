@@ -46,12 +46,14 @@ class Limits(Part):
     Attributes:
         simulated: Seconds of simulated time, by which the controller has to end; None for ten times what it takes
             without faults, and ten minutes more.
-        wall: Seconds of the wall's clock.
+        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
+        processor: Seconds of processor time; as many as *wall* if left out.
         memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
     """
 
     simulated: Seconds | None = None
     wall: Seconds = 20.0
+    processor: Seconds | None = None
     memory: Memory | None = None
 
 

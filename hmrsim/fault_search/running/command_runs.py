@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.experiments.judging.labels import TIMEOUT
+from hmrsim.experiments.judging.labels import HUNG, TIMEOUT
+from hmrsim.experiments.running.controlling import TimeLimit
 from hmrsim.experiments.running.processes import (
     POLL,
-    TOO_LONG,
     ControllerProcess,
     ending_of,
     wait_for_end,
@@ -61,9 +61,7 @@ class CommandRun(NamedTuple):
     output: str
 
 
-def run_command_controller(
-    host: Host, command: Command, disturber: Disturber | None = None, until: float = math.inf
-) -> CommandRun:
+def run_command_controller(host: Host, command: Command, disturber: Disturber | None = None) -> CommandRun:
     """Run a command to its end; all of its processes are killed then, and have left lockstep.
 
     Its endings are those of an experiment's command, and `killed`; of one that was started again the last run counts.
@@ -72,21 +70,19 @@ def run_command_controller(
         host: Serves the world in lockstep, and was started; *disturber* watches it.
         command: What is run. The second process has ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` heeds.
         disturber: What disturbs it.
-        until: The last moment by the monotonic clock.
 
     Raises:
         OSError: It can't be started.
     """
-    return _Commands(host, command, disturber or Disturber(), until).run()
+    return _Commands(host, command, disturber or Disturber()).run()
 
 
 class _Commands(Cast):
     """The processes of a run."""
 
-    def __init__(self, host: Host, command: Command, disturber: Disturber, until: float) -> None:
+    def __init__(self, host: Host, command: Command, disturber: Disturber) -> None:
         self._host = host
         self._command = command
-        self._until = until
         self._killed = False
         self._others: list[_Other] = []
         super().__init__(host, disturber)
@@ -106,7 +102,13 @@ class _Commands(Cast):
         return ControllerProcess(self._command.words, self._command.folder, variables)
 
     def _follow(self) -> tuple[str, str]:
-        """Wait for the end of the controller, or of the run."""
+        """Wait for the end of the controller, of the run, or of its time."""
+        try:
+            return self._followed()
+        except TimeLimit as limit:
+            return HUNG, str(limit)
+
+    def _followed(self) -> tuple[str, str]:
         while True:
             code = self._first.code
             if self._killed:
@@ -120,15 +122,13 @@ class _Commands(Cast):
                 return ending_of(code)
             if self._host.wait(POLL):
                 return self._after_the_run()
-            if time.monotonic() > self._until:
-                return TOO_LONG
             if ended := self._look_at_others():
                 return ended
 
     def _after_the_run(self) -> tuple[str, str]:
         if self._killed:
             return GONE if self._gone else (TIMEOUT, "")
-        wait_for_end(self._first, self._until)
+        wait_for_end(self._first)
         return TIMEOUT, ""
 
     def _look_at_others(self) -> tuple[str, str] | None:

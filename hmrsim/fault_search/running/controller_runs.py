@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.judging.labels import CRASHED, HUNG
-from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, WallLimit
+from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, TimeLimit
 from hmrsim.fault_search.disturbances import Disturber
 from hmrsim.fault_search.running.actors import GRACE, Actor
 from hmrsim.fault_search.running.cast import GONE, Cast
@@ -61,7 +61,7 @@ class _Controllers(Cast):
                 self._first = Actor(self._host, self._controller, self._name)
                 self._first.play()
             ending, cause = self._ending()
-        except WallLimit as limit:
+        except TimeLimit as limit:
             ending, cause = HUNG, str(limit)
         on_end(ending)
         for each in self._others:

@@ -191,7 +191,7 @@ class Evaluator:
         except BrokenExecutor:
             self.stop()
             seconds = time.monotonic() - begun
-            return [without_run(self._check, case, *ending_of_lost(self._check.file.limits.wall, seconds))]
+            return [without_run(self._check, case, *ending_of_lost(self._check.file.limits, seconds))]
 
 
 class _Begun(NamedTuple):

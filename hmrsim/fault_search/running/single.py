@@ -17,7 +17,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, MEMORY
 from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.controlling import WallLimit
+from hmrsim.experiments.running.controlling import TimeLimit
 from hmrsim.experiments.running.guards import guarded
 from hmrsim.fault_search.disturbances import Disturbance, Disturber
 from hmrsim.fault_search.running.cast import KILLED
@@ -47,9 +47,6 @@ if TYPE_CHECKING:
 
 Ending = tuple[str, str]
 """How a run has ended, and what that alone does not say."""
-
-_LEAST: Final = 1e-3
-"""Wall seconds that a run has at least."""
 
 _KILLING: Final = ("controller_killed", "second_controller")
 """Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
@@ -88,14 +85,10 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
 def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outcome | None:
     """Return what comes of a case, whatever happens in it; None if it takes longer than there are wall *seconds*."""
     began = time.perf_counter()
-    limits = check.file.limits
-    cut = seconds < limits.wall
-    if cut:
-        limits = limits.model_copy(update={"wall": max(seconds, _LEAST)})
     try:
-        with guarded(limits):
-            outcome = _Run(check, case, wanted, limits.wall).outcome()
-    except WallLimit as limit:
+        with guarded(check.file.limits, seconds):
+            outcome = _Run(check, case, wanted).outcome()
+    except TimeLimit as limit:
         outcome = without_run(check, case, HUNG, str(limit))
     except MemoryError:
         outcome = without_run(check, case, MEMORY, "it takes more memory than there is")
@@ -103,9 +96,10 @@ def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outc
         outcome = Outcome(ERROR, str(error))
     except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
         outcome = Outcome(ERROR, described(error))
-    if cut and outcome.ending == HUNG:
+    wall = time.perf_counter() - began
+    if outcome.ending == HUNG and wall >= seconds:
         return None
-    return replace(outcome, wall=time.perf_counter() - began)
+    return replace(outcome, wall=wall)
 
 
 def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
@@ -122,8 +116,7 @@ def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
 class _Run:
     """One run."""
 
-    def __init__(self, check: Check, case: Case, wanted: Wanted, wall: float) -> None:
-        self._wall = wall
+    def __init__(self, check: Check, case: Case, wanted: Wanted) -> None:
         self._check, self._case, self._wanted = check, case, wanted
         self._world = check.world_of(case)
         self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
@@ -172,9 +165,9 @@ class _Run:
             return *self._judged(ending, cause, over=over), stamp(host.simulator.now)
 
     def _as_command(self) -> tuple[str, str, int]:
-        began, check, wall = time.monotonic(), self._check, self._wall
+        check = self._check
         words = words_of(check.treatment, {})
-        settings = self._settings.model_copy(update={"participant_timeout": wall})
+        settings = self._settings.model_copy(update={"participant_timeout": math.inf})
         loaded = LoadedWorld(self._world, Path(check.place), ())
         options = SessionOptions(listen=("tcp/127.0.0.1:0",))
         with Host(loaded, options, settings, watchers=self._watchers) as host:
@@ -183,9 +176,7 @@ class _Run:
             variables = {key: str(value) for key, value in check.treatment.set.items()}
             variables |= {"HMRSIM_SEED": str(host.simulator.seed), "HMRSIM_RUN": self._case.key[:16]}
             try:
-                run = run_command_controller(
-                    host, Command(words, check.folder, variables), self._disturber, began + wall
-                )
+                run = run_command_controller(host, Command(words, check.folder, variables), self._disturber)
             except OSError as error:
                 raise HmrsimError(f"{words[0]}: {error.strerror or error}") from None
             over, self._output = host.pacing.over, run.output

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from hmrsim.experiments.running.controlling import WallLimit, control
+from hmrsim.experiments.running.controlling import TimeLimit, control
 from hmrsim.interfaces.nav2_msgs import Spin
 from hmrsim_zenoh.errors import GoalRejectedError, SimulationEnded
 
@@ -49,7 +49,7 @@ def raises_in_a_task(error: BaseException) -> Callable[..., Any]:
     ("error", "ending", "cause"),
     [
         (SimulationEnded("the run is over"), "failed", ""),
-        (WallLimit("too long"), "hung", "too long"),
+        (TimeLimit("too long"), "hung", "too long"),
         (MemoryError(), "out_of_memory", "it takes more memory than its limit"),
     ],
 )

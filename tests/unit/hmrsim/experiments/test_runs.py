@@ -75,6 +75,11 @@ def sleeps(client):
     time.sleep(60)
 
 
+def computes(client):
+    while True:
+        pass
+
+
 def insists(client):
     while True:
         with suppress(GoalFailed):
@@ -203,7 +208,19 @@ def test_a_controller_that_takes_too_long_is_ended(row):
     """A controller that takes too long is ended."""
     found = row("sleeps", limits={"wall": 0.3})
     assert (found.ending, found.at) == (HUNG, 0.0)
-    assert "it takes longer than 0.3 wall seconds" in found.cause
+    assert "it has waited for 0.3 wall seconds without computing anything" in found.cause
+
+
+def test_a_controller_that_computes_too_long_is_ended_by_its_processor_time(row):
+    """The limit of wall time does not count what it computes."""
+    found = row("computes", limits={"wall": 0.05, "processor": 0.3})
+    assert (found.ending, found.at) == (HUNG, 0.0)
+    assert "it takes longer than 0.3 s of processor time" in found.cause
+
+
+def test_the_limit_of_processor_time_is_that_of_wall_time_if_left_out(row):
+    """One number is enough."""
+    assert "it takes longer than 0.2 s of processor time" in row("computes", limits={"wall": 0.2}).cause
 
 
 @pytest.mark.parametrize(
