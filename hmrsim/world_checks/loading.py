@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import MAX_FINDINGS
 from hmrsim.errors import Problem, WorldError
@@ -49,7 +49,7 @@ class LoadedWorld:
     warnings: tuple[Problem, ...]
     files: tuple[Path, ...] = ()
 
-    @cached_property
+    @property
     def hash(self) -> str:
         """SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same."""
         return world_hash(self.world)
@@ -185,10 +185,32 @@ def _in_order(problems: list[Problem], file: str) -> list[Problem]:
 
 
 def world_hash(world: World) -> str:
-    """Return the SHA-256 of a world in canonical JSON, as 64 hex digits.
+    """Return the SHA-256 of a world in canonical JSON, as 64 hex digits; it is computed once for each world.
 
     What is at its default is left out, so that a key that worlds get later does not change the hash of one without it.
     """
+    return _HASHES.of(world)
+
+
+class _Hashes:
+    """The hashes of worlds, by identity: to compare worlds takes as long as to hash them."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, str] = {}
+
+    def of(self, world: World) -> str:
+        """Return the hash of a world, which is forgotten with it."""
+        key = id(world)
+        if key not in self._known:
+            self._known[key] = _digest(world)
+            weakref.finalize(world, self._known.pop, key, None).atexit = False
+        return self._known[key]
+
+
+_HASHES: Final = _Hashes()
+
+
+def _digest(world: World) -> str:
     digest = hashlib.sha256()
     large = {"lanes": _lanes, "waypoints": _waypoints}
     data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={*large})

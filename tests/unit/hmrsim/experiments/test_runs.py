@@ -12,6 +12,7 @@ from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.experiments.running.tasks import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
+from hmrsim.world_checks import loading
 
 if TYPE_CHECKING:
     from hmrsim.experiments.results.row import Row
@@ -315,3 +316,16 @@ def test_a_task_is_some_runs_of_the_plan_that_is_meant(row, tmp_path):
     assert [each.run.number for each in rows] == [2, 0]
     with pytest.raises(Exception, match="has changed since the experiment was started"):
         execute(Task(str(plan.path), (), "another", (0,)))
+
+
+def test_a_world_is_hashed_once_for_all_of_its_runs(row, tmp_path, monkeypatch):
+    """The header of each trace has the hash, and each client asks for it."""
+    row("drive", keep={"traces": "all"})
+    plan = read_plan(tmp_path / "e.yaml")
+    hashed: list[str] = []
+    monkeypatch.setattr(loading, "_digest", lambda world: hashed.append(world.name) or f"{len(hashed)}")
+
+    traces = [execute_run(plan, run).trace for number in range(3) if (run := plan.run_of(number)) is not None]
+
+    assert ["two"] == hashed
+    assert ['"hash":"1"' in trace for trace in traces] == [True] * 3
