@@ -80,7 +80,7 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
         mark = error.problem_mark or error.context_mark
         # From 6.0.4 on PyYAML has a bound of its own, which its parser meets before the events reach ours.
         deep = "nesting depth" in (error.problem or "")
-        why = f"is nested deeper than {MAX_DEPTH}" if deep else f"is not valid YAML: {error.problem}"
+        why = f"is nested deeper than {MAX_DEPTH}" if deep else f"is not valid YAML: {_problem(error, text)}"
         raise Unreadable(why, mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
         raise Unreadable(f"is not valid YAML: {str(error).splitlines()[0]}", None) from None
@@ -90,6 +90,21 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
     if builder.root is None:
         raise Unreadable("is empty", None)
     return builder.root.value, builder.root.lines, builder.findings
+
+
+def _problem(error: yaml.MarkedYAMLError, text: str) -> str:
+    """Return what is wrong; of a character that may not be where it is, which one and in which column."""
+    problem, mark = str(error.problem), error.problem_mark
+    lines = text.split("\n")
+    if mark is None or mark.line >= len(lines):
+        return problem
+    begin = lines[mark.line][: mark.column + 1]
+    if begin.endswith("\t") or "tab character" in problem:
+        column = len(begin) if begin.endswith("\t") else lines[mark.line].find("\t") + 1
+        return f"there is a tab in column {column}; indent with spaces"
+    if "cannot start any token" in problem:
+        return f"{shown(begin[-1:])} in column {len(begin)} can't begin a value; put the value in quotes"
+    return problem
 
 
 def line_of(lines: Lines, path: Path) -> int:
