@@ -11,10 +11,9 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.terminal_line import TerminalLine
 from hmrsim.experiments.comparing import withdrawal
-from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
-from hmrsim.experiments.running.checking import check_plan
+from hmrsim.experiments.running.checking import check_file
 from hmrsim.experiments.running.executors import factory_of
 
 if TYPE_CHECKING:
@@ -67,8 +66,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _checked(args: argparse.Namespace) -> Plan:
-    plan = read_plan(args.file, args.variant)
-    for problem in check_plan(plan):
+    plan, warnings = check_file(args.file, args.variant)
+    for problem in warnings:
         warn(f"warning: {problem}")
     return plan
 

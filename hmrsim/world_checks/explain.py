@@ -137,7 +137,7 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     if kind == "extra_forbidden":
         loc = details["loc"]
         known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], *models)
-        text = f"unknown key {path[-1]!r}{instead(str(path[-1]), known)}"
+        text = f"unknown key {path[-1]!r}{_split(str(path[-1]), value) or instead(str(path[-1]), known)}"
     elif kind == "missing" and isinstance(value, (list, tuple)):
         text = f"expected {_count(details, path)}, got {len(value)}"
     elif kind == "missing":
@@ -156,6 +156,13 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text
+
+
+def _split(key: str, value: object) -> str:
+    """Return what to do about a key that is the rest of a text with a comma; nothing for other keys."""
+    if value is None and any(key.count(end) > key.count(begin) for begin, end in ("()", "[]")):
+        return "; within { } a comma begins another key; put the text before it, with all of this, in quotes"
+    return ""
 
 
 def _limit(kind: str, context: Mapping[str, Any], value: object) -> str:

@@ -6,7 +6,9 @@ import re
 import shlex
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+
+from hmrsim.diagnostics import shown
 
 _MAX_COUNT: Final = 10_000_000
 _MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
@@ -15,7 +17,16 @@ _BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 Count = Annotated[int, Field(strict=True, ge=1, le=_MAX_COUNT)]
 Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
-Level = str | int | float | bool
+
+
+def _level(value: Any) -> Any:
+    if not isinstance(value, (str, int, float)):
+        raise ValueError(f"expected a number, a text, true or false, got {shown(value)}")  # noqa: TRY004 - pydantic takes no TypeError
+    return value
+
+
+Level = Annotated[str | int | float | bool, BeforeValidator(_level)]
+"""A level of a factor, or a parameter of a controller."""
 
 
 class Part(BaseModel):
@@ -247,8 +258,15 @@ class Keep(Part):
     coverage: Annotated[bool, Field(strict=True)] = False
 
 
-def _design(value: Any) -> str:
-    return "name" if isinstance(value, str) else "mapping"
+def _kind(value: Any) -> str:
+    """Return which of two kinds a value is meant as, so that it has the errors of that kind alone."""
+    return "mapping" if isinstance(value, (dict, Part)) else "other"
+
+
+Levels = Annotated[Annotated[tuple[Level, ...], Tag("other")] | Annotated[Range, Tag("mapping")], Discriminator(_kind)]
+AnyDesign = Annotated[
+    Annotated[Literal["full", "one_at_a_time"], Tag("other")] | Annotated[Design, Tag("mapping")], Discriminator(_kind)
+]
 
 
 def _one_or_several(value: Any) -> Any:
@@ -262,8 +280,8 @@ class ExperimentFile(Part):
     world: str = Field(description="A world file, from the folder of this file, or the name of a shipped world.")
     tables: dict[Identifier, Any] = Field(default={}, description="Named tables in YAML, JSON or CSV, or written out.")
     levels: str | dict[str, Any] | None = Field(default=None, description="A table of this name, as in `tables`.")
-    factors: dict[Identifier, tuple[Level, ...] | Range] = Field(default={}, description="What is varied, by name.")
-    design: Literal["full", "one_at_a_time"] | Design = "full"
+    factors: dict[Identifier, Levels] = Field(default={}, description="What is varied, by name.")
+    design: AnyDesign = "full"
     treatments: dict[Identifier, Treatment] = Field(min_length=1)
     replications: Annotated[Replications, BeforeValidator(_replications)] = Replications()
     seed: Annotated[int, Field(strict=True)] = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
@@ -25,6 +25,7 @@ from hmrsim.experiments.file.model import (
     Until,
 )
 from hmrsim.experiments.file.plan import Plan
+from hmrsim.experiments.judging.labels import BUILT_IN
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import Document
 from hmrsim.world.merging import Source
@@ -53,6 +54,8 @@ RESERVED: Final = (
 """The columns of results, which no factor and no measure may be called."""
 
 _LEVELS: Final = "levels"
+_OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "measures")
+"""The keys below which each name stands for itself, so that one that is wrong leaves the others."""
 
 
 def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
@@ -64,6 +67,36 @@ def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
 
     Raises:
         ExperimentError: Something is wrong; it has all errors of the file itself.
+    """
+    reading = read_what_is_right(path, variants)
+    if reading.problems or reading.plan is None:
+        raise ExperimentError(reading.problems)
+    return reading.plan
+
+
+class Reading(NamedTuple):
+    """What the file of an experiment says.
+
+    Attributes:
+        plan: The experiment without the parts that are wrong; None if nothing else can be looked at.
+        problems: What is wrong, in order of the lines.
+        lost: The keys of the file of which a part is missing in the plan.
+    """
+
+    plan: Plan | None
+    problems: list[Problem]
+    lost: Collection[str] = ()
+
+
+def read_what_is_right(path: str | Path, variants: Collection[str] = ()) -> Reading:
+    """Return the plan of an experiment's file as far as it is right, so that the rest can be checked, too.
+
+    Args:
+        path: The file, YAML or JSON.
+        variants: The names of the variants to lay over the world, in this order.
+
+    Raises:
+        ExperimentError: It can't be read, or is no mapping.
     """
     file = str(path)
     try:
@@ -79,25 +112,49 @@ def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
         )
     line = partial(line_of, lines)
     findings = list(twice)
-    try:
-        model = ExperimentFile.model_validate(data)
-    except ValidationError as error:
-        findings += explain(error, data, parts=_PARTS)
-        raise ExperimentError(problems_of(findings, file, line)) from None
+    model, lost = _model(data, findings)
+    if model is None:
+        return Reading(None, problems_of(findings, file, line))
     folder = Path(path).absolute().parent
     tables = _tables(model, folder, findings)
-    scenarios = _scenarios(model, folder, findings)
-    findings += _names(model, tables)
+    scenarios = () if "design" in lost or "factors" in lost else _scenarios(model, folder, findings)
+    if not scenarios:
+        lost.add("factors")
+    findings += _names(model, tables, lost)
+    chosen = [name for name in variants if name in model.variants]
     findings += [
         Finding(("variants",), f"there is no variant {name!r}{instead(name, model.variants)}", name)
         for name in variants
-        if name not in model.variants
+        if name not in chosen and "variants" not in lost
     ]
-    if findings:
-        raise ExperimentError(problems_of(findings, file, line))
     overlays = [_overlay(file, data, ("overlay",), line)] if model.overlay else []
-    overlays += [_overlay(file, data, ("variants", name), line) for name in variants]
-    return Plan(Path(path).absolute(), model, scenarios, overlays, tables, _world(model.world, folder), tuple(variants))
+    overlays += [_overlay(file, data, ("variants", name), line) for name in chosen]
+    plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, _world(model.world, folder), tuple(chosen))
+    return Reading(plan, problems_of(findings, file, line), lost)
+
+
+def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFile | None, set[str]]:
+    """Return what a file says, without what is wrong, and the keys of which something is missing; add what is wrong."""
+    try:
+        return ExperimentFile.model_validate(data), set()
+    except ValidationError as error:
+        wrong = explain(error, data, parts=_PARTS)
+    findings += wrong
+    left = dict(data)
+    lost: set[str] = set()
+    for key, *below in (each.path for each in wrong if each.path):
+        lost.add(str(key))
+        if key in _OF_NAMES and below and isinstance(left.get(key), dict):
+            left[key] = {name: value for name, value in left[key].items() if name != below[0]}
+        else:
+            left.pop(str(key), None)
+    instead_of_lost = {"name": "unnamed", "world": "", "treatments": {"unnamed": {"python": ""}}}
+    missing = {key: value for key, value in instead_of_lost.items() if not left.get(key)}
+    try:
+        model = ExperimentFile.model_validate({**left, **missing})
+    except ValidationError:
+        return None, lost
+    return (model.model_copy(update={"treatments": {}}) if "treatments" in missing else model), lost
 
 
 def _world(source: str, folder: Path) -> str:
@@ -138,8 +195,8 @@ def _scenarios(model: ExperimentFile, folder: Path, findings: list[Finding]) -> 
     return ()
 
 
-def _names(model: ExperimentFile, tables: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield an error for each name that means two things, and for measures that are not there."""
+def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[str]) -> Iterator[Finding]:
+    """Yield an error for each name that means two things, and for those of what is not there, unless it is *lost*."""
     seen: dict[str, str] = dict.fromkeys(RESERVED, "a column of the results")
     seen |= dict.fromkeys(tables, "a table")
     for key, names in (("factors", model.factors), ("measures", model.measures)):
@@ -148,10 +205,16 @@ def _names(model: ExperimentFile, tables: Mapping[str, Any]) -> Iterator[Finding
                 message = f"{name!r} is {seen[name]} already; give another name"
                 yield Finding((key, name), message, name)
             seen[name] = f"one of the {key}"
+    if "successes" in model.model_fields_set and "ends" not in lost:
+        known = [*model.ends, *BUILT_IN]
+        for place, label in enumerate(model.successes):
+            if label not in known:
+                what = f"no run ends as {label!r}, as there is no such ending{instead(label, known)}"
+                yield Finding(("successes", place), f"{what}; define it under ends, or leave it out", label)
     until = model.replications.until
-    if until is not None and until.decided and len(model.treatments) == 1:
+    if until is not None and until.decided and len(model.treatments) == 1 and "treatments" not in lost:
         message = "there is one treatment, and nothing to decide; give relative_error"
         yield Finding(("replications", "until", "decided"), message)
-    if until is not None and until.measure not in model.measures:
+    if until is not None and until.measure not in model.measures and "measures" not in lost:
         message = f"there is no measure {until.measure!r}{instead(until.measure, model.measures)}"
         yield Finding(("replications", "until", "measure"), message, until.measure)

@@ -20,3 +20,5 @@ ERROR: Final = "error"
 """The ending of a run that could not be made, as its world or its controller can't be loaded."""
 MISHAPS: Final = frozenset({CRASHED, HUNG, DEADLOCK, MEMORY, DIED, ERROR})
 """The endings that say more about a controller, or the machine, than about the mission."""
+BUILT_IN: Final = ("succeeded", "failed", TIMEOUT, *sorted(MISHAPS))
+"""The endings that runs may have without being defined."""

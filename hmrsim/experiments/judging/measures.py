@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.experiments.judging.labels import MISHAPS, TIMEOUT
+from hmrsim.experiments.judging.labels import BUILT_IN
 from hmrsim.report.orders import quantile
 from hmrsim.world.overlays.expressions import evaluate, names_in
 
@@ -70,7 +70,7 @@ class Names(Mapping[str, Any]):
     ) -> None:
         self._made: dict[str, Callable[[], Any]] = {
             "end": lambda: {"label": judge.label, "at": judge.at},
-            "ends": lambda: {**dict.fromkeys(labels, 0), **dict.fromkeys(_BUILT_IN, 0), judge.label: 1},
+            "ends": lambda: {**dict.fromkeys(labels, 0), **dict.fromkeys(BUILT_IN, 0), judge.label: 1},
             "energy": lambda: math.fsum(_energy(simulator)),
             "recoveries": lambda: sum(robot.recoveries for robot in simulator.robots.values()),
             "goals": lambda: judge.counts,
@@ -109,9 +109,6 @@ class _Reported(dict[str, Any]):
 
     def __missing__(self, name: str) -> None:
         return None
-
-
-_BUILT_IN: Final = ("succeeded", "failed", TIMEOUT, *sorted(MISHAPS))
 
 
 def _energy(simulator: Simulator) -> Iterator[float]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.diagnostics import Finding, dotted, instead
+from hmrsim.diagnostics import Finding, instead, problems_of
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
+from hmrsim.experiments.file.reading import read_what_is_right
 from hmrsim.experiments.judging.measures import NAMES
 from hmrsim.experiments.judging.unknown_parts import unknown_parts
 from hmrsim.experiments.running.controllers import controller_of
@@ -21,62 +22,92 @@ from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.yaml_text import line_of, read
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hmrsim.experiments.file.model import Ending
     from hmrsim.experiments.file.plan import Plan
     from hmrsim.world.model import World
 
 
-def check_plan(plan: Plan, tell: Callable[[int], None] = lambda _scenario: None) -> list[Problem]:
-    """Return the warnings of the worlds of all scenarios; raise all errors.
+_OF_WORLDS: Final = frozenset({"world", "tables", "levels", "factors", "design", "overlay", "variants"})
+"""The keys of a file without which its worlds can't be known."""
+_OF_NAMES: Final = frozenset({"tables", "levels", "factors", "design"})
+"""The keys of a file without which the values of expressions can't be known."""
+
+
+def check_file(
+    path: str | Path, variants: Collection[str] = (), tell: Callable[[int], None] = lambda _scenario: None
+) -> tuple[Plan, list[Problem]]:
+    """Return the plan of an experiment's file, and the warnings of all that it needs; raise all errors at once.
 
     Args:
-        plan: The experiment.
+        path: The file, YAML or JSON.
+        variants: The names of the variants to lay over the world, in this order.
         tell: Called with the number of each scenario whose world was checked.
 
     Raises:
         ExperimentError: Something is wrong; it has all errors.
     """
-    problems: dict[Problem, None] = {}
+    reading = read_what_is_right(path, variants)
+    if reading.plan is None:
+        raise ExperimentError(reading.problems)
+    errors, warnings = _problems(reading.plan, str(path), reading.lost, tell)
+    errors = [*reading.problems, *errors]
+    if errors:
+        raise ExperimentError(sorted(errors, key=lambda problem: (problem.file != str(path), problem.line or 0)))
+    return reading.plan, warnings
+
+
+def _problems(
+    plan: Plan, file: str, lost: Collection[str], tell: Callable[[int], None]
+) -> tuple[list[Problem], list[Problem]]:
+    """Return the errors and the warnings of all that an experiment needs; what depends on what is *lost* has none."""
+    errors, warnings, world = ([], [], None) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
+    unknown = [*unknown_parts(plan.file, world)] if world is not None and "ends" not in lost else []
+    findings = [*_measures(plan), *_endings(plan, world)]
+    findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
+    if not _OF_NAMES & {*lost}:
+        findings += _treatments(plan)
+    if findings:
+        _, lines, _ = read(read_text(plan.path, file))
+        errors += problems_of(findings, file, partial(line_of, lines))
+    doubtful = [
+        Problem(file, f"measures.{each.measure}", each.text, severity="warning") for each in unknown if not each.certain
+    ]
+    return errors, [*warnings, *_without_success(plan, file), *_without_effect(plan, file), *_too_few(plan, file), *doubtful]
+
+
+def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem], World | None]:
+    """Return the errors and the warnings of the worlds of all scenarios, and the first world without errors."""
+    errors: dict[Problem, None] = {}
     warnings: dict[Problem, None] = {}
+    world: World | None = None
     for scenario, levels in enumerate(plan.scenarios):
         try:
-            warnings |= dict.fromkeys(plan.world(scenario).warnings)
+            loaded = plan.world(scenario)
+            warnings |= dict.fromkeys(loaded.warnings)
+            world = world or loaded.world
         except WorldError as error:
             said = ", ".join(f"{name}={level}" for name, level in levels.items())
             for problem in error.problems:
-                known = problem.severity == "error" and not any(_alike(problem, each) for each in problems)
+                known = problem.severity == "error" and not any(_alike(problem, each) for each in errors)
                 if known:
                     place = f"{problem.message} (scenario {scenario}{f': {said}' if said else ''})"
-                    problems[replace(problem, message=place)] = None
+                    errors[replace(problem, message=place)] = None
         tell(scenario)
-    world = None if problems else plan.world(0).world
-    unknown = [*unknown_parts(plan.file, world)] if world is not None else []
-    findings = [*_treatments(plan), *_measures(plan), *_endings(plan, world)]
-    findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
-    if findings or problems:
-        _, lines, _ = read(read_text(plan.path, str(plan.path)))
-        line = partial(line_of, lines)
-        found = [Problem(str(plan.path), dotted(each.path), each.message, line(each.path)) for each in findings]
-        ordered = sorted([*problems, *found], key=lambda problem: (problem.file != str(plan.path), problem.line or 0))
-        raise ExperimentError(ordered)
-    doubtful = [
-        Problem(str(plan.path), f"measures.{each.measure}", each.text, severity="warning")
-        for each in unknown
-        if not each.certain
-    ]
-    return [*warnings, *_without_success(plan), *_without_effect(plan), *_too_few(plan), *doubtful]
+    return [*errors], [*warnings], world
 
 
-def _without_success(plan: Plan) -> Iterator[Problem]:
+def _without_success(plan: Plan, path: str) -> Iterator[Problem]:
     """Yield a warning if no ending of the file counts as a success, and the file does not say which do."""
     file = plan.file
     if "successes" not in file.model_fields_set and file.ends and not file.ends.keys() & {*file.successes}:
         names = ", ".join(file.ends)
         message = f"a run that ends as {names} is no success; if it should be one, add successes: [{names}]"
-        yield Problem(str(plan.path), "ends", message, severity="warning")
+        yield Problem(path, "ends", message, severity="warning")
 
 
-def _without_effect(plan: Plan) -> Iterator[Problem]:
+def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
     """Yield a warning for each factor that nothing asks for, as the runs of all its levels are alike."""
     file = plan.file
     treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
@@ -88,10 +119,10 @@ def _without_effect(plan: Plan) -> Iterator[Problem]:
     for factor in file.factors:
         if factor not in used:
             message = f"nothing asks for ${factor}, so that its levels differ by chance alone; use it in the overlay"
-            yield Problem(str(plan.path), f"factors.{factor}", message, severity="warning")
+            yield Problem(path, f"factors.{factor}", message, severity="warning")
 
 
-def _too_few(plan: Plan) -> Iterator[Problem]:
+def _too_few(plan: Plan, path: str) -> Iterator[Problem]:
     """Yield a warning if an experiment that goes on until it is decided ends before most measures can be."""
     replications, scenarios = plan.file.replications, len(plan.scenarios)
     pairs = replications.max * scenarios
@@ -99,7 +130,7 @@ def _too_few(plan: Plan) -> Iterator[Problem]:
         needed = math.ceil(FIRST_LOOK / scenarios)
         unless = f"unless {replications.until.measure} is 0 or 1"
         message = f"nothing is decided before {FIRST_LOOK} pairs of runs, {unless}; make it {needed} or more"
-        yield Problem(str(plan.path), "replications.max", message, severity="warning")
+        yield Problem(path, "replications.max", message, severity="warning")
 
 
 def _alike(problem: Problem, other: Problem) -> bool:

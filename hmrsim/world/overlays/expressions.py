@@ -150,6 +150,12 @@ def _parsed(text: str) -> ast.expr:
         ) from None
     level: list[ast.AST] = [parsed]
     for _ in range(_MAX_DEPTH):
+        for node in level:
+            if isinstance(node, ast.Call):
+                raise OverlayFlaw(
+                    f"{shortened(ast.unparse(node.func))!r} is called, but an expression has no functions, only names, "
+                    "keys, numbers and + - * / // %; calculate it elsewhere, as in a table or from exported results"
+                )
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         if not level:
             return parsed

@@ -15,7 +15,7 @@ from hmrsim.errors import ExperimentError
 from hmrsim.experiments.file.designs import scenarios_of
 from hmrsim.experiments.file.model import ExperimentFile
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.checking import check_plan
+from hmrsim.experiments.running.checking import check_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,7 +40,7 @@ def written(folder: Path, **changes: Any) -> Path:
 def problems(path: Path) -> list[str]:
     """Return what is wrong with a file, without its name."""
     with pytest.raises(ExperimentError) as error:
-        check_plan(read_plan(path))
+        check_file(path)
     return [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
 
 
@@ -50,7 +50,7 @@ def test_a_world_with_a_list_where_a_mapping_belongs(tmp_path: Path) -> None:
     path = written(tmp_path, world="shop.yaml", factors={})
 
     with pytest.raises(ExperimentError) as error:
-        check_plan(read_plan(path))
+        check_file(path)
     (problem,) = error.value.problems
     assert "places.shelf: expected a mapping, got [10, 1.2] (scenario 0)" in str(problem)
 
@@ -78,7 +78,7 @@ def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, A
     path = written(tmp_path, factors={}, **changes)
 
     said = f"{path}: ends: a run that ends as served is no success; if it should be one, add successes: [served]"
-    assert [said] * told == [str(problem) for problem in check_plan(read_plan(path))]
+    assert [said] * told == [str(problem) for problem in check_file(path)[1]]
 
 
 TREE = {"tree": "bt_controller.examples.hospital:mission", "set": {"speed": "$speed"}}
@@ -128,7 +128,7 @@ def test_what_may_be_meant_otherwise_is_a_warning(tmp_path: Path, changes: dict[
     """A factor without effect, and a robot that only a run can bring; what has no value yet is neither."""
     path = written(tmp_path, **changes)
 
-    assert [f"{path}: {each}" for each in said] == [str(problem) for problem in check_plan(read_plan(path))]
+    assert [f"{path}: {each}" for each in said] == [str(problem) for problem in check_file(path)[1]]
 
 
 def scenarios(**changes: Any) -> list[dict[str, Any]]:
@@ -253,12 +253,75 @@ def test_all_mistakes_of_the_form_are_told_at_once_with_their_lines(tmp_path: Pa
         assert expected in said, said
 
 
+def test_mistakes_of_the_form_hide_no_others(tmp_path: Path) -> None:
+    """Also the world, the controllers, the measures and the endings are checked, as far as they can be known."""
+    changes = {
+        "keep": {"traces": "some"},
+        "overlay": {"robots.eastbound.base.speed": "fast"},
+        "treatments": {"a": {"tre": "x"}, "b": {"tree": "nowhere:tree"}},
+        "measures": {"m": {"valu": "end.at"}, "n": "enrgy"},
+        "ends": {"e": {"event": "dockd"}, "f": {"item": "x"}},
+        "successes": ["e", "f"],
+        "replications": {"min": 2, "max": 9, "until": {"measure": "m", "error": 0.1}},
+    }
+    found = problems(written(tmp_path, **changes))
+
+    said = "\n".join(each.split(": ", 1)[1] for each in found)
+    for expected in (
+        "keep.traces: expected 'none', 'failed' or 'all', got 'some'",
+        "robots.eastbound.base.speed: expected a number, got 'fast'",
+        "treatments.a.tre: unknown key 'tre'; did you mean 'tree'?",
+        "treatments.b.tree: nowhere:tree: no module 'nowhere'",
+        "measures.m.valu: unknown key 'valu'; did you mean 'value'?",
+        "measures.n: there is no 'enrgy'; did you mean 'energy'?",
+        "ends.e.event: there is no kind of event 'dockd'",
+        "ends.f: item needs a place: at",
+    ):
+        assert expected in said, said
+    assert 9 == len(found), said  # `m` has no value either, but that it is no measure now is no mistake
+
+
+@pytest.mark.parametrize("key", ["name", "world", "factors", "treatments", "measures", "ends", "tables", "overlay"])
+def test_a_part_that_is_wrong_is_told_alone(tmp_path: Path, key: str) -> None:
+    """What needs it can't be known, and is no mistake."""
+    changes: dict[str, Any] = {
+        "tables": {"fast": {"some": 1.0}},
+        "factors": {"speed": ["some"]},
+        "overlay": {"robots.*.base.speed": "${fast[speed]}"},
+        "treatments": {"a": {"tree": "bt_controller.examples.hospital:mission", "set": {"x": "${fast[speed]}"}}},
+        "measures": {"m": "ends.done"},
+        "ends": {"done": {"event": "picked"}},
+        "successes": ["done"],
+        "replications": {"min": 2, "max": 9, "until": {"measure": "m", "error": 0.1}},
+    }
+    assert check_file(written(tmp_path, **changes))[1] == []
+
+    (problem,) = problems(written(tmp_path, **{**changes, key: 5}))
+    assert f"{key}: expected " in problem
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({"factors": {"seed": [1]}}, "factors.seed: 'seed' is a column of the results already; give another name"),
         ({"factors": {"time": [1]}}, "measures.time: 'time' is one of the factors already"),
         ({"factors": {"a": {"low": 1, "high": 2}}}, "design: a is a range, which only a latin_hypercube draws from"),
+        ({"factors": {"a": {"low": 2, "high": 1}}}, "factors.a: low 2 is not less than high 1"),
+        ({"factors": {"a": {"low": 2, "hgh": 3}}}, "factors.a.hgh: unknown key 'hgh'; did you mean 'high'?"),
+        ({"factors": {"a": [[1]]}}, "factors.a.0: expected a number, a text, true or false, got [1]"),
+        ({"factors": {"a": 5}}, "factors.a: expected a list, got 5"),
+        ({"design": "fll"}, "design: expected 'full' or 'one_at_a_time', got 'fll'"),
+        ({"design": {"latin_hypercube": -3}}, "design.latin_hypercube: must be at least 1, got -3"),
+        ({"successes": ["served"]}, "successes.0: no run ends as 'served', as there is no such ending; there are"),
+        (
+            {"successes": ["timeout", "serve"], "ends": {"served": {"orders": "served", "count": 2}}},
+            "successes.1: no run ends as 'serve', as there is no such ending; did you mean 'served'?; define it under",
+        ),
+        ({"measures": {"m": "max(end.at, 3)"}}, "measures.m: 'max' is called, but an expression has no functions"),
+        (
+            {"measures": {"m": {"value": "max(end.at", "3)": None}}},
+            "measures.m.3): unknown key '3)'; within { } a comma begins another key; put the text before it",
+        ),
         ({"factors": {"a": []}}, "factors: a has no levels"),
         ({"design": {"list": "nowhere.csv"}}, "nowhere.csv: no such file"),
         ({"design": {"list": [{"speed": 1}]}}, "design: row 1 has no 'load'; it has speed"),
