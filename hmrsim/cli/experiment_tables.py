@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
@@ -15,12 +16,15 @@ from hmrsim.cli.output import show as say
 from hmrsim.cli.output import show_json
 from hmrsim.errors import ResultsError, printable
 from hmrsim.experiments.results.groups import Group, groups_by, groups_of
+from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
 from hmrsim.program.outputs import check_outputs
 from hmrsim.report.wording import UNKNOWN
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hmrsim.experiments.statistics.intervals import Interval
 
 _MAX_FAILED: Final = 10
@@ -63,6 +67,8 @@ def show(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     console = Console(width=None if Console().is_terminal else _WIDTH)
     console.print(_table(groups, [*about["measures"]], args.by))
+    for note in _notes(groups):
+        say(printable(note))
     for row in failed[:_MAX_FAILED]:
         cause = f": {row['cause']}" if row["cause"] else ""
         levels = "".join(f", {factor} {row[factor]}" for factor in about["factors"])
@@ -128,6 +134,18 @@ def _table(groups: list[Group], measures: list[str], factors: list[str]) -> Tabl
     return table
 
 
+def _notes(groups: list[Group]) -> Iterator[str]:
+    """Yield in words what the means and intervals of each treatment are of, where that is not what one might think."""
+    for name in dict.fromkeys(group.name for group in groups):
+        own = [group for group in groups if group.name == name]
+        if note := note_of(sum(group.runs for group in own), sum(group.count for group in own)):
+            yield f"{name}: {note}"
+        failed = sum((group.failed for group in own), Counter[str]())
+        if failed:
+            said = ", ".join(f"{count:,} of {measure}" for measure, count in sorted(failed.items()))
+            yield f"{name}: means include values of runs without success: {said}"
+
+
 def _interval(interval: Interval, *, share: bool = False) -> str:
     """Return an estimate with its 95 % interval."""
     if interval.estimate is None:
@@ -139,11 +157,12 @@ def _interval(interval: Interval, *, share: bool = False) -> str:
 
 
 def _values(group: Group) -> dict[str, Any]:
-    means = {measure: _plain(group.mean(measure)) for measure in group.values}
+    means = {measure: {**_plain(group.mean(measure)), "failed": group.failed[measure]} for measure in group.values}
     return {
         "name": group.name,
         **({"levels": dict(group.levels)} if group.levels else {}),
         "runs": group.runs,
+        "count": group.count,
         "success": _plain(group.rate()),
         "endings": dict(group.endings),
         "measures": means,

@@ -8,6 +8,7 @@ whatever order they do things: common random numbers (Law, Simulation Modeling a
 from __future__ import annotations
 
 import hashlib
+import random
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
@@ -23,9 +24,14 @@ _WHOLE: Final = 2.0**_BITS
 
 
 class Chance:
-    """The streams of a run; each begins anew with `begin`."""
+    """The streams of a run; each begins anew with `begin`.
+
+    Attributes:
+        used: Whether any random number was asked for: if not, the seed has decided nothing so far.
+    """
 
     def __init__(self) -> None:
+        self.used = False
         self._seed = 0
         self._occurrences: Counter[tuple[str, str]] = Counter()
 
@@ -47,6 +53,11 @@ class Chance:
         self._occurrences[subject, use] += 1
         return self.drawn(value, subject, use, self._occurrences[subject, use])
 
+    def stream(self, seed: str) -> random.Random:
+        """Return a sequence of random numbers for what needs as many as happen to be asked for."""
+        # Not for cryptography: the numbers have to be the same in each run.
+        return _Stream(seed, self)
+
     def choose(self, count: int, subject: str, use: str, occurrence: int) -> int:
         """Return one of so many indices, each with the same probability."""
         return 0 if count == 1 else int(self._number(subject, use, occurrence) * count)
@@ -59,6 +70,23 @@ class Chance:
 
     def _number(self, subject: str, use: str, occurrence: int) -> float:
         """Return a random number between 0 and 1, both excluded."""
+        self.used = True
         text = f"{self._seed}/{subject}/{use}/{occurrence}".encode()
         number = int.from_bytes(hashlib.blake2b(text, digest_size=8).digest()) >> (64 - _BITS)
         return (number + 0.5) / _WHOLE
+
+
+class _Stream(random.Random):
+    """A sequence of random numbers that notes that it is used."""
+
+    def __init__(self, seed: str, chance: Chance) -> None:
+        super().__init__(seed)
+        self._chance = chance
+
+    def random(self) -> float:
+        self._chance.used = True
+        return super().random()
+
+    def getrandbits(self, k: int, /) -> int:
+        self._chance.used = True
+        return super().getrandbits(k)

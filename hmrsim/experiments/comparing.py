@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import fmean
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead, listed
 from hmrsim.errors import ResultsError
+from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of, note_of_pairs, pairs_that_count
 from hmrsim.experiments.results.store import Results
 from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
 
@@ -107,7 +109,7 @@ def contrast(
             if name not in common:
                 raise ResultsError(f"there is no measure {name!r}{instead(name, common, verb='both have')}")
         wanted = [*dict.fromkeys(measures or common)]
-        columns = ["number", "replication", "seed", "ending", *wanted]
+        columns = [*COLUMNS, *dict.fromkeys(["number", "replication", "seed", "ending", SUCCESS, *wanted])]
         runs_a = {row["seed"]: row for row in first.rows(columns, {"treatment": a.treatment})}
         runs_b = {row["seed"]: row for row in second.rows(columns, {"treatment": b.treatment})}
         # Replication by replication, in pseudo-random order within each: not level by level, as the design has them.
@@ -117,15 +119,22 @@ def contrast(
                 f"{a} and {b} have no seed in common, so that they can't be compared in pairs; seeds depend on the "
                 "name, the seed and the factors of an experiment"
             )
+        same_a, same_b = Repeats.of(runs_a.values()), Repeats.of(runs_b.values())
+        repeated = [same_a.repeats(cell_of(runs_a[seed])) and same_b.repeats(cell_of(runs_b[seed])) for seed in seeds]
+        cells = [(runs_a[seed]["scenario"], runs_a[seed]["replication"]) for seed in seeds]
+        values_of = [[seeds[place] for place in places] for places in pairs_that_count(cells, repeated)]
         criteria = {name: criterion_of(name, first.about["measures"], margins or {}) for name in wanted}
-        notes = [*_notes(first.about, second.about)]
+        if any(len(each) > 1 for each in values_of):
+            criteria = {name: replace(each, yes_no=False) for name, each in criteria.items()}
+        notes = [*_notes(first.about, second.about), *note_of_pairs(len(seeds), repeated, len(values_of))]
     values: dict[str, tuple[list[float], list[float]]] = {}
     for name in wanted:
-        both = [(runs_a[seed][name], runs_b[seed][name]) for seed in seeds]
-        known = [(one, two) for one, two in both if one is not None and two is not None]
+        both = [([runs_a[seed][name] for seed in each], [runs_b[seed][name] for seed in each]) for each in values_of]
+        known = [(fmean(one), fmean(two)) for one, two in both if all(map(_is_number, (*one, *two)))]
         if len(known) < len(both):
             notes.append(f"{name}: {len(both) - len(known)} of {len(both)} pairs have no value")
         values[name] = [one for one, _ in known], [two for _, two in known]
+        notes += note_of_failed(name, sum(_failed(runs_a[seed], runs_b[seed], name) for seed in seeds), len(seeds))
     try:
         comparisons = compare_all(values, criteria, alpha=alpha)
     except ValueError as error:
@@ -164,6 +173,20 @@ def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, f
     said = measures[name]
     margin = given.get(name, said["margin"]) or None
     return Criterion(said["better"] == "larger", margin, relative=said["relative"] and name not in given)
+
+
+def note_of_failed(name: str, failed: int, pairs: int) -> Iterator[str]:
+    """Yield in words how many pairs have a value of a run without success, if there are any."""
+    if failed and name != SUCCESS:
+        yield f"{name}: {failed:,} of {pairs:,} pairs have a run without success"
+
+
+def _failed(one: Mapping[str, Any], two: Mapping[str, Any], name: str) -> bool:
+    return _is_number(one[name]) and _is_number(two[name]) and not (one[SUCCESS] and two[SUCCESS])
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float))
 
 
 def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int, str, str]:

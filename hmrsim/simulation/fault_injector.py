@@ -7,7 +7,6 @@ depend on the seed, the subject and the kind of fault alone, so that other parts
 
 from __future__ import annotations
 
-import random
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +27,8 @@ from hmrsim.simulation.anchors import Anchors
 from hmrsim.world_checks.faults import There, flaws, missing
 
 if TYPE_CHECKING:
+    import random
+
     from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.internal_errors import InternalErrors
@@ -220,12 +221,10 @@ class FaultInjector:
     def _add(self, fault: AnyFault, settings: Occurrence) -> InjectedFault:
         whose = _whose(fault, settings)
         self._count[whose] += 1
-        chance = "/".join((str(self._seed), *whose, str(self._count[whose])))
+        seed = "/".join((str(self._seed), *whose, str(self._count[whose])))
         name = settings.name or self._free_name(fault)
-        # Not for cryptography: the numbers have to be the same in each run.
-        injected = InjectedFault(
-            name, fault, settings, settings, random.Random(chance), random.Random(f"{chance}/what"), self._drawer(whose)
-        )
+        times, what = self._chance.stream(seed), self._chance.stream(f"{seed}/what")
+        injected = InjectedFault(name, fault, settings, settings, times, what, self._drawer(whose))
         self.known[name] = injected
         return injected
 

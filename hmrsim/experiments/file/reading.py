@@ -49,7 +49,7 @@ _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
 
 RESERVED: Final = (
     *("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause", "at", "wall", "output"),
-    "reported",
+    *("reported", "fingerprint"),
 )
 """The columns of results, which no factor and no measure may be called."""
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from array import array
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.experiments.report.model import Cause, Failure, Failures
+from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of
 from hmrsim.experiments.statistics.libraries import arrays
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
     Codes = NDArray[np.int64]
+    Flags = NDArray[np.bool_]
 
 MAX_LISTED: Final = 200
 """Runs without success, and pairs that ended differently, that are listed."""
@@ -28,7 +30,7 @@ _MAX_CAUSE: Final = 300
 """Characters of a cause, of which those that begin alike are counted as one."""
 _MOST: Final = 1e100
 """Larger values have no statistics."""
-_FIXED: Final = ("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause")
+_FIXED: Final = (*COLUMNS, "number", "replication", "seed", "ending", "success", "cause")
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Columns:
         factors: The place of the level of each factor in *levels*.
         levels: The levels of each factor.
         measures: The values of each measure; NaN for none.
+        squares: What each run adds to the squares of the weights of those that differ; see `counted`.
+        repeated: Whether all replications of its scenario and treatment are the same run.
         texts: How many runs have a text for a measure.
         failures: The runs without success.
     """
@@ -64,6 +68,8 @@ class Columns:
     factors: dict[str, Codes]
     levels: dict[str, list[Any]]
     measures: dict[str, Numbers]
+    squares: Numbers
+    repeated: Flags
     texts: Counter[str]
     failures: Failures
 
@@ -95,9 +101,13 @@ def columns_of(results: Results) -> Columns:
     whole = {name: array("q") for name in ("number", "scenario", "replication", "seed", "treatment", "ending")}
     codes = {name: array("q") for name in factors}
     values = {name: array("d") for name in ("success", *measures)}
+    squares, repeated = array("d"), array("b")
+    repeats = Repeats.of(results.rows(COLUMNS))
     texts: Counter[str] = Counter()
     failures = _Failing(factors)
-    for row in results.rows([*_FIXED, *factors, *measures]):
+    for row, square in repeats.weighed(results.rows([*_FIXED, *factors, *measures])):
+        squares.append(square)
+        repeated.append(repeats.repeats(cell_of(row)))
         for name in ("number", "scenario", "replication", "seed"):
             whole[name].append(row[name])
         whole["treatment"].append(treatments[row["treatment"]])
@@ -130,6 +140,8 @@ def columns_of(results: Results) -> Columns:
         },
         levels={name: [*each.numbers] for name, each in levels.items()},
         measures={name: numbers[name] for name in measures},
+        squares=np.frombuffer(squares, float) if squares else np.empty(0),
+        repeated=np.frombuffer(repeated, np.bool_) if repeated else np.empty(0, np.bool_),
         texts=+texts,
         failures=failures.all(),
     )
@@ -144,7 +156,7 @@ class _Failing:
         self._causes: Counter[tuple[str, str]] = Counter()
         self._first: dict[tuple[str, str], int] = {}
 
-    def note(self, row: dict[str, Any]) -> None:
+    def note(self, row: Mapping[str, Any]) -> None:
         cause = row["ending"], row["cause"][:_MAX_CAUSE]
         self._causes[cause] += 1
         self._first.setdefault(cause, row["number"])

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS, criterion_of, withdrawal
+from hmrsim.experiments.comparing import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
+from hmrsim.experiments.results.repeats import note_of_pairs, pairs_that_count
 from hmrsim.experiments.statistics.libraries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.report.columns import Codes, Columns, Numbers
+    from hmrsim.experiments.report.columns import Codes, Columns, Flags, Numbers
     from hmrsim.experiments.statistics.verdicts import Comparison as Compared
     from hmrsim.experiments.statistics.verdicts import Criterion
 
@@ -27,11 +28,19 @@ _MAX_CHANGES: Final = 20
 
 
 class _Paired(NamedTuple):
-    """The places of the runs of the first treatment and of the other one that belong together, in order."""
+    """The places of the runs of the first treatment and of the other one that belong together, in order.
+
+    Attributes:
+        alone: How many runs of either have no counterpart.
+        cells: The scenario and the replication of each pair.
+        repeated: Whether its two runs are the same in all replications.
+    """
 
     first: Codes
     other: Codes
     alone: tuple[int, int]
+    cells: Sequence[tuple[int, int]]
+    repeated: Flags
 
 
 def comparisons_of(columns: Columns, about: Mapping[str, Any]) -> tuple[Comparison, ...]:
@@ -46,15 +55,21 @@ def comparisons_of(columns: Columns, about: Mapping[str, Any]) -> tuple[Comparis
 
 def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Comparison:
     paired = _paired(columns, other)
+    np = arrays()
     share = 1 / (len(columns.treatments) - 1)
     alphas = _alphas(about)
     verdicts: dict[str, Verdict] = {}
-    notes: list[str] = []
+    groups = [*map(np.asarray, pairs_that_count(paired.cells, paired.repeated.tolist()))]
+    notes = [*note_of_pairs(len(paired.first), paired.repeated.tolist(), len(groups))]
     for name, values in {SUCCESS: columns.success, **columns.measures}.items():
-        one, two = values[paired.first], values[paired.other]
+        one, two = _values(values[paired.first], groups), _values(values[paired.other], groups)
         known = ~arrays().isnan(one + two)
         criterion = replace(criterion_of(name, about["measures"]), alpha=alphas[name] * share)
-        told = [*_notes(name, known, one, criterion)]
+        if any(len(each) > 1 for each in groups):
+            criterion = replace(criterion, yes_no=False)
+        failed = columns.success[paired.first] * columns.success[paired.other] == 0
+        failed &= ~np.isnan(values[paired.first] + values[paired.other])
+        told = [*_notes(name, known, one, criterion), *note_of_failed(name, int(failed.sum()), len(failed))]
         if criterion.relative and (one[known] < 0).any():
             criterion = replace(criterion, margin=None, relative=False)
         found = compare(one[known][:MAX_PAIRS].tolist(), two[known][:MAX_PAIRS].tolist(), criterion)
@@ -94,7 +109,19 @@ def _paired(columns: Columns, other: int) -> _Paired:
     alone = len(places[0]) - len(both), len(places[1]) - len(both)
     # As `contrast` reads them: not level by level, as the design has them.
     order = np.lexsort((columns.seed[places[0][first]], columns.replication[places[0][first]]))
-    return _Paired(places[0][first][order], places[1][second][order], alone)
+    one, two = places[0][first][order], places[1][second][order]
+    cells = [*zip(columns.scenario[one].tolist(), columns.replication[one].tolist(), strict=True)]
+    return _Paired(one, two, alone, cells, columns.repeated[one] & columns.repeated[two])
+
+
+def _values(values: Numbers, groups: Sequence[Codes]) -> Numbers:
+    """Return the means of some groups of values."""
+    np = arrays()
+    if all(len(group) == 1 for group in groups):
+        alone: Numbers = values[np.asarray([int(group[0]) for group in groups], np.int64)]
+        return alone
+    means: Numbers = np.asarray([values[group].mean() for group in groups], float)
+    return means
 
 
 def _verdict(found: Compared, criterion: Criterion) -> Verdict:

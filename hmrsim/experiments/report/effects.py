@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from hmrsim.experiments.comparing import SUCCESS
 from hmrsim.experiments.report.model import Effects, Estimate, Interaction, Level
 from hmrsim.experiments.report.treatments import estimate_of, with_success
-from hmrsim.experiments.statistics.intervals import CONFIDENCE, proportion_interval
+from hmrsim.experiments.results.groups import share_of
+from hmrsim.experiments.results.repeats import counted
+from hmrsim.experiments.statistics.intervals import CONFIDENCE
 from hmrsim.experiments.statistics.libraries import arrays, distributions
 
 if TYPE_CHECKING:
@@ -60,7 +62,8 @@ def effects_of(columns: Columns) -> dict[str, Effects]:
         known = ~arrays().isnan(values)
         if known.any():
             chosen = [_Factor(each.name, each.levels, each.codes[known]) for each in factors]
-            found[name] = _effects(values[known], chosen, together, notes, shares=name == SUCCESS)
+            weights = columns.squares[known]
+            found[name] = _effects(values[known], weights, chosen, together, notes, shares=name == SUCCESS)
     return found
 
 
@@ -122,36 +125,44 @@ def _counts(one: _Factor, other: _Factor) -> Any:
 
 
 class _Cells(NamedTuple):
-    """Count, mean and sum of squared distances from the mean, by level."""
+    """Count, mean and sum of squared distances from the mean, by level, and as how many runs they count."""
 
     counts: Codes
     means: Numbers
     squares: Numbers
+    numbers: Sequence[int]
 
     def mean(self, cell: int, *, shares: bool) -> Estimate:
         """Return the mean at a level with Student's interval, or the share with Wilson's."""
-        n, mean = int(self.counts[cell]), float(self.means[cell])
+        runs, n, mean = int(self.counts[cell]), self.numbers[cell], float(self.means[cell])
         if shares:
-            return estimate_of(proportion_interval(round(mean * n), n))
+            return estimate_of(share_of(round(mean * runs), runs, n))
         if n < 2:  # noqa: PLR2004 - one value has no spread
             return Estimate(estimate=mean, low=None, high=None, n=n)
-        error = math.sqrt(float(self.squares[cell]) / (n - 1) / n)
+        error = math.sqrt(float(self.squares[cell]) / runs / (n - 1))
         half = float(distributions().t.isf((1 - CONFIDENCE) / 2, n - 1)) * error
         return Estimate(estimate=mean, low=mean - half, high=mean + half, n=n)
 
 
-def _cells(codes: Codes, size: int, values: Numbers) -> _Cells:
+def _cells(codes: Codes, size: int, values: Numbers, weights: Numbers) -> _Cells:
     np = arrays()
     counts = np.bincount(codes, minlength=size)
     means = np.bincount(codes, values, size) / np.maximum(counts, 1)
-    return _Cells(counts, means, np.bincount(codes, (values - means[codes]) ** 2, size))
+    numbers = map(counted, counts.tolist(), np.bincount(codes, weights, size).tolist())
+    return _Cells(counts, means, np.bincount(codes, (values - means[codes]) ** 2, size), [*numbers])
 
 
 def _effects(
-    values: Numbers, factors: Sequence[_Factor], together: Sequence[tuple[int, int]], notes: list[str], *, shares: bool
+    values: Numbers,
+    weights: Numbers,
+    factors: Sequence[_Factor],
+    together: Sequence[tuple[int, int]],
+    notes: list[str],
+    *,
+    shares: bool,
 ) -> Effects:
     mean = math.fsum(values.tolist()) / len(values)
-    alone = [_cells(each.codes, len(each.levels), values) for each in factors]
+    alone = [_cells(each.codes, len(each.levels), values, weights) for each in factors]
     levels = [
         Level(factor=factor.name, level=level, mean=cells.mean(place, shares=shares), effect=cells.means[place] - mean)
         for factor, cells in zip(factors, alone, strict=True)
@@ -163,7 +174,7 @@ def _effects(
     for one, other in together:
         first, second = factors[one], factors[other]
         width = len(second.levels)
-        cells = _cells(first.codes * width + second.codes, len(first.levels) * width, values)
+        cells = _cells(first.codes * width + second.codes, len(first.levels) * width, values, weights)
         expected = (alone[one].means[:, None] + alone[other].means[None, :] - mean).ravel()
         beyond = arrays().where(cells.counts > 0, abs(cells.means - expected), 0.0)
         cell = int(beyond.argmax())

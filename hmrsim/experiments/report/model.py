@@ -17,7 +17,7 @@ class Estimate(_Model):
     estimate: float | None
     low: float | None
     high: float | None
-    n: int = Field(description="The number of values.")
+    n: int = Field(description="The number of values; runs that are the same count once.")
 
 
 class Experiment(_Model):
@@ -53,6 +53,7 @@ class Column(_Model):
 
     mean: Estimate
     missing: int = Field(description="Runs without a value.")
+    failed: int = Field(description="Values of runs without success.")
     stddev: float | None
     least: float | None
     median: float | None

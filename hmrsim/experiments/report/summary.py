@@ -12,6 +12,7 @@ from hmrsim.experiments.report.effects import effects_of
 from hmrsim.experiments.report.model import Experiment, Measure, Summary
 from hmrsim.experiments.report.running import running_of
 from hmrsim.experiments.report.treatments import endings_of, histograms_of, treatments_of
+from hmrsim.experiments.results.repeats import counted, note_of
 from hmrsim.world.yaml_text import read
 
 if TYPE_CHECKING:
@@ -83,6 +84,9 @@ def _notes(columns: Columns, least: int) -> Iterator[str]:
             f"{len(columns):,} of {least:,} runs have a result: the experiment still runs, or was stopped; the same "
             "command goes on with it."
         )
+    count = counted(len(columns), float(columns.squares.sum()))
+    if note := note_of(len(columns), count):
+        yield f"{note}."
     for name, count in columns.texts.items():
         yield f"{name} is a text in {count:,} runs, of which there are no means."
     for name, values in columns.measures.items():

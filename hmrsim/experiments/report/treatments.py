@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.experiments.report.model import Column, Ending, Estimate, Histogram, Treatment
-from hmrsim.experiments.results.groups import interval_of
-from hmrsim.experiments.statistics.intervals import Interval, proportion_interval
+from hmrsim.experiments.results.groups import interval_of, share_of
+from hmrsim.experiments.results.repeats import counted
 from hmrsim.experiments.statistics.libraries import arrays
 from hmrsim.experiments.statistics.summaries import summary
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.report.columns import Columns, Numbers
+    from hmrsim.experiments.report.columns import Columns, Flags, Numbers
+    from hmrsim.experiments.statistics.intervals import Interval
 
 _FEWEST_BINS: Final = 8
 _MOST_BINS: Final = 40
@@ -49,18 +50,25 @@ def _treatment(columns: Columns, number: int) -> Treatment:
     return Treatment(
         name=columns.treatments[number],
         runs=runs,
-        success=estimate_of(proportion_interval(successes, runs)),
+        success=estimate_of(share_of(successes, runs, _count(columns, chosen))),
         endings={name: int(count) for name, count in zip(columns.endings, endings, strict=True) if count},
-        measures={name: _column(values[chosen]) for name, values in columns.measures.items()},
+        measures={name: _column(columns, chosen, values) for name, values in columns.measures.items()},
     )
 
 
-def _column(values: Numbers) -> Column:
-    known = values[~arrays().isnan(values)].tolist()
+def _count(columns: Columns, chosen: Flags) -> int:
+    """Return as how many runs some count."""
+    return counted(int(chosen.sum()), float(columns.squares[chosen].sum()))
+
+
+def _column(columns: Columns, chosen: Flags, values: Numbers) -> Column:
+    there = chosen & ~arrays().isnan(values)
+    known = values[there].tolist()
     found = summary(known)
     return Column(
-        mean=estimate_of(interval_of(known)),
-        missing=len(values) - len(known),
+        mean=estimate_of(interval_of(known, _count(columns, there))),
+        missing=int(chosen.sum()) - len(known),
+        failed=len(known) - int(columns.success[there].sum()),
         stddev=found.stddev,
         least=found.least,
         median=found.quantiles.get(0.5),

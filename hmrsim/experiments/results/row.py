@@ -27,6 +27,8 @@ class Row:
         reported: What controllers have reported.
         output: The last lines that the controller printed.
         trace: The trace, if it is to be kept.
+        fingerprint: The same as that of another replication if both are the same run; empty if the simulator has drawn
+            random numbers, or there is one replication only.
         coverage: What it has covered of its trees, packed, if that is to be kept.
     """
 
@@ -40,4 +42,5 @@ class Row:
     reported: Mapping[str, Any] = field(default_factory=dict)
     output: str = ""
     trace: str = ""
+    fingerprint: str = ""
     coverage: bytes = b""

@@ -29,7 +29,7 @@ TRACES: Final = "traces"
 
 _NOTHING: Final[Mapping[str, bytes]] = MappingProxyType({})
 _COVERAGE: Final = "coverage (treatment TEXT PRIMARY KEY, counts BLOB NOT NULL)"
-_FORMAT: Final = 1
+_FORMAT: Final = 2
 _FIXED: Final = {
     "number": "INTEGER PRIMARY KEY",
     "scenario": "INTEGER NOT NULL",
@@ -45,6 +45,7 @@ _JUDGED: Final = {
     "wall": "REAL NOT NULL",
     "reported": "TEXT NOT NULL",
     "output": "TEXT NOT NULL",
+    "fingerprint": "TEXT NOT NULL",
 }
 
 
@@ -75,7 +76,8 @@ class Results:
             self.about: dict[str, Any] = {key: json.loads(value) for key, value in rows}
             if self.about.get("format") != _FORMAT:
                 raise ResultsError(
-                    f"{self._path}: is of format {self.about.get('format')}, and this version reads {_FORMAT}"
+                    f"{self._path}: is of format {self.about.get('format')}, and this version reads {_FORMAT};"
+                    " run the experiment in another folder"
                 )
             unless_it_is_read.pop_all()
 
@@ -211,6 +213,7 @@ class Results:
             "wall": row.wall,
             "reported": json.dumps(dict(row.reported), sort_keys=True),
             "output": row.output,
+            "fingerprint": row.fingerprint,
         }
 
     def _keep(self, row: Row) -> str:

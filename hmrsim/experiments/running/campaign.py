@@ -91,8 +91,9 @@ class Campaign:
         until = plan.file.replications.until
         if until:
             distributions()  # missing libraries are told before the first run
-        columns = ["number", until.measure] if until else ["number", "seed"]
-        done = {int(row["number"]): row[columns[1]] for row in results.rows(columns)}
+        measure = until.measure if until else "seed"
+        rows = results.rows(["number", measure, "fingerprint"])
+        done = {int(row["number"]): (row[measure], row["fingerprint"]) for row in rows}
         self._schedule = Schedule(plan, done)
         self._coverages = Coverages(results)
         self._workers = workers or _UNKNOWN
@@ -187,7 +188,7 @@ class Campaign:
         self._results.add(self._plan, rows, self._coverages.take(rows))
         measure = self._schedule.measure
         for row in rows:
-            self._schedule.note(row.run, row.measures.get(measure) if measure else None)
+            self._schedule.note(row.run, row.measures.get(measure) if measure else None, row.fingerprint)
         progress = self.progress
         progress.done, progress.expected = self._schedule.done, self._schedule.expected
         progress.made += len(rows)

@@ -15,7 +15,7 @@ from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import needs_report
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.processes import ControllerProcess, follow
-from hmrsim.experiments.running.single import keeps_trace, result_of, unwatched, with_report
+from hmrsim.experiments.running.single import needs_trace, result_of, unwatched, with_report, with_trace
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
@@ -50,7 +50,7 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     )
     judge, trace = Judge(plan.file.ends), LateTrace(loaded.world, settings)
     report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
-    sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
+    sinks: list[Sink] = [trace, judge] if needs_trace(plan) else [judge]
     watchers = with_report(report, further)
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     with Host(loaded, options, settings, sinks=sinks, watchers=watchers) as host:
@@ -70,13 +70,12 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         judged = bool(judge.label)
         judge.end(TIMEOUT if ending in {"succeeded", "failed"} else ending, host.simulator.now)
         values = (lambda: report.report(host.simulator).model_dump(mode="json")) if report else dict
-        row = result_of(plan, run, judge, host.simulator, values)
+        row = with_trace(plan, result_of(plan, run, judge, host.simulator, values), trace, host.simulator)
     return replace(
         row,
         cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
         wall=time.monotonic() - began,
         output=controller.output,
-        trace=trace.whole(host.simulator.now) if keeps_trace(plan, row) else "",
     )
 
 

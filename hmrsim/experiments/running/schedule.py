@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from statistics import fmean
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.experiments.results.repeats import Repeats, pairs_that_count
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough
 from hmrsim.experiments.statistics.verdicts import UNDECIDED, Comparison, Criterion, compare, verdict
 
@@ -26,12 +28,18 @@ class Schedule:
     Which they are depends on the results of whole replications alone, and not on the order in which they come.
 
     Args:
-        done: The results that there are already: by number, the value of the measure that decides; see `until`.
+        done: The results that there are already: by number, the value of the measure that decides, see `until`, and
+            the fingerprint.
     """
 
-    def __init__(self, plan: Plan, done: dict[int, Value]) -> None:
+    def __init__(self, plan: Plan, done: Mapping[int, tuple[Value, str]]) -> None:
         self._plan = plan
-        self._done = dict(done)
+        self._done: dict[int, Value] = {}
+        self._repeats = Repeats()
+        for number, (value, fingerprint) in done.items():
+            if (run := plan.run_of(number)) is not None:
+                self._done[number] = value
+                self._repeats.note((run.scenario, run.treatment), fingerprint)
         replications = plan.file.replications
         self._until = replications.until
         first = replications.min if self._until else replications.max
@@ -80,8 +88,9 @@ class Schedule:
         """Note that runs were not made after all; they are next."""
         self._further.extendleft(runs)
 
-    def note(self, run: Run, value: Value) -> None:
+    def note(self, run: Run, value: Value, fingerprint: str = "") -> None:
         """Note the result of a run."""
+        self._repeats.note((run.scenario, run.treatment), fingerprint)
         if run.number not in self._done and run.replication < self._targets[run.scenario]:
             self._missing[run.scenario] -= 1
         self._done[run.number] = value
@@ -114,7 +123,11 @@ class Schedule:
                 self._further += self._aim(each, min(most, target + max(1, math.ceil(target * _GROWTH))))
 
     def _known(self, scenario: int) -> bool:
-        return all(self._enough(scenario, treatment) for treatment in self._plan.treatments)
+        """Return whether further replications of a scenario can't say more than is to be known, or the same again."""
+        return all(
+            self._repeats.repeats((scenario, treatment)) or self._enough(scenario, treatment)
+            for treatment in self._plan.treatments
+        )
 
     def comparisons(self) -> dict[str, Comparison]:
         """Return what is known of each treatment compared with the first one, where that decides; else nothing."""
@@ -129,8 +142,13 @@ class Schedule:
         return found
 
     def _decided(self, until: Until) -> bool:
-        """Return whether each treatment is known to be better or worse than the first one, or equivalent."""
+        """Return whether each treatment is known to be better or worse than the first one, or equivalent.
+
+        If further replications would be the same runs again, no more can be known.
+        """
         first, *others = self._plan.treatments
+        if all(self._repeats.repeats((i, name)) for i in range(len(self._targets)) for name in self._plan.treatments):
+            return True
         criterion = self._criterion(until)
         try:
             return all(verdict(*self._pairs(first, other), criterion)[0] != UNDECIDED for other in others)
@@ -144,20 +162,29 @@ class Schedule:
 
     def _pairs(self, first: str, second: str) -> tuple[list[float], list[float]]:
         """Return the values of two treatments, in the order in which `contrast` reads them."""
-        one, two = [], []
-        for replication in range(max(self._targets)):
-            runs = [
-                (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
-                for scenario in range(len(self._targets))
-            ]
-            # Scenarios in the order of the design would have the verdict depend on which level comes first.
-            for pair in sorted(runs, key=lambda pair: pair[0].seed):
-                values = [self._done.get(each.number) for each in pair]
-                known = [float(value) for value in values if isinstance(value, (int, float))]
-                if len(known) == len(pair):
-                    one.append(known[0])
-                    two.append(known[1])
+        runs = [
+            (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
+            for replication in range(max(self._targets))
+            for scenario in range(len(self._targets))
+        ]
+        # Scenarios in the order of the design would have the verdict depend on which level comes first.
+        runs.sort(key=lambda pair: (pair[0].replication, pair[0].seed))
+        runs = [pair for pair in runs if all(run.number in self._done for run in pair)]
+        repeated = [all(self._repeats.repeats((run.scenario, run.treatment)) for run in pair) for pair in runs]
+        one: list[float] = []
+        two: list[float] = []
+        for places in pairs_that_count([(run.scenario, run.replication) for run, _ in runs], repeated):
+            means = [self._mean([runs[place][side] for place in places]) for side in (0, 1)]
+            if means[0] is not None and means[1] is not None:
+                one.append(means[0])
+                two.append(means[1])
         return one, two
+
+    def _mean(self, runs: Sequence[Run]) -> float | None:
+        """Return the mean of some runs; None if one has no value."""
+        values = [self._done[run.number] for run in runs]
+        known = [float(value) for value in values if isinstance(value, (int, float))]
+        return fmean(known) if len(known) == len(runs) else None
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bt_controller.coverage import TreeCoverage
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
+from hmrsim.experiments.judging.fingerprint import fingerprint_of
 from hmrsim.experiments.judging.labels import CRASHED, ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import measures_of, needs_report
 from hmrsim.experiments.results.row import Row
@@ -56,7 +57,7 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     judge = Judge(plan.file.ends)
     trace = LateTrace(world, settings.model_copy(update={"clock": "lockstep"}))
     report = LiveReport(world, settings) if needs_report(plan.file) else None
-    sinks: list[Sink] = [judge] if plan.file.keep.traces == "none" else [trace, judge]
+    sinks: list[Sink] = [trace, judge] if needs_trace(plan) else [judge]
     watchers = with_report(report, further)
     with ExitStack() as stack:
         host = stack.enter_context(LoopbackHost(world, settings, sinks=sinks, watchers=watchers))
@@ -75,17 +76,25 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)
     return replace(
-        row,
+        with_trace(plan, row, trace, simulator),
         cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
         wall=time.perf_counter() - began,
-        trace=trace.whole(simulator.now) if keeps_trace(plan, row) else "",
         coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
     )
 
 
-def keeps_trace(plan: Plan, row: Row) -> bool:
-    """Return whether the trace of a run is kept."""
-    return plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
+def needs_trace(plan: Plan) -> bool:
+    """Return whether the trace of a run may be kept, or compared with those of other replications."""
+    return plan.file.keep.traces != "none" or plan.file.replications.max > 1
+
+
+def with_trace(plan: Plan, row: Row, trace: LateTrace, simulator: Simulator) -> Row:
+    """Return the result of a run with its trace, if that is kept, and its fingerprint, if others may have the same."""
+    keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
+    compares = plan.file.replications.max > 1 and not simulator.chance.used
+    text = trace.whole(simulator.now) if keeps or compares else ""
+    result = row.ending, row.at, dict(row.measures), dict(row.reported)
+    return replace(row, trace=text if keeps else "", fingerprint=fingerprint_of(text, *result) if compares else "")
 
 
 def with_report(report: LiveReport | None, further: Watchers) -> Watchers:

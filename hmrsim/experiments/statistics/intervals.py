@@ -40,7 +40,7 @@ class Interval:
         return math.inf if self.low is None or self.high is None else (self.high - self.low) / 2
 
 
-def mean_interval(values: Sequence[float], *, confidence: float = CONFIDENCE) -> Interval:
+def mean_interval(values: Sequence[float], *, confidence: float = CONFIDENCE, n: int | None = None) -> Interval:
     """Return the mean with Student's t interval, mean ± t(n - 1) s / √n.
 
     It is exact for normal values, and nearly so for others if there are enough of them, the more the more skewed they
@@ -50,18 +50,26 @@ def mean_interval(values: Sequence[float], *, confidence: float = CONFIDENCE) ->
     Source: Student, The probable error of a mean, Biometrika 6 (1908); Law, Simulation Modeling and Analysis, 5th
     edition (2015), section 4.5.
 
+    Args:
+        values: The values.
+        confidence: Of the interval.
+        n: As how many values they count, if some are the same ones; None for all.
+
     Raises:
         ValueError: A value is not finite, or the confidence is not between 0 and 1.
     """
     alpha = 1 - checked_share(confidence, "confidence")
     found = moments(values)
-    if found.mean is None or found.stddev is None:
-        return Interval(found.mean, None, None, found.n, confidence)
-    half = float(distributions().t.isf(alpha / 2, found.n - 1)) * found.stddev / math.sqrt(found.n)
-    return Interval(found.mean, found.mean - half, found.mean + half, found.n, confidence)
+    count = found.n if n is None else n
+    if found.mean is None or found.stddev is None or count < 2:  # noqa: PLR2004 - one value has no spread
+        return Interval(found.mean, None, None, count, confidence)
+    # The spread of so many values of which each is there as often.
+    spread = found.stddev if count == found.n else found.stddev * math.sqrt((1 - 1 / found.n) / (1 - 1 / count))
+    half = float(distributions().t.isf(alpha / 2, count - 1)) * spread / math.sqrt(count)
+    return Interval(found.mean, found.mean - half, found.mean + half, count, confidence)
 
 
-def proportion_interval(successes: int, n: int, *, confidence: float = CONFIDENCE) -> Interval:
+def proportion_interval(successes: float, n: int, *, confidence: float = CONFIDENCE) -> Interval:
     """Return a share with Wilson's score interval, without a correction for continuity.
 
     Its bounds are within 0 and 1, also for no success and for nothing but successes. Its coverage is near the

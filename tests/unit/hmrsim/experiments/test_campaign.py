@@ -153,7 +153,7 @@ def test_the_order_of_results_and_a_resumption_change_nothing(
             schedule.note(run, row_of(plan, run.number).measures["time"])
 
     whole = numbers(random.Random(seed), {})
-    again = {number: row_of(plan, number).measures["time"] for number in sorted(whole)[:kept]}
+    again = {number: (row_of(plan, number).measures["time"], "") for number in sorted(whole)[:kept]}
     assert numbers(random.Random(seed + 1), again) == whole
 
 
@@ -184,6 +184,31 @@ def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_pat
             schedule.note(run, values[run.number])
     assert schedule.done == schedule.expected == len(values)
     assert 16 <= len(values) <= 200
+
+
+@pytest.mark.parametrize("how", [{"relative_error": 0.01}, {"decided": True}])
+def test_replications_that_are_the_same_run_are_enough(tmp_path: Path, how: dict[str, Any]) -> None:
+    """Further ones would be the same, and no verdict or width could ever be reached."""
+    plan = plan_of(tmp_path, replications={"min": 2, "max": 1000, "until": {"measure": "time", **how}})
+    schedule = Schedule(plan, {})
+    while runs := schedule.next(7):
+        for run in runs:
+            schedule.note(run, 10.0 + run.scenario, f"{run.scenario} {run.treatment}")
+
+    assert {2 * len(plan.scenarios) * len(plan.treatments)} == {schedule.done, schedule.expected}
+
+
+def test_a_scenario_without_chance_ends_before_the_others(tmp_path: Path) -> None:
+    """Each scenario has as many replications as it needs."""
+    until = {"measure": "time", "relative_error": 0.01}
+    plan = plan_of(tmp_path, replications={"min": 3, "max": 50, "until": until})
+    schedule = Schedule(plan, {})
+    while runs := schedule.next(7):
+        for run in runs:
+            value = random.Random(run.number).gauss(10, 3)
+            schedule.note(run, value if run.scenario else 10.0, "" if run.scenario else run.treatment)
+
+    assert (3 + 50 * (len(plan.scenarios) - 1)) * len(plan.treatments) == schedule.done
 
 
 def test_results_of_another_experiment_are_not_mixed_in(tmp_path: Path) -> None:

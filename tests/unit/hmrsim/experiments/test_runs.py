@@ -72,6 +72,11 @@ def exits(client):
     sys.exit(4)
 
 
+def wavers(client, calls=[]):
+    calls.append(0)
+    drive(client, 5.0 + len(calls))
+
+
 def sleeps(client):
     time.sleep(60)
 
@@ -280,6 +285,26 @@ def test_a_run_is_the_same_each_time_and_its_replications_are_not(row):
     """A run is the same each time and its replications are not."""
     assert [row("drive", number=i).at for i in (0, 1, 0)] == [row("drive", number=i).at for i in (0, 1, 0)]
     assert len({row("drive", number=i).at for i in range(5)}) == 5
+
+
+@pytest.mark.parametrize(
+    ("controller", "kinds"),
+    [("drive(x=10)", 1), ("drive", None), ("wavers", 3)],
+    ids=["no chance on the way", "a speed by chance", "a controller's own chance"],
+)
+def test_replications_are_the_same_run_if_nothing_is_left_to_chance(row, controller, kinds):
+    """A run has a fingerprint if the simulator draws no number, whatever the world has elsewhere."""
+    found = [row(controller, number=number).fingerprint for number in range(3)]
+
+    if kinds is None:
+        assert ["", "", ""] == found
+    else:
+        assert (True, kinds) == (all(found), len({*found}))
+
+
+def test_a_single_replication_is_compared_with_none(row):
+    """Its fingerprint would cost time."""
+    assert "" == row("drive(x=10)", replications=1).fingerprint
 
 
 def test_the_trace_is_that_of_a_test_of_the_same_run(tmp_path, row):
