@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -40,6 +40,15 @@ class NamedFunction:
     def applied(self) -> Callable[..., Any]:
         """The function with its arguments."""
         return partial(self.function, **self.arguments) if self.arguments else self.function
+
+    def called_with(self, arguments: Mapping[str, Any]) -> NamedFunction:
+        """Return the same function with further arguments, which take the place of those of the same names.
+
+        Raises:
+            TreeError: It does not take them.
+        """
+        _check_arguments(self.name, self.function, arguments)
+        return replace(self, arguments={**self.arguments, **arguments})
 
 
 def find_function(name: str, what: str = _FUNCTION) -> NamedFunction:

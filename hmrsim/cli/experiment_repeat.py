@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.exits import ExitCode
@@ -11,7 +12,6 @@ from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import ResultsError
-from hmrsim.experiments.file.plan import Plan
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.single import unwatched
@@ -25,6 +25,7 @@ from hmrsim.settings.run import RunSettings
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.experiments.file.plan import Plan
     from hmrsim.experiments.results.row import Row
 
 
@@ -91,7 +92,7 @@ def _traced(plan: Plan) -> Plan:
     """Return a plan that keeps all traces."""
     keep = plan.file.keep.model_copy(update={"traces": "all"})
     file = plan.file.model_copy(update={"keep": keep})
-    return Plan(plan.path, file, plan.scenarios, plan.overlays, plan.tables, plan.source, plan.variant)
+    return replace(plan, file=file)
 
 
 def _plan(results: Results, folder: Path) -> Plan:

@@ -73,7 +73,7 @@ class Design(Part):
         return self
 
 
-class Treatment(Part):
+class Controller(Part):
     """A controller under test.
 
     Attributes:
@@ -81,7 +81,8 @@ class Treatment(Part):
         python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
             `hmrsim_zenoh.AsyncClient`, likewise in the process.
         command: A command line; it is started for each run, with an endpoint of its own in its environment.
-        set: Texts on the blackboard of a tree, or variables of a command's environment.
+        set: Parameters: texts on the blackboard of a tree, arguments of a function, variables of a command's
+            environment. Expressions in *tree*, *python* and *command* may ask for them, too.
         robots: The robots of a tree; None for all.
         nodes: Modules with further nodes for trees in XML.
         tree_id: Which tree of an XML file.
@@ -114,6 +115,28 @@ class Treatment(Part):
         if self.command is not None:
             return f"the command {self.command if isinstance(self.command, str) else shlex.join(self.command)!r}"
         return f"the tree {self.tree!r}" if self.tree is not None else f"the code {self.python!r}"
+
+
+class Treatment(Controller):
+    """What is compared: a controller, and maybe changes of the world that belong to it.
+
+    Attributes:
+        overlay: Laid over the world for this treatment alone, after all others.
+    """
+
+    overlay: dict[str, Any] = {}
+
+
+class Variant(Part):
+    """Changes that are chosen on the command line; all keys but *set* are those of an overlay.
+
+    Attributes:
+        set: Parameters of all controllers, in place of those of the same names.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    set: dict[str, Level] = {}
 
 
 class Until(Part):
@@ -191,6 +214,9 @@ class Limits(Part):
 
 class Ending(Part):
     """When a run ends, judged by the simulator; all of what is said must hold.
+
+    The names in *item*, *robot*, *at* and *where* may be values that the controller has reported by `end_run`, such as
+    ``${reported.executor}``; until it has reported them, nothing holds.
 
     Attributes:
         item: An item is *at* a place; *carried* says whether a robot holds it.
@@ -286,7 +312,9 @@ class ExperimentFile(Part):
     replications: Annotated[Replications, BeforeValidator(_replications)] = Replications()
     seed: Annotated[int, Field(strict=True)] = 0
     overlay: dict[str, Any] = Field(default={}, description="Laid over the world, with the factors' levels as names.")
-    variants: dict[Identifier, dict[str, Any]] = Field(default={}, description="Further overlays, by name.")
+    variants: dict[Identifier, Variant] = Field(
+        default={}, description="Further overlays, by name, and parameters of the controllers under `set`."
+    )
     limits: Limits = Limits()
     ends: dict[Identifier, Annotated[tuple[Ending, ...], BeforeValidator(_one_or_several)]] = Field(
         default={}, description="The first that holds ends a run; one that holds for several conditions has a list."

@@ -55,6 +55,7 @@ class Plan:
         tables: The values of its tables, by name.
         source: The file of the world, or the name of a shipped one.
         variant: The names of the variants that were chosen.
+        own_overlays: What is laid over the world for one treatment alone, by its name.
     """
 
     path: Path
@@ -64,6 +65,7 @@ class Plan:
     tables: Mapping[str, Any]
     source: str
     variant: tuple[str, ...] = ()
+    own_overlays: Mapping[str, Source] = field(default_factory=dict)
     _worlds: dict[str, LoadedWorld] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -104,17 +106,18 @@ class Plan:
         """Return the values that expressions may ask for in a scenario: tables, and a level for each factor."""
         return {**self.tables, **self.scenarios[scenario]}
 
-    def world(self, scenario: int) -> LoadedWorld:
-        """Return the world of a scenario; it is read once.
+    def world(self, scenario: int, treatment: str = "") -> LoadedWorld:
+        """Return the world of a scenario, for a treatment or without what is laid over it for one; it is read once.
 
         Raises:
             WorldError: Something is wrong with it.
         """
-        key = json.dumps(self.scenarios[scenario], sort_keys=True, default=str)
+        own = [self.own_overlays[treatment]] if treatment in self.own_overlays else []
+        key = json.dumps([self.scenarios[scenario], treatment if own else ""], sort_keys=True, default=str)
         loaded = self._worlds.get(key)
         if loaded is None:
             names = self.names(scenario)
-            loaded = self._base.load([Overlay(each, names) for each in self.overlays])
+            loaded = self._base.load([Overlay(each, names) for each in (*self.overlays, *own)])
             while len(self._worlds) >= _KEPT_WORLDS:
                 del self._worlds[next(iter(self._worlds))]
             self._worlds[key] = loaded

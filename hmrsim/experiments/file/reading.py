@@ -23,6 +23,7 @@ from hmrsim.experiments.file.model import (
     Replications,
     Treatment,
     Until,
+    Variant,
 )
 from hmrsim.experiments.file.plan import Plan
 from hmrsim.experiments.judging.labels import BUILT_IN
@@ -38,6 +39,7 @@ _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
     ("factors", "*"): Range,
     ("design",): Design,
     ("treatments", "*"): Treatment,
+    ("variants", "*"): Variant,
     ("replications",): Replications,
     ("replications", "until"): Until,
     ("limits",): Limits,
@@ -54,6 +56,8 @@ RESERVED: Final = (
 """The columns of results, which no factor and no measure may be called."""
 
 _LEVELS: Final = "levels"
+_PARAMETERS: Final = "set"
+"""The key of a variant that is none of its overlay."""
 _OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "measures")
 """The keys below which each name stands for itself, so that one that is wrong leaves the others."""
 
@@ -129,7 +133,14 @@ def read_what_is_right(path: str | Path, variants: Collection[str] = ()) -> Read
     ]
     overlays = [_overlay(file, data, ("overlay",), line)] if model.overlay else []
     overlays += [_overlay(file, data, ("variants", name), line) for name in chosen]
-    plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, _world(model.world, folder), tuple(chosen))
+    own = {
+        name: _overlay(file, data, ("treatments", name, "overlay"), line)
+        for name, treatment in model.treatments.items()
+        if treatment.overlay
+    }
+    world = _world(model.world, folder)
+    model = _with_parameters(model, chosen)
+    plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, world, tuple(chosen), own)
     return Reading(plan, problems_of(findings, file, line), lost)
 
 
@@ -163,9 +174,23 @@ def _world(source: str, folder: Path) -> str:
     return str(beside) if beside.is_file() or Path(source).suffix else source
 
 
+def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> ExperimentFile:
+    """Return a file whose treatments have the parameters of the variants that were chosen."""
+    further = {name: value for variant in variants for name, value in model.variants[variant].set.items()}
+    if not further:
+        return model
+    treatments = {
+        name: treatment.model_copy(update={"set": {**treatment.set, **further}})
+        for name, treatment in model.treatments.items()
+    }
+    return model.model_copy(update={"treatments": treatments})
+
+
 def _overlay(file: str, data: Any, path: tuple[str, ...], line: Callable[..., int | None]) -> Source:
     for step in path:
         data = data[step]
+    if path[0] == "variants":
+        data = {key: value for key, value in data.items() if key != _PARAMETERS}
     return Source(file, Document(data, lambda inner: line((*path, *inner))))
 
 

@@ -20,6 +20,8 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
+from hmrsim.world.overlays.expressions import names_asked_for, substituted
+from hmrsim.world.overlays.flaw import OverlayFlaw
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
@@ -29,6 +31,11 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 Check = Callable[["Simulator", Any], bool]
+
+REPORTED: Final = "reported"
+"""The name under which the expressions of an ending find what controllers have reported."""
+BY_REPORT: Final = ("item", "robot", "at", "where")
+"""The fields of an ending that may ask for that."""
 
 
 class Judge:
@@ -56,7 +63,7 @@ class Judge:
             (label, kinds, check)
             for label, conditions in endings.items()
             for condition in conditions
-            for kinds, check in [_check(condition)]
+            for kinds, check in [_check(condition, self.reported)]
             if kinds
         ]
         self._simulator: Simulator | None = None
@@ -131,8 +138,30 @@ class Judge:
 _ENDED: Final = tuple(status for status in GoalStatus if status.terminal)
 
 
-def _check(condition: Ending) -> tuple[tuple[type, ...], Check]:
-    """Return at which events to look whether a condition holds, and how; none for those that no event brings."""
+def _check(condition: Ending, reported: Mapping[str, Any]) -> tuple[tuple[type, ...], Check]:
+    """Return at which events to look whether a condition holds, and how; none for those that no event brings.
+
+    *reported* has what controllers have reported so far.
+    """
+    kinds, check = _check_of(condition)
+    asking = {name: value for name in BY_REPORT if names_asked_for(value := getattr(condition, name))}
+    if not asking:
+        return kinds, check
+
+    def look(simulator: Simulator, event: Any) -> bool:
+        try:
+            said = {name: substituted(value, {REPORTED: reported}) for name, value in asking.items()}
+        except OverlayFlaw:
+            return False  # it is not reported yet
+        # What is reported may be a number, too.
+        said = {name: value if name == "where" else str(value) for name, value in said.items()}
+        return _check_of(condition.model_copy(update=said))[1](simulator, event)
+
+    return (kinds if condition.event else (*kinds, RunReported)), look
+
+
+def _check_of(condition: Ending) -> tuple[tuple[type, ...], Check]:
+    """Return the same of a condition whose names are known."""
     if condition.event is not None:
         return (registry()[condition.event],), partial(_is_event, condition.where)
     if condition.reported is not None:
@@ -167,7 +196,11 @@ def _robot_is_there(condition: Ending, simulator: Simulator, _event: object) -> 
 
 def _near(simulator: Simulator, point: Point, place: str) -> bool:
     world = simulator.world
-    return distance(point, world.point(place)) <= NEAR[world.units]
+    try:
+        there = world.point(place)
+    except KeyError:  # as the controller has reported it
+        return False
+    return distance(point, there) <= NEAR[world.units]
 
 
 def _orders_are_served(count: int | None, simulator: Simulator, _event: object) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -12,12 +12,14 @@ from hmrsim.diagnostics import Finding, instead, problems_of
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
 from hmrsim.experiments.file.reading import read_what_is_right
+from hmrsim.experiments.judging.endings import BY_REPORT, REPORTED
 from hmrsim.experiments.judging.measures import NAMES
-from hmrsim.experiments.judging.unknown_parts import unknown_parts
+from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
+from hmrsim.experiments.running.commands import words_of
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.experiments.statistics.wealth import FIRST_LOOK
 from hmrsim.world.files import read_text
-from hmrsim.world.overlays.expressions import names_asked_for, names_in, substituted
+from hmrsim.world.overlays.expressions import names_asked_for, names_in
 from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.yaml_text import line_of, read
 
@@ -62,9 +64,9 @@ def _problems(
     plan: Plan, file: str, lost: Collection[str], tell: Callable[[int], None]
 ) -> tuple[list[Problem], list[Problem]]:
     """Return the errors and the warnings of all that an experiment needs; what depends on what is *lost* has none."""
-    errors, warnings, world = ([], [], None) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
-    unknown = [*unknown_parts(plan.file, world)] if world is not None and "ends" not in lost else []
-    findings = [*_measures(plan), *_endings(plan, world)]
+    errors, warnings, worlds = ([], [], []) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
+    unknown = _unknown(plan, worlds) if "ends" not in lost else []
+    findings = [*_measures(plan), *_endings(plan, worlds)]
     findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
     if not _OF_NAMES & {*lost}:
         findings += _treatments(plan)
@@ -74,28 +76,43 @@ def _problems(
     doubtful = [
         Problem(file, f"measures.{each.measure}", each.text, severity="warning") for each in unknown if not each.certain
     ]
-    return errors, [*warnings, *_without_success(plan, file), *_without_effect(plan, file), *_too_few(plan, file), *doubtful]
+    further = [*_without_success(plan, file), *_without_effect(plan, file), *_too_few(plan, file)]
+    return errors, [*warnings, *further, *doubtful]
 
 
-def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem], World | None]:
-    """Return the errors and the warnings of the worlds of all scenarios, and the first world without errors."""
+def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem], list[World]]:
+    """Return the errors and the warnings of the worlds of all scenarios, and those of the first one without errors."""
     errors: dict[Problem, None] = {}
     warnings: dict[Problem, None] = {}
-    world: World | None = None
+    first: list[World] = []
+    treatments = [name for name in plan.treatments if name in plan.own_overlays]
+    if len(treatments) < len(plan.treatments) or not treatments:
+        treatments.insert(0, "")
     for scenario, levels in enumerate(plan.scenarios):
-        try:
-            loaded = plan.world(scenario)
-            warnings |= dict.fromkeys(loaded.warnings)
-            world = world or loaded.world
-        except WorldError as error:
-            said = ", ".join(f"{name}={level}" for name, level in levels.items())
-            for problem in error.problems:
-                known = problem.severity == "error" and not any(_alike(problem, each) for each in errors)
-                if known:
-                    place = f"{problem.message} (scenario {scenario}{f': {said}' if said else ''})"
-                    errors[replace(problem, message=place)] = None
+        worlds = []
+        for treatment in treatments:
+            try:
+                loaded = plan.world(scenario, treatment)
+                warnings |= dict.fromkeys(loaded.warnings)
+                worlds.append(loaded.world)
+            except WorldError as error:
+                said = ", ".join(f"{name}={level}" for name, level in levels.items())
+                place = f"scenario {scenario}{f': {said}' if said else ''}"
+                place += f", treatment {treatment}" if treatment else ""
+                for problem in error.problems:
+                    if problem.severity == "error" and not any(_alike(problem, each) for each in errors):
+                        errors[replace(problem, message=f"{problem.message} ({place})")] = None
+        if len(worlds) == len(treatments):
+            first = first or worlds
         tell(scenario)
-    return [*errors], [*warnings], world
+    return [*errors], [*warnings], first
+
+
+def _unknown(plan: Plan, worlds: Sequence[World]) -> list[Unknown]:
+    """Return what measures ask for that is in none of some worlds."""
+    found = [[*unknown_parts(plan.file, world)] for world in worlds]
+    measures = [{each.measure for each in one} for one in found]
+    return [each for each in found[0] if all(each.measure in one for one in measures)] if found else []
 
 
 def _without_success(plan: Plan, path: str) -> Iterator[Problem]:
@@ -112,7 +129,8 @@ def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
     file = plan.file
     treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
     try:
-        used = names_asked_for([file.overlay, file.variants, treatments])
+        variants = [variant.model_dump(mode="json") for variant in file.variants.values()]
+        used = names_asked_for([file.overlay, variants, treatments])
     except OverlayFlaw:
         # In a variant that was not chosen; nobody knows what is meant there.
         return
@@ -142,6 +160,14 @@ def _alike(problem: Problem, other: Problem) -> bool:
     ) and other.message.startswith(problem.message)
 
 
+def _asked_for(value: object) -> frozenset[str]:
+    """Return the names that the expressions in a value ask for; one that can't be read counts as a name."""
+    try:
+        return names_asked_for(value)
+    except OverlayFlaw:
+        return frozenset({str(value)})
+
+
 def _treatments(plan: Plan) -> Iterator[Finding]:
     for name, treatment in plan.treatments.items():
         kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
@@ -152,7 +178,7 @@ def _treatments(plan: Plan) -> Iterator[Finding]:
                 if treatment.in_process:
                     controller_of(treatment, names, plan.path.parent)
                 else:
-                    substituted([treatment.command, *treatment.set.values()], names)
+                    words_of(treatment, names)
             except (HmrsimError, ValueError) as error:
                 said.setdefault(str(error))
         for why in said:
@@ -170,27 +196,34 @@ def _measures(plan: Plan) -> Iterator[Finding]:
             yield Finding(("measures", name), f"there is no {each!r}{instead(each, NAMES)}", measure.value)
 
 
-def _endings(plan: Plan, world: World | None) -> Iterator[Finding]:
+def _endings(plan: Plan, worlds: Sequence[World]) -> Iterator[Finding]:
+    """Yield what is wrong with endings in all of some worlds: what one treatment's world has is there."""
     for label, conditions in plan.file.ends.items():
         for i, condition in enumerate(conditions):
             path = ("ends", label, i) if len(conditions) > 1 else ("ends", label)
-            for field, message in _flaws(condition, world):
-                yield Finding((*path, field), message)
+            found = [dict(_flaws(condition, world)) for world in worlds] or [dict(_flaws(condition, None))]
+            for field, message in found[0].items():
+                if all(field in each for each in found):
+                    yield Finding((*path, field), message)
 
 
 def _flaws(condition: Ending, world: World | None) -> Iterator[tuple[str, str]]:
     if condition.event is not None and condition.event not in events():
         yield "event", f"there is no kind of event {condition.event!r}{instead(condition.event, events())}"
+    asking = {name: asked for name in BY_REPORT if (asked := _asked_for(getattr(condition, name)))}
+    for name, asked in asking.items():
+        for each in sorted(asked - {REPORTED}):
+            yield name, f"there is no {each!r}; an ending may only ask for what was reported, ${{{REPORTED}.NAME}}"
     if world is None:
         return
+    known = condition.model_copy(update=dict.fromkeys(asking))
     places: Mapping[str, Any] = {**world.points, **world.places, **world.docks}
-    if condition.at is not None and condition.at not in places:
-        yield "at", f"no waypoint, place or dock {condition.at!r}{instead(condition.at, places)}"
-    if condition.robot is not None and condition.robot not in world.robots:
-        yield "robot", f"no robot {condition.robot!r}{instead(condition.robot, world.robots)}"
-    ordered = [spec.item or spec.name for spec in world.demand]
-    known = {*world.items, *ordered}
-    if condition.item is not None and not known & {condition.item, condition.item.rpartition("_")[0]}:
-        yield "item", f"no item {condition.item!r}{instead(condition.item, world.items)}"
+    if known.at is not None and known.at not in places:
+        yield "at", f"no waypoint, place or dock {known.at!r}{instead(known.at, places)}"
+    if known.robot is not None and known.robot not in world.robots:
+        yield "robot", f"no robot {known.robot!r}{instead(known.robot, world.robots)}"
+    items = {*world.items, *(spec.item or spec.name for spec in world.demand)}
+    if known.item is not None and not items & {known.item, known.item.rpartition("_")[0]}:
+        yield "item", f"no item {known.item!r}{instead(known.item, world.items)}"
     if condition.orders is not None and not world.demand and condition.count is None:
         yield "orders", "the world has no demand; say how many orders have to be delivered: count"

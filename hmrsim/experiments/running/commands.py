@@ -14,6 +14,7 @@ from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.labels import ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import needs_report
 from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.running.controllers import parameters_of
 from hmrsim.experiments.running.processes import ControllerProcess, follow
 from hmrsim.experiments.running.single import needs_trace, result_of, unwatched, with_report, with_trace
 from hmrsim.report.live import LiveReport
@@ -24,7 +25,7 @@ from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.file.model import Treatment
+    from hmrsim.experiments.file.model import Controller
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.running.single import Watchers
     from hmrsim.protocol.sinks import Sink
@@ -40,7 +41,7 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     began = time.monotonic()
     treatment = plan.treatments[run.treatment]
     try:
-        loaded = plan.world(run.scenario)
+        loaded = plan.world(run.scenario, run.treatment)
         words = words_of(treatment, plan.names(run.scenario))
     except (HmrsimError, ValueError) as error:
         return Row(run, ERROR, str(error), wall=time.monotonic() - began)
@@ -79,7 +80,7 @@ def run_command(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     )
 
 
-def words_of(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
+def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:
     """Return the command of a treatment, with the values of names in it.
 
     Raises:
@@ -87,13 +88,14 @@ def words_of(treatment: Treatment, names: Mapping[str, Any]) -> list[str]:
     """
     command = treatment.command
     parts = shlex.split(command) if isinstance(command, str) else list(command or ())
-    words = [str(substituted(part, names)) for part in parts]
+    known = {**names, **parameters_of(treatment, names)}
+    words = [str(substituted(part, known)) for part in parts]
     if not words:
         raise ValueError("the command is empty")
     return words
 
 
 def _variables(plan: Plan, run: Run, endpoint: str) -> dict[str, str]:
-    names = plan.names(run.scenario)
-    values = {key: str(substituted(each, names)) for key, each in plan.treatments[run.treatment].set.items()}
+    parameters = parameters_of(plan.treatments[run.treatment], plan.names(run.scenario))
+    values = {key: str(value) for key, value in parameters.items()}
     return values | {"HMRSIM_CONNECT": endpoint, "HMRSIM_SEED": str(run.seed), "HMRSIM_RUN": str(run.number)}

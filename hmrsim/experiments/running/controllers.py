@@ -14,7 +14,7 @@ from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
 from hmrsim.program.users_code import described
-from hmrsim.world.overlays.expressions import substituted
+from hmrsim.world.overlays.expressions import names_asked_for, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
 from hmrsim_zenoh.errors import SimulatorGone
 
@@ -23,15 +23,28 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from bt_controller.coverage import TreeCoverage
-    from hmrsim.experiments.file.model import Treatment
+    from hmrsim.experiments.file.model import Controller as Settings
     from hmrsim_zenoh.client.client import Client
 
 Controller = Callable[["Client", "Sequence[str]"], bool]
 """Controls the robots of a simulation to the end; returns whether that succeeded."""
 
 
+def parameters_of(treatment: Settings, names: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of what a treatment sets.
+
+    Args:
+        treatment: The controller.
+        names: The values that its expressions ask for.
+
+    Raises:
+        ValueError: An expression has no value.
+    """
+    return {key: substituted(value, names) for key, value in treatment.set.items()}
+
+
 def controller_of(
-    treatment: Treatment, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
+    treatment: Settings, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
 ) -> Controller:
     """Return a controller that runs in this process.
 
@@ -45,15 +58,17 @@ def controller_of(
         TreeError: There is none, or something is wrong with it.
         ValueError: An expression has no value.
     """
-    values = {key: _text(substituted(value, names)) for key, value in treatment.set.items()}
+    parameters = parameters_of(treatment, names)
+    known = {**names, **parameters}
     if treatment.tree is not None:
-        plan = _tree(
-            substituted(treatment.tree, names), treatment.tree_id, treatment.nodes, tuple(values.items()), folder
-        )
+        values = tuple((key, _text(value)) for key, value in parameters.items())
+        plan = _tree(substituted(treatment.tree, known), treatment.tree_id, treatment.nodes, values, folder)
         return lambda client, robots: run_tree(client, plan, treatment.robots or robots, coverage=coverage).succeeded
     if treatment.python is None:
         raise AssertionError
-    found = _function(substituted(treatment.python, names), folder)
+    said = names_asked_for(treatment.python)
+    further = {key: value for key, value in parameters.items() if key not in said}
+    found = _function(substituted(treatment.python, known), folder).called_with(further)
     if inspect.iscoroutinefunction(found.function):
         return lambda client, _robots: asyncio.run(_played(client, found.applied)) is not False
     return lambda client, _robots: found.applied(client) is not False

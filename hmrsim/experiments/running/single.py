@@ -46,7 +46,7 @@ def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """
     began = time.perf_counter()
     try:
-        world = plan.world(run.scenario).world
+        world = plan.world(run.scenario, run.treatment).world
         coverage = TreeCoverage() if plan.file.keep.coverage else None
         controller = controller_of(
             plan.treatments[run.treatment], plan.names(run.scenario), plan.path.parent, coverage=coverage

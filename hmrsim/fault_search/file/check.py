@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.errors import Problem
-    from hmrsim.experiments.file.model import Treatment
+    from hmrsim.experiments.file.model import Controller
     from hmrsim.fault_search.file.model import CheckFile
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Thing
@@ -68,7 +68,7 @@ class Check:
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {"_worlds": {}}
 
     @property
-    def treatment(self) -> Treatment:
+    def treatment(self) -> Controller:
         """The controller."""
         return self.file.controller
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hmrsim.experiments.file.model import Count, Memory, Part, Seconds, Treatment
+from hmrsim.experiments.file.model import Controller, Count, Memory, Part, Seconds
 from hmrsim.fault_search.space.model import Space
 
 _BUDGET: Final = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|m|h)?")
@@ -66,7 +66,7 @@ class CheckFile(Part):
 
     name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     world: str | dict[str, Any] = Field(description="A world file, the name of a shipped world, or a world itself.")
-    controller: Treatment
+    controller: Controller
     overlay: dict[str, Any] = Field(default={}, description="Laid over the world.")
     properties: str | dict[str, Any] | None = Field(
         default=None, description="A file of properties, or what one says; without it the built-in ones alone."

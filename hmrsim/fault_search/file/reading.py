@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from hmrsim.diagnostics import Finding, instead, problems_of, shown
 from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
-from hmrsim.experiments.file.model import Treatment
+from hmrsim.experiments.file.model import Controller
 from hmrsim.experiments.running.controllers import controller_of
 from hmrsim.fault_search.disturbances import Disturbance
 from hmrsim.fault_search.file.check import Check
@@ -43,7 +43,7 @@ DEFAULT_LIMIT: Final = 3600.0
 """Simulated seconds that the run without faults may take where a check sets no limit."""
 
 _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
-    ("controller",): Treatment,
+    ("controller",): Controller,
     ("space",): Space,
     ("limits",): Limits,
     ("budget",): Budget,
@@ -308,7 +308,7 @@ def _of_further(check: Check) -> Iterator[Finding]:
                     yield Finding(("space", "further", i, *path), flaw.message, flaw.value)
 
 
-def _of_robots(controller: Treatment, world: World) -> Iterator[Finding]:
+def _of_robots(controller: Controller, world: World) -> Iterator[Finding]:
     """Yield why a tree has no robots."""
     for i, name in enumerate(controller.robots or ()):
         if name not in world.robots:

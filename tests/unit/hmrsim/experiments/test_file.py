@@ -29,6 +29,9 @@ FILE: dict[str, Any] = {
 }
 
 
+GO = FILE["treatments"]["go"]
+
+
 def written(folder: Path, **changes: Any) -> Path:
     """Return the file of an experiment."""
     path = folder / "pace.yaml"
@@ -281,6 +284,13 @@ def test_mistakes_of_the_form_hide_no_others(tmp_path: Path) -> None:
     assert 9 == len(found), said  # `m` has no value either, but that it is no measure now is no mistake
 
 
+def test_a_design_that_is_wrong_leaves_its_factors_alone(tmp_path: Path) -> None:
+    """A range needs a certain design, but not to be told as a mistake of its own."""
+    factors = {"speed": {"low": 1.0, "high": 2.0}}
+    (problem,) = problems(written(tmp_path, factors=factors, design={"latin_hypercub": 3}, overlay={"seed": "$speed"}))
+    assert "design.latin_hypercub: unknown key 'latin_hypercub'; did you mean 'latin_hypercube'?" in problem
+
+
 @pytest.mark.parametrize("key", ["name", "world", "factors", "treatments", "measures", "ends", "tables", "overlay"])
 def test_a_part_that_is_wrong_is_told_alone(tmp_path: Path, key: str) -> None:
     """What needs it can't be known, and is no mistake."""
@@ -312,6 +322,17 @@ def test_a_part_that_is_wrong_is_told_alone(tmp_path: Path, key: str) -> None:
         ({"factors": {"a": 5}}, "factors.a: expected a list, got 5"),
         ({"design": "fll"}, "design: expected 'full' or 'one_at_a_time', got 'fll'"),
         ({"design": {"latin_hypercube": -3}}, "design.latin_hypercube: must be at least 1, got -3"),
+        (
+            {"treatments": {"a": GO, "b": {**GO, "overlay": {"robots.eastbound.base.speed": "fast"}}}},
+            "base.speed: expected a number, got 'fast' (scenario 0: speed=0.5, load=none, treatment b)",
+        ),
+        ({"variants": {"far": {"set": {"x": [1]}}}}, "variants.far.set.x: expected a number, a text, true or false"),
+        (
+            {"ends": {"e": {"robot": "${executor}", "at": "west"}}},
+            "ends.e.robot: there is no 'executor'; an ending",
+        ),
+        ({"ends": {"e": {"robot": "${1 +}", "at": "west"}}}, "ends.e.robot: there is no '${1 +}'; an ending may only"),
+        ({"ends": {"e": {"robot": "${reported.r}", "at": "wst"}}}, "ends.e.at: no waypoint, place or dock 'wst'"),
         ({"successes": ["served"]}, "successes.0: no run ends as 'served', as there is no such ending; there are"),
         (
             {"successes": ["timeout", "serve"], "ends": {"served": {"orders": "served", "count": 2}}},
@@ -362,6 +383,23 @@ def test_what_is_no_experiment_is_refused(tmp_path: Path, text: str, said: str) 
         read_plan(tmp_path / "e.yaml")
     with pytest.raises(ExperimentError, match="no such file"):
         read_plan(tmp_path / "nowhere.yaml")
+
+
+def test_what_one_treatment_adds_is_there(tmp_path: Path) -> None:
+    """An ending and a measure may ask for it, although the worlds of the others don't have it."""
+    more = {"robots.new": {"at": "near_west"}, "items.box": {"at": "east"}}
+    path = written(
+        tmp_path,
+        factors={},
+        treatments={"a": GO, "b": {**GO, "overlay": more}},
+        ends={"there": {"robot": "new", "at": "east"}, "brought": {"item": "box", "at": "west"}},
+        successes=["there"],
+        measures={"x": "robots.new.x"},
+    )
+
+    assert [] == check_file(path)[1]
+    plan = read_plan(path)
+    assert ["new" in plan.world(0, name).world.robots for name in ("", "a", "b")] == [False, False, True]
 
 
 def test_a_variant_that_is_not_there_is_an_error(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,7 +16,11 @@ from hmrsim.trace.replay import replay
 from hmrsim.world_checks import loading
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from hmrsim.experiments.results.row import Row
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 WORLD = {
     "name": "two",
@@ -56,6 +61,23 @@ def rounds(client):
         drive(client, 10.0 * (n % 2))
     client.end_run("tired", rounds=3, why="no more")
     drive(client)
+
+
+def takes(client, x, robot="w"):
+    print(x, type(x).__name__, robot)
+    Commander(client, robot).go_to_pose(float(x), 0.0)
+
+
+def assigns(client, robot):
+    client.end_run("assigned", executor=robot, target="c", way=20.0)
+    for name in ("w", "v"):
+        drive_of(client, name, 10.0)
+    drive_of(client, robot, 20.0)
+    drive_of(client, robot, 10.0)
+
+
+def drive_of(client, robot, x):
+    Commander(client, robot).go_to_pose(float(x), 0.0)
 
 
 def says_no(client):
@@ -118,21 +140,31 @@ def goes_on(client):
 def row(tmp_path):
     """Return the result of a run of a controller."""
 
-    def made(controller: str, *, number: int = 0, kind: str = "python", **changes: Any) -> Row:
+    def made(
+        controller: str | list[str],
+        *,
+        number: int = 0,
+        kind: str = "python",
+        given: Mapping[str, Any] = NOTHING,
+        own: Mapping[str, Any] = NOTHING,
+        chosen: Sequence[str] = (),
+        **changes: Any,
+    ) -> Row:
         (tmp_path / "two.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
         name = f"controller_{abs(hash(str(tmp_path)))}.py"
         (tmp_path / name).write_text(CONTROLLER, encoding="utf-8")
+        run_by = f"{name}:{controller}" if isinstance(controller, str) else controller
         content = {
             "name": "e",
             "world": "two.yaml",
-            "treatments": {"t": {kind: f"{name}:{controller}"}},
+            "treatments": {"t": {kind: run_by, "set": {**given}, "overlay": {**own}}},
             "replications": 5,
             "limits": {"simulated": 300, "wall": 20},
             "measures": {"time": "end.at", "energy": "energy"},
             **changes,
         }
         (tmp_path / "e.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
-        plan = read_plan(tmp_path / "e.yaml")
+        plan = read_plan(tmp_path / "e.yaml", chosen)
         run = plan.run_of(number)
         assert run is not None
         return execute_run(plan, run)
@@ -300,6 +332,64 @@ def test_replications_are_the_same_run_if_nothing_is_left_to_chance(row, control
         assert ["", "", ""] == found
     else:
         assert (True, kinds) == (all(found), len({*found}))
+
+
+def test_what_a_treatment_sets_are_arguments_of_its_function(row):
+    """They keep their types, unless the text of the function asks for them."""
+    assert "5 int w" == row("takes", given={"x": 5}).output
+    assert "7.5 str w" == row("takes(x='${far}')", given={"far": 7.5, "robot": "w"}).output
+    assert "it takes no 'y'" in row("takes", given={"x": 5, "y": 6}).cause
+
+
+def test_a_variant_has_parameters_for_the_controller(row):
+    """They take the place of the treatment's, and are no part of the overlay."""
+    changes = {
+        "given": {"x": 5},
+        "variants": {"far": {"set": {"x": 15}, "robots.w.base.speed": 2.0}, "slow": {"set": {"x": "${2 + 6}"}}},
+    }
+
+    assert ("5 int w", 5.0) == ((plain := row("takes", **changes)).output, plain.at)
+    assert "15 int w" == row("takes", chosen=["far"], **changes).output
+    assert ("8 int w", 4.0) == ((both := row("takes", chosen=["far", "slow"], **changes)).output, both.at)
+
+
+def test_a_tree_and_a_command_are_written_with_their_parameters(row):
+    """As with the levels of factors."""
+    assert row("bring(item='${what}')", kind="tree", given={"what": "box"}).ending == "succeeded"
+    command = ["sh", "-c", "echo $GREETING ${what}"]
+    assert "hello box" == row(command, kind="command", given={"what": "box", "GREETING": "hello"}).output
+
+
+def test_an_overlay_of_a_treatment_is_laid_over_its_world_alone(row):
+    """After that of the file and the variants."""
+    changes = {"overlay": {"robots.w.base.speed": 5.0}, "variants": {"slow": {"robots.w.base.speed": 0.5}}}
+
+    assert 2.0 == row("drive(x=10)", **changes).at
+    assert 20.0 == row("drive(x=10)", chosen=["slow"], **changes).at
+    own = {"robots.w.base.speed": 2.0}
+    assert 5.0 == row("drive(x=10)", chosen=["slow"], own=own, **changes).at
+
+
+@pytest.mark.parametrize(
+    ("condition", "at"),
+    [
+        ({"robot": "${reported.executor}", "at": "c"}, 30.0),
+        ({"robot": "${reported.executor}", "at": "${reported.target}"}, 30.0),
+        ({"robot": "${reported.executor}", "at": "a"}, 0.0),
+        ({"event": "status", "where": {"robot": "${reported.executor}", "status": 4}}, None),
+        ({"robot": "${reported.nobody}", "at": "c"}, None),
+        ({"robot": "${reported.executor}", "at": "${reported.way}"}, None),
+        ({"robot": "${reported.executor}", "at": "${reported.executor}"}, None),
+    ],
+)
+def test_an_ending_may_name_the_robot_that_the_controller_reports(row, condition, at):
+    """It holds from when it is reported; what never is does not hold."""
+    lanes = [["a", "b"], ["b", "c"]]
+    overlay = {"robots.v": {"at": "a", "type": "fetcher"}, "lanes": lanes, "traffic": {"policy": "free"}}
+    found = row("assigns(robot='v')", overlay=overlay, ends={"there": condition})
+
+    assert ("succeeded" if at is None else "there") == found.ending
+    assert at is None or at == found.at
 
 
 def test_a_single_replication_is_compared_with_none(row):
