@@ -26,7 +26,6 @@ from hmrsim.experiments.file.model import (
     Variant,
 )
 from hmrsim.experiments.file.plan import Plan
-from hmrsim.experiments.judging.labels import BUILT_IN
 from hmrsim.world.files import read_text
 from hmrsim.world.formats import Document
 from hmrsim.world.merging import Source
@@ -230,12 +229,6 @@ def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[st
                 message = f"{name!r} is {seen[name]} already; give another name"
                 yield Finding((key, name), message, name)
             seen[name] = f"one of the {key}"
-    if "successes" in model.model_fields_set and "ends" not in lost:
-        known = [*model.ends, *BUILT_IN]
-        for place, label in enumerate(model.successes):
-            if label not in known:
-                what = f"no run ends as {label!r}, as there is no such ending{instead(label, known)}"
-                yield Finding(("successes", place), f"{what}; define it under ends, or leave it out", label)
     until = model.replications.until
     if until is not None and until.decided and len(model.treatments) == 1 and "treatments" not in lost:
         message = "there is one treatment, and nothing to decide; give relative_error"

@@ -13,6 +13,7 @@ from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
 from hmrsim.experiments.file.reading import read_what_is_right
 from hmrsim.experiments.judging.endings import BY_REPORT, REPORTED
+from hmrsim.experiments.judging.labels import BUILT_IN
 from hmrsim.experiments.judging.measures import NAMES
 from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
 from hmrsim.experiments.running.commands import words_of
@@ -65,8 +66,9 @@ def _problems(
 ) -> tuple[list[Problem], list[Problem]]:
     """Return the errors and the warnings of all that an experiment needs; what depends on what is *lost* has none."""
     errors, warnings, worlds = ([], [], []) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
-    unknown = _unknown(plan, worlds) if "ends" not in lost else []
-    findings = [*_measures(plan), *_endings(plan, worlds)]
+    whole = "ends" not in lost
+    unknown = _unknown(plan, worlds) if whole else []
+    findings = [*_measures(plan), *_endings(plan, worlds), *(_successes(plan) if whole else ())]
     findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
     if not _OF_NAMES & {*lost}:
         findings += _treatments(plan)
@@ -205,6 +207,16 @@ def _endings(plan: Plan, worlds: Sequence[World]) -> Iterator[Finding]:
             for field, message in found[0].items():
                 if all(field in each for each in found):
                     yield Finding((*path, field), message)
+
+
+def _successes(plan: Plan) -> Iterator[Finding]:
+    """Yield each ending that is to count as a success, and that no run can have."""
+    if "successes" in plan.file.model_fields_set:
+        known = [*plan.file.ends, *BUILT_IN]
+        for place, label in enumerate(plan.file.successes):
+            if label not in known:
+                what = f"no run ends as {label!r}, as there is no such ending{instead(label, known)}"
+                yield Finding(("successes", place), f"{what}; define it under ends, or leave it out", label)
 
 
 def _flaws(condition: Ending, world: World | None) -> Iterator[tuple[str, str]]:
