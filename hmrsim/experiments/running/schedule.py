@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.judging.measures import Value
 
+_LEAST: Final = 3
+"""Replications before which no mean is known: the spread of fewer says hardly anything."""
 _GROWTH: Final = 0.25
 """Replications that are added at once, as a share of those that there are."""
 
@@ -196,5 +198,5 @@ class Schedule:
         error, of = (until.relative_error, MEAN) if until.relative_error is not None else (until.error, PROPORTION)
         if error is None:
             raise AssertionError
-        rule = StoppingRule(error, of, until.confidence, max(2, minimum), look_ahead=0)
+        rule = StoppingRule(error, of, until.confidence, max(_LEAST, minimum), look_ahead=0)
         return len(values) >= rule.minimum and enough(values, rule)

@@ -169,6 +169,19 @@ def test_replications_stop_where_the_mean_is_known(tmp_path: Path) -> None:
         assert results.about["replications"]["until"]["measure"] == "time"
 
 
+@pytest.mark.parametrize("least", [1, 2])
+def test_a_mean_is_not_known_before_three_replications(tmp_path: Path, least: int) -> None:
+    """Nor is it a mistake to ask for fewer at least."""
+    until = {"measure": "time", "relative_error": 0.5}
+    plan = plan_of(tmp_path, replications={"min": least, "max": 9, "until": until})
+    schedule = Schedule(plan, {})
+    while runs := schedule.next(7):
+        for run in runs:
+            schedule.note(run, 10.0 + run.number / 1000)
+
+    assert 3 * len(plan.scenarios) * len(plan.treatments) == schedule.done
+
+
 @pytest.mark.parametrize("margin", [None, 0.0, 0.1])
 def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_path: Path, margin: float | None) -> None:
     """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together; a margin of 0 is none."""
