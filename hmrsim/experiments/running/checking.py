@@ -70,8 +70,7 @@ def _problems(
     unknown = _unknown(plan, worlds) if whole else []
     findings = [*_measures(plan), *_endings(plan, worlds), *(_successes(plan) if whole else ())]
     findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
-    if not _OF_NAMES & {*lost}:
-        findings += _treatments(plan)
+    findings += _treatments(plan, known=not _OF_NAMES & {*lost})
     if findings:
         _, lines, _ = read(read_text(plan.path, file))
         errors += problems_of(findings, file, partial(line_of, lines))
@@ -170,12 +169,15 @@ def _asked_for(value: object) -> frozenset[str]:
         return frozenset({str(value)})
 
 
-def _treatments(plan: Plan) -> Iterator[Finding]:
+def _treatments(plan: Plan, *, known: bool) -> Iterator[Finding]:
+    """Yield what is wrong with controllers; if names are not *known*, with those that ask for none."""
+    scenarios = [plan.names(scenario) for scenario in range(len(plan.scenarios))] if known else [{}]
     for name, treatment in plan.treatments.items():
+        if not known and _asked_for(treatment.model_dump(mode="json", exclude={"overlay"})):
+            continue
         kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
         said: dict[str, None] = {}
-        for scenario in range(len(plan.scenarios)):
-            names = plan.names(scenario)
+        for names in scenarios:
             try:
                 if treatment.in_process:
                     controller_of(treatment, names, plan.path.parent)

@@ -284,6 +284,16 @@ def test_mistakes_of_the_form_hide_no_others(tmp_path: Path) -> None:
     assert 9 == len(found), said  # `m` has no value either, but that it is no measure now is no mistake
 
 
+def test_a_controller_without_names_is_checked_without_them(tmp_path: Path) -> None:
+    """One that asks for a factor can't be while the factors are not known."""
+    treatments = {"a": {"tree": "nowhere:tree"}, "b": {"tree": "${speed}:tree"}}
+    found = problems(written(tmp_path, factors={"speed": 5}, treatments=treatments))
+
+    assert ["factors.speed: expected a list, got 5", "treatments.a.tree: nowhere:tree: no module 'nowhere'"] == [
+        each.split(": ", 1)[1].partition(" here")[0] for each in found
+    ]
+
+
 def test_a_design_that_is_wrong_leaves_its_factors_alone(tmp_path: Path) -> None:
     """A range needs a certain design, but not to be told as a mistake of its own."""
     factors = {"speed": {"low": 1.0, "high": 2.0}}
