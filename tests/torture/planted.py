@@ -27,6 +27,7 @@ from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
@@ -49,11 +50,16 @@ def catalogue() -> dict[str, Any]:
 
 def check_of(entry: dict[str, Any], which: str, **search: Any) -> Check:
     """Return the check of a bug or of its twin, as a user would write it."""
-    said = {"world": entry["world"], "controller": entry[which], "space": entry.get("space", {}), **search}
-    said["limits"] = entry.get("limits", {})
+    said = {"world": entry["world"], "controller": entry[which], "space": entry.get("space", {})}
+    said |= {"limits": entry.get("limits", {}), **search}
     if entry.get("properties"):
         said["properties"] = entry["properties"]
     return check_at(CheckFile.model_validate(said), HOME)
+
+
+def patient(entry: dict[str, Any], which: str) -> Check:
+    """Return the check of a bug or of its twin, in which no run is ended because the machine is slow."""
+    return check_of(entry, which, limits={"wall": PATIENCE, **entry.get("limits", {})})
 
 
 def recovering(entry: dict[str, Any], seconds: float) -> dict[str, Any]:

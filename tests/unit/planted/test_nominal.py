@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
-from tests.torture.planted import catalogue, check_of
+from tests.torture.planted import catalogue, patient
 
 _BUGS = catalogue()
 _IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["bug"]]
@@ -28,6 +28,6 @@ def test_each_bug_says_what_it_is():
 @pytest.mark.parametrize("name", _IN_PROCESS)
 def test_nothing_is_seen_without_faults(name):
     """The controller and its correct twin succeed, and nothing is violated."""
-    outcomes = [run_case(check_of(_BUGS[name], which), Case()) for which in ("bug", "twin")]
+    outcomes = [run_case(patient(_BUGS[name], which), Case()) for which in ("bug", "twin")]
 
     assert [("succeeded", ())] * 2 == [(outcome.ending, outcome.violations) for outcome in outcomes]

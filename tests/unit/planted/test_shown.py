@@ -7,7 +7,7 @@ import pytest
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
-from tests.torture.planted import catalogue, check_of
+from tests.torture.planted import catalogue, patient
 
 _BUGS = catalogue()
 _IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["bug"]]
@@ -21,7 +21,7 @@ def _case(entry):
 def test_its_schedule_shows_a_bug(name):
     """One or two things that go wrong are enough."""
     entry = _BUGS[name]
-    outcome = run_case(check_of(entry, "bug"), _case(entry))
+    outcome = run_case(patient(entry, "bug"), _case(entry))
 
     assert outcome.violations
     assert len(entry["shown_by"]) <= 2
@@ -31,6 +31,6 @@ def test_its_schedule_shows_a_bug(name):
 def test_a_correct_twin_bears_what_shows_the_bug(name):
     """The twin succeeds, and nothing is violated."""
     entry = _BUGS[name]
-    outcome = run_case(check_of(entry, "twin"), _case(entry))
+    outcome = run_case(patient(entry, "twin"), _case(entry))
 
     assert ("succeeded", ()) == (outcome.ending, outcome.violations)

@@ -13,6 +13,7 @@ import pytest
 import bt_controller.cli
 from hmrsim.cli import main
 from tests.counterfeit import Counterfeit
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
 from tests.torture.mutation import with_other_value
@@ -84,7 +85,7 @@ def tried(counterfeit, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("tool", TOOLS)
 def test_a_counterfeit_that_changes_nothing_is_as_good_as_the_real_one(tried, tool):
     """So that the other tests show what they claim."""
-    code, _ = tried(tool, lambda _key, payload: payload, "20")
+    code, _ = tried(tool, lambda _key, payload: payload, str(PATIENCE))
 
     # A busy machine is a problem that a doctor tells of.
     assert code == 0 or (code == 1 and "doctor" in tool)

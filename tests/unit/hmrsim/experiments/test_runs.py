@@ -14,6 +14,7 @@ from hmrsim.experiments.running.tasks import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
 from hmrsim.world_checks import loading
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -159,7 +160,7 @@ def row(tmp_path):
             "world": "two.yaml",
             "treatments": {"t": {kind: run_by, "set": {**given}, "overlay": {**own}}},
             "replications": 5,
-            "limits": {"simulated": 300, "wall": 20},
+            "limits": {"simulated": 300, "wall": PATIENCE},
             "measures": {"time": "end.at", "energy": "energy"},
             **changes,
         }
@@ -230,13 +231,13 @@ def test_of_several_conditions_the_first_that_holds_counts_and_the_controllers_e
 
 def test_a_run_that_reaches_its_limit_ends_there(row):
     """A run that reaches its limit ends there."""
-    found = row("goes_on", limits={"simulated": 100, "wall": 20})
+    found = row("goes_on", limits={"simulated": 100, "wall": PATIENCE})
     assert (found.ending, found.at, found.success) == (TIMEOUT, 100.0, False)
 
 
 def test_a_task_that_has_died_is_the_cause_of_what_comes_of_it(row):
     """Nobody has waited for it, and nothing else tells why the run came to its limit."""
-    found = row("dies_unseen", limits={"simulated": 100, "wall": 20})
+    found = row("dies_unseen", limits={"simulated": 100, "wall": PATIENCE})
     assert (found.ending, found.at) == (TIMEOUT, 100.0)
     assert "a task of the controller had died of KeyError: 'mine' (" in found.cause
     assert ".py:" in found.cause
@@ -270,7 +271,7 @@ def test_the_limit_of_processor_time_is_that_of_wall_time_if_left_out(row):
 )
 def test_a_controller_that_lets_no_time_pass_is_ended(row, controller, cause):
     """Long before the limit of wall time, and with the goal that it insists on."""
-    found = row(controller, limits={"wall": 20})
+    found = row(controller, limits={"wall": PATIENCE})
     assert (found.ending, found.at, found.success) == (HUNG, 0.0, False)
     assert f"time stands still: {cause}" in found.cause
 
