@@ -261,7 +261,7 @@ class TestEnds:
         """A get that gives up learns the goal's id, with which its result can be asked for."""
         request = json.dumps({"goal": {"time": {"sec": 1000}}})
 
-        replies = [*live.session.get(live.key(f"{WAIT}/_action/execute"), payload=request, timeout=0.5)]
+        replies = [*live.session.get(live.key(f"{WAIT}/_action/execute"), payload=request, timeout=3.0)]
 
         # Zenoh gives them in either order, and on a busy machine not always the timeout.
         (goal_id,) = [json.loads(reply.ok.payload.to_string())["goal_id"] for reply in replies if reply.ok]

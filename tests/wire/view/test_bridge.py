@@ -225,7 +225,7 @@ def test_gets_are_counted(page, session):
     held = []
     session.declare_queryable("hmrsim/held", held.append)
     for id_ in range(65):
-        page.say("get", id=id_, key="held", timeout=5)
+        page.say("get", id=id_, key="held", timeout=60)
 
     answer = page.hear("reply")
     assert (64, "64 gets are pending already") == (answer["id"], answer["error"])
