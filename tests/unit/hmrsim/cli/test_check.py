@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 
 import pytest
 import yaml
@@ -12,11 +13,16 @@ from hmrsim.cli.entry import main
 from tests.porters import HERE, WORLD
 
 
+def prepare(folder):
+    """Write a world and its controllers."""
+    (folder / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
+    (folder / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Return a folder with a world and its controllers, which is the current one."""
-    (tmp_path / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
-    (tmp_path / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
+    prepare(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -27,6 +33,25 @@ def check(*words):
 
 
 SERIAL = ("--executor", "hmrsim.fault_search.running.evaluator:Serial")
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """Return the folder of a search that has found a failure, which is made once."""
+    home = tmp_path_factory.mktemp("searched")
+    prepare(home)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.chdir(home)
+        assert check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL) == 1
+    return home
+
+
+@pytest.fixture
+def found(folder, searched):
+    """Return the file of a failure that a search has found in the current folder."""
+    shutil.copytree(searched, folder, dirs_exist_ok=True)
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    return repro
 
 
 def test_what_is_found_is_told_and_written(folder, capsys):
@@ -43,38 +68,30 @@ def test_what_is_found_is_told_and_written(folder, capsys):
     assert {"report.html", "junit.xml", "summary.json"} <= {path.name for path in repro.parents[1].iterdir()}
 
 
-def test_a_failure_is_repeated(folder, capsys):
+def test_a_failure_is_repeated(found, capsys):
     """Until the controller is mended: the exit code says whether it still fails."""
-    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
-    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
-    capsys.readouterr()
-
-    assert check("--repro", str(repro)) == 1
+    assert check("--repro", str(found)) == 1
     out, err = capsys.readouterr()
     assert "it fails as before: no_vain_goals: rejected 5 times in a row (with the same trace)" in out
-    assert f"{repro}: runs the code 'porters.py:vain'\n" == err
-    repro.write_text(repro.read_text("utf-8").replace("porters.py:vain", "porters.py:careful"), encoding="utf-8")
-    assert check("--repro", str(repro)) == 0
+    assert f"{found}: runs the code 'porters.py:vain'\n" == err
+    found.write_text(found.read_text("utf-8").replace("porters.py:vain", "porters.py:careful"), encoding="utf-8")
+    assert check("--repro", str(found)) == 0
     assert "it passes: no_vain_goals is not violated any more" in capsys.readouterr().out
 
 
-def test_a_failure_whose_world_does_not_fit_any_more_is_set_aside(folder, capsys):
+def test_a_failure_whose_world_does_not_fit_any_more_is_set_aside(folder, found, capsys):
     """The controller is another one by now, and needs what was left out; it is not accused of that."""
-    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
-    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
-    capsys.readouterr()
     code = check("world.yaml", "--python", "porters.py:needy", "--only", "breakdown", "--runs", "40", *SERIAL)
     out, err = capsys.readouterr()
 
     assert code == 0, out
-    assert f"set aside {repro.relative_to(folder)}: its world does not fit the controller any more; " in err
+    assert f"set aside {found.relative_to(folder)}: its world does not fit the controller any more; " in err
     assert "without its schedule the run ends as crashed: KeyError: 'crate'" in err
 
 
-def test_a_function_is_a_participant_by_its_own_name(folder):
+def test_a_function_is_a_participant_by_its_own_name(found):
     """A story that speaks of bt_controller speaks of nobody."""
-    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
-    (story,) = (folder / "porters_check" / "failures").glob("*.jsonl")
+    (story,) = found.parent.glob("*.jsonl")
 
     assert '"vain"' in story.read_text("utf-8")
     assert "bt_controller" not in story.read_text("utf-8")
@@ -197,13 +214,9 @@ def test_options_over_the_file_of_a_check_are_looked_at(folder, capsys):
     assert "command line: space.only.0: nothing is called 'slp'; did you mean 'slip'?" in capsys.readouterr().err
 
 
-def test_a_failure_that_can_not_be_repeated_has_not_passed(folder, capsys):
+def test_a_failure_that_can_not_be_repeated_has_not_passed(found, capsys):
     """The recording can't be written: that is an error, and says nothing about the controller."""
-    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
-    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
-    capsys.readouterr()
-
-    assert check("--repro", str(repro), "--record", "world.yaml/run.mcap") == 2
+    assert check("--repro", str(found), "--record", "world.yaml/run.mcap") == 2
     assert "can't be repeated: world.yaml/run.mcap: can't be written" in capsys.readouterr().err
 
 
@@ -220,14 +233,12 @@ def test_ctrl_c_before_the_first_run_is_told(capsys, monkeypatch):
     assert "nothing was tried" in capsys.readouterr().err
 
 
-def test_a_failure_without_its_controller_says_where_it_could_be(folder, capsys):
+def test_a_failure_without_its_controller_says_where_it_could_be(found, capsys):
     """It was moved, and the controller's file is neither beside it nor in the current folder."""
-    check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
-    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
-    repro.write_text(repro.read_text("utf-8").replace("porters.py:vain", "elsewhere.py:vain"), encoding="utf-8")
+    found.write_text(found.read_text("utf-8").replace("porters.py:vain", "elsewhere.py:vain"), encoding="utf-8")
     capsys.readouterr()
 
-    assert check("--repro", str(repro)) == 2
+    assert check("--repro", str(found)) == 2
     assert "; --folder DIR says where the controller's files are" in capsys.readouterr().err
 
 
