@@ -52,7 +52,7 @@ NAMES = [
     "localisation_jump",
     "robot_type:nurse",
 ]
-MOST_EVENTS = 3_000
+MOST_EVENTS = 300
 FAR = 1e12
 
 ACTIONS = sorted(actions())
@@ -126,7 +126,7 @@ def go_on(run: Any) -> None:
 def test_no_goal_ends_the_simulator(action):
     """It is rejected, or ends; another goal goes on either way."""
 
-    @examples(60)
+    @examples(30)
     @given(body=bodies(actions()[action].goal, NAMES), robot=st.sampled_from(["wall_e", "eve"]))
     def try_one(body, robot):
         goal = read(actions()[action].goal, body)
@@ -147,7 +147,7 @@ def test_no_goal_ends_the_simulator(action):
 def test_no_request_of_a_service_ends_the_simulator(service):
     """It is refused, or answered, and goals go on."""
 
-    @examples(60)
+    @examples(30)
     @given(body=bodies(services()[service].request, NAMES))
     def try_one(body):
         request = read(services()[service].request, body)
