@@ -28,8 +28,8 @@ def test_a_search_is_the_same_with_one_process_and_with_two(tmp_path):
     (tmp_path / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
     (tmp_path / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
 
-    one = summary(tmp_path, "--runs", "64", "-j", "1", "-o", "one")
-    two = summary(tmp_path, "--runs", "64", "-j", "2", "-o", "two")
+    one = summary(tmp_path, "--runs", "40", "-j", "1", "-o", "one")
+    two = summary(tmp_path, "--runs", "40", "-j", "2", "-o", "two")
 
     assert one == two
     assert one["findings"]

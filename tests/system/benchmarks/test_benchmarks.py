@@ -17,7 +17,6 @@ from benchmarks.__main__ import main
 from benchmarks._report import Row
 from benchmarks._spread import Spread
 from benchmarks._timing import Rounds, Variant, interleaved
-from benchmarks.perturbed import distinct_traces
 from tests.paths import ROOT
 
 TINY = {
@@ -33,7 +32,7 @@ TINY = {
     "experiments": {"replications": 1, "rounds": 1},
     "first_fleets": {"seeds": 4, "policies": ("planned",)},
     "goals_at_once": {"robots": 2, "rounds": 1, "side": 2},
-    "fault_search": {"schedules": 16, "rounds": 1, "pairs": 1, "seeds": 1, "most": 32},
+    "fault_search": {"schedules": 8, "rounds": 1, "pairs": 1, "seeds": 1, "most": 8},
     "gym": {"rounds": 1, "horizon": 100.0},
     "in_process": {"rounds": 1, "runs": 1, "missions": 1},
     "properties": {"rounds": 1, "samples": 100, "missions": 1},
@@ -49,7 +48,7 @@ TINY = {
     },
     "mesa_agents": {"robots": 3, "rounds": 1, "seconds": 20.0, "side": 4},
     "memory": {"sizes": (2, 4), "side": 3},
-    "perturbed": {"controllers": (3,), "runs": 1},
+    "perturbed": {"controllers": (2,), "runs": 3},
     "realtime": {"factors": (10.0,), "robots": 2, "window": 1.0},
     "recording": {"sizes": (3,), "seconds": 1.0, "side": 4},
     "roomy": {"robots": 3, "rounds": 1, "seconds": 0.01, "filling": 0.1, "side": 4},
@@ -88,6 +87,8 @@ def test_every_benchmark_is_tested():
 def test_a_benchmark_gives_rows(name, monkeypatch):
     """A benchmark gives rows, each of a name of its own and with a figure of something that took place."""
     monkeypatch.setattr("benchmarks._timing._TURN", 2)
+    # That Dask gives the same results is tested with experiments.
+    monkeypatch.delitem(importlib.import_module("benchmarks.experiments")._WHERE, "Dask, two workers")
     monkeypatch.setattr("benchmarks.listeners._EVENTS_A_ROUND", 100)
     monkeypatch.setattr("benchmarks.listeners._SETTLING", 0.1)
     monkeypatch.setattr("benchmarks.ros2._AT_ONCE", 10)
@@ -99,6 +100,8 @@ def test_a_benchmark_gives_rows(name, monkeypatch):
 
     assert len(rows) == len({row.what for row in rows})
     assert [] == [row for row in rows if row.value <= 0 and row.unit not in MAY_BE_NOTHING]
+    # What should be the same is so on any machine; other targets are about speed.
+    assert [] == [row for row in rows if "different" in row.what + row.unit and not row.met]
 
 
 @pytest.mark.parametrize("name", TINY)
@@ -152,11 +155,6 @@ def test_variants_take_turns():
 
     assert ["a"] * 6 + ["b"] * 6 + ["a"] * 6 + ["b"] * 6 == called
     assert [2, 2] == [len(took.taken[name]) for name in "ab"]
-
-
-def test_a_sample_of_perturbed_runs_has_one_trace(tmp_path):
-    """Who listens, how much the simulator does at once, and how busy the machine is, changes no byte."""
-    assert 1 == distinct_traces(2, 4, tmp_path)
 
 
 def test_write_replaces_one_table(tmp_path):
