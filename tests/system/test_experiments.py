@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-import subprocess
 import sys
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import pytest
 import yaml
+
+from tests import processes
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +67,7 @@ BASE: dict[str, Any] = {
     "name": "pace",
     "world": "zoo/crossing",
     "overlay": {"lanes.*.speed_factor": {"uniform": {"low": 0.3, "high": 1}}},
-    "limits": {"simulated": 600, "wall": 20},
+    "limits": {"simulated": 600, "wall": PATIENCE},
     "measures": {"time": "end.at"},
 }
 
@@ -77,9 +79,9 @@ def experiment(tmp_path):
 
     def run(folder: str, *options: str, **changes: Any) -> list[dict[str, Any]]:
         (tmp_path / "e.yaml").write_text(yaml.safe_dump({**BASE, **changes}, sort_keys=False), encoding="utf-8")
-        command = [sys.executable, "-m", "hmrsim.cli", "experiment", "run", "e.yaml", "-o", folder, *options]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+        process = processes.start("hmrsim", "experiment", "run", "e.yaml", "-o", folder, *options, cwd=tmp_path)
+        _, err = process.communicate()
+        assert process.returncode == 0, err
         return rows(tmp_path / folder)
 
     return run
@@ -107,11 +109,11 @@ def test_the_results_do_not_depend_on_where_the_runs_are_made(experiment):
 def test_what_one_run_does_harms_no_other(experiment):
     """A worker that dies, a controller that hangs, leaks or prints without end: each is a row with its cause."""
     treatments = {name: {"python": f"controllers.py:{name}"} for name in ("go", "dies", "leaks", "prints")}
-    limits = {"simulated": 600, "wall": 60, "memory": "500 MB"}
+    limits = {**BASE["limits"], "memory": "500 MB"}
     found = experiment("bad", "-j", "2", treatments=treatments, limits=limits, replications=2)
     # One second is short for a busy machine, but not for what never ends.
     hangs = {"hangs": {"python": "controllers.py:hangs"}}
-    found += experiment("hangs", "-j", "2", treatments=hangs, limits={**limits, "wall": 1}, replications=2)
+    found += experiment("hangs", "-j", "2", treatments=hangs, limits={**limits, "wall": 1}, replications=1)
 
     endings = {name: {row["ending"] for row in found if row["treatment"] == name} for name in (*treatments, *hangs)}
     assert {
@@ -130,20 +132,23 @@ def test_any_command_is_a_controller(experiment):
     treatments = {
         "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
         "same": {"python": "controllers.py:go"},
-        "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(100)"]},
-        "busy": {"command": ["sh", "-c", f"{sys.executable} -c 'while True: pass'"]},
         "killed": {"command": [sys.executable, "-c", "import os; print('oh no', flush=True); os.kill(os.getpid(), 9)"]},
         "no": {"command": [sys.executable, "-c", "raise SystemExit(1)"]},
         "none": {"command": "no_such_program"},
     }
-    found = experiment("commands", treatments=treatments, limits={"simulated": 600, "wall": 5, "processor": 6})
+    found = experiment("commands", treatments=treatments)
+    endless = {
+        "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(1000)"]},
+        "busy": {"command": ["sh", "-c", f"{sys.executable} -c 'while True: pass'"]},
+    }
+    found += experiment("endless", treatments=endless, limits={**BASE["limits"], "wall": 2, "processor": 2})
     by = {row["treatment"]: row for row in found}
 
     assert ("succeeded", f"seed {by['script']['seed']} run 0 hello") == (by["script"]["ending"], by["script"]["output"])
     assert by["same"]["at"] == by["script"]["at"]
-    waited = "it has waited for 5 wall seconds without computing anything"
+    waited = "it has waited for 2 wall seconds without computing anything"
     assert ("hung", waited) == (by["stuck"]["ending"], by["stuck"]["cause"])
-    assert ("hung", "it takes longer than 6 s of processor time") == (by["busy"]["ending"], by["busy"]["cause"])
+    assert ("hung", "it takes longer than 2 s of processor time") == (by["busy"]["ending"], by["busy"]["cause"])
     assert ("crashed", "oh no") == (by["killed"]["ending"], by["killed"]["output"])
     assert "the controller ended with signal 9" == by["killed"]["cause"]
     assert "failed" == by["no"]["ending"]
@@ -156,11 +161,10 @@ def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
     experiment("study", treatments=treatments, replications=30, keep={"traces": "all"})
 
     def told(*arguments: str, code: int = 0) -> str:
-        command = [sys.executable, "-m", "hmrsim.cli", *arguments]
-        environment = os.environ | {"COLUMNS": "200"}
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=environment)
-        assert code == done.returncode, done.stderr
-        return done.stdout
+        process = processes.start("hmrsim", *arguments, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
+        out, err = process.communicate()
+        assert code == process.returncode, err
+        return out
 
     assert "pace: 60 runs: 1 scenario, 2 treatments (near, far)" in told("experiment", "check", "e.yaml")
     assert {"done": 60, "endings": {"succeeded": 60}}.items() <= json.loads(
