@@ -1,8 +1,7 @@
 """The conditions that participants in lockstep wait for.
 
-A condition is looked at when it is set, and with each message of its topic, as a subscriber would get it. The level of
-a battery is a formula of time between two changes of its load: so the instant is computed at which it will be reached,
-and computed again with each change.
+A condition is looked at when it is set, and with each message of its topic, as a subscriber would get it. The instant
+at which the level of a battery will be reached is computed, and computed again with each change of its load.
 """
 
 from __future__ import annotations
@@ -10,37 +9,29 @@ from __future__ import annotations
 import heapq
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.engine.sim_time import end_of_instant, stamp
+from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.events.goals import GoalStatusChanged
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
+from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import InterestChanged, Read
-from hmrsim.protocol.conditions import ORDERS, Watching
+from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled
 from hmrsim.protocol.topics import Topic
+from hmrsim.timing.battery_levels import BatteryLevels, is_level
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.protocol.conditions import Comparison, Watch
+    from hmrsim.protocol.conditions import Watch
     from hmrsim.protocol.outputs import Output
-    from hmrsim.robots.power import Energy
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.battery_levels import ConditionId
 
 MAX_WATCHED: Final = 10_000
 """The conditions of a participant."""
-
-_Id = tuple[str, str]
-"""A participant, and what it calls a condition."""
-
-_SHARE: Final = ("percentage",)
-_LEVELS: Final = (_SHARE, ("charge",))
-"""The fields of a battery's state whose values are computed for any time."""
-
-_FALLING: Final = ("<", "<=")
 
 
 class Conditions:
@@ -53,15 +44,17 @@ class Conditions:
     def __init__(self, simulator: Simulator, on_met: Callable[[], None]) -> None:
         self._simulator = simulator
         self._on_met = on_met
-        # By topic, and by robot or, of events, by kind; empty for any kind.
-        self._all: dict[tuple[Topic, str], dict[_Id, Watch]] = {}
+        # Those that need a topic's messages, by topic, and by robot or, of events, by kind; empty for any kind.
+        self._compared: dict[tuple[Topic, str], dict[ConditionId, Watch]] = {}
+        # Those on the level of a battery, by robot.
+        self._levels: dict[str, dict[ConditionId, Watch]] = {}
         self._names: dict[str, dict[str, Watch]] = {}
-        self._met: dict[str, list[str]] = {}
+        self._met: dict[str, dict[str, None]] = {}
         # How many conditions need a topic's messages, and the topics of which that was told.
         self._needed: Counter[Topic] = Counter()
         self._topics: frozenset[Topic] = frozenset()
         # The batteries that are watched, when each reaches a level next, and these times in order.
-        self._batteries: dict[str, tuple[Energy, Callable[[], None]]] = {}
+        self._batteries: dict[str, BatteryLevels] = {}
         self._next: dict[str, float] = {}
         self._heap: list[tuple[float, str]] = []
 
@@ -101,32 +94,38 @@ class Conditions:
         except LookupError as error:
             return Refused("key", watch.robot, str(error))
         self.unwatch(participant, watch.name)
-        self._names.setdefault(participant, {})[watch.name] = watch
-        self._all.setdefault(_place(watch), {})[participant, watch.name] = watch
-        self._needed[watch.topic] += _needs_messages(watch)
+        ours = participant, watch.name
         if any(map(watch.holds, found)):
-            self._meet((participant, watch.name))
-        elif watch.topic is Topic.BATTERY_STATE:
-            if watch.robot in self._batteries:
-                self._expect(watch.robot, [watch])
-            else:
-                self._observe(watch.robot)
+            self._note_met(ours)
+            return Watching(watching=True)
+        self._names.setdefault(participant, {})[watch.name] = watch
+        if _needs_messages(watch):
+            self._compared.setdefault(_place(watch), {})[ours] = watch
+            self._needed[watch.topic] += 1
+        if _has_levels(watch):
+            self._levels.setdefault(watch.robot, {})[ours] = watch
+            self._watch_level(ours, watch)
         return Watching(watching=True)
 
     def unwatch(self, participant: str, name: str) -> Watching:
         """Watch a condition no longer."""
         names = self._names.get(participant, {})
         if watch := names.pop(name, None):
-            place = _place(watch)
-            self._needed[watch.topic] -= _needs_messages(watch)
-            del self._all[place][participant, name]
-            if not self._all[place]:
-                del self._all[place]
-                self._ignore(place)
+            ours = participant, name
+            if _needs_messages(watch):
+                self._needed[watch.topic] -= 1
+                place = _place(watch)
+                del self._compared[place][ours]
+                if not self._compared[place]:
+                    del self._compared[place]
+            if _has_levels(watch):
+                self._unwatch_level(ours, watch.robot)
             if not names:
                 del self._names[participant]
-        if name in (met := self._met.get(participant, [])):
-            met.remove(name)
+        if met := self._met.get(participant):
+            met.pop(name, None)
+            if not met:
+                del self._met[participant]
         return Watching(watching=False)
 
     def drop(self, participant: str) -> None:
@@ -144,19 +143,21 @@ class Conditions:
 
     def follow(self) -> None:
         """Take note that robots have come or gone, or can be reached again."""
-        for topic, robot in list(self._all):
-            if topic is Topic.BATTERY_STATE:
-                self._observe(robot)
+        for robot in self._levels:
+            self._observe(robot)
 
     def look(self) -> None:
         """Look at the batteries that reach a level now."""
-        while self.due <= end_of_instant(self._simulator.now):
+        now = self._simulator.now
+        while self.due <= end_of_instant(now):
             _, robot = heapq.heappop(self._heap)
-            energy, _ = self._batteries[robot]
-            state = energy.state()
-            for ours, watch in list(self._all.get((Topic.BATTERY_STATE, robot), {}).items()):
+            levels = self._batteries[robot]
+            state = levels.energy.state()
+            for ours, watch in levels.take(now):
                 if watch.holds(state):
                     self._meet(ours)
+                else:
+                    levels.add(ours, watch, now)
             if robot in self._batteries:
                 self._expect(robot, looked=True)
 
@@ -173,22 +174,24 @@ class Conditions:
                 self._compare_event(GoalStatusChanged.kind, output.stamp, output.event)
 
     def _compare_event(self, kind: str, at: int, event: Callable[[], Event]) -> None:
-        places = [place for place in ((Topic.EVENTS, kind), (Topic.EVENTS, "")) if place in self._all]
+        places = [place for place in ((Topic.EVENTS, kind), (Topic.EVENTS, "")) if place in self._compared]
         if places:
             message = {"stamp": Time.from_nanoseconds(at), "kind": kind, **event().as_dict()}
             for place in places:
                 self._compare(place, message)
 
     def _compare(self, place: tuple[Topic, str], message: object, action: str = "") -> None:
-        for ours, watch in list(self._all.get(place, {}).items()):
-            # Where it does to compute, messages that others have subscribed to make no difference.
-            if watch.action == action and _needs_messages(watch) and watch.holds(message):
+        for ours, watch in list(self._compared.get(place, {}).items()):
+            if watch.action == action and watch.holds(message):
                 self._meet(ours)
 
-    def _meet(self, ours: _Id) -> None:
+    def _meet(self, ours: ConditionId) -> None:
         self.unwatch(*ours)
+        self._note_met(ours)
+
+    def _note_met(self, ours: ConditionId) -> None:
         participant, name = ours
-        self._met.setdefault(participant, []).append(name)
+        self._met.setdefault(participant, {})[name] = None
         self._on_met()
 
     def _current(self, watch: Watch) -> Iterator[object]:
@@ -213,35 +216,44 @@ class Conditions:
             case Refused(message=why):
                 raise LookupError(why)
 
+    def _watch_level(self, ours: ConditionId, watch: Watch) -> None:
+        robot = watch.robot
+        if robot not in self._batteries:
+            self._observe(robot)
+            return
+        due = self._batteries[robot].add(ours, watch, self._simulator.now)
+        if due < self._next[robot]:
+            self._expect_at(robot, due)
+
+    def _unwatch_level(self, ours: ConditionId, robot: str) -> None:
+        del self._levels[robot][ours]
+        if robot in self._batteries:
+            self._batteries[robot].remove(ours)
+        if not self._levels[robot]:
+            del self._levels[robot]
+            self._ignore(robot)
+
     def _observe(self, robot: str) -> None:
         """Learn of each change of a battery's load."""
-        self._ignore((Topic.BATTERY_STATE, robot))
+        self._ignore(robot)
         there = self._simulator.robots.get(robot)
         if there is None or there.energy is None or robot in self._simulator.dispatcher.cut_off:
             return
-        changed = partial(self._expect, robot)
-        self._batteries[robot] = there.energy, changed
-        there.energy.observe(changed)
-        changed()
+        levels = self._batteries[robot] = BatteryLevels(there.energy, partial(self._expect, robot))
+        for ours, watch in self._levels[robot].items():
+            levels.add(ours, watch, self._simulator.now)
+        self._expect(robot)
 
-    def _ignore(self, place: tuple[Topic, str]) -> None:
-        topic, robot = place
-        if topic is Topic.BATTERY_STATE and robot in self._batteries:
-            energy, changed = self._batteries.pop(robot)
-            energy.ignore(changed)
+    def _ignore(self, robot: str) -> None:
+        if levels := self._batteries.pop(robot, None):
+            levels.close()
             self._next.pop(robot, None)
 
-    def _expect(self, robot: str, added: Iterable[Watch] | None = None, *, looked: bool = False) -> None:
-        """Compute when a battery is to be looked at next; now, too, unless it was *looked* at just now.
+    def _expect(self, robot: str, *, looked: bool = False) -> None:
+        """Compute when a battery is to be looked at next; now, too, unless it was *looked* at just now."""
+        self._expect_at(robot, self._batteries[robot].due(self._simulator.now, looked=looked))
 
-        Only the conditions that were *added* are new, if any are given.
-        """
-        energy, _ = self._batteries[robot]
-        watches = self._all[Topic.BATTERY_STATE, robot].values() if added is None else added
-        levels = [each for watch in watches for each in watch.comparisons if _is_level(each)]
-        due = _next_due(energy, levels, self._simulator.now, looked=looked)
-        if added is not None:
-            due = min(due, self._next.get(robot, math.inf))
+    def _expect_at(self, robot: str, due: float) -> None:
         self._next[robot] = due
         if due < math.inf:
             heapq.heappush(self._heap, (due, robot))
@@ -256,66 +268,10 @@ def _place(watch: Watch) -> tuple[Topic, str]:
     return watch.topic, watch.robot or (kinds[0] if kinds and isinstance(kinds[0], str) else "")
 
 
-def _is_level(comparison: Comparison) -> bool:
-    return comparison.path in _LEVELS and comparison.operator in ORDERS
+def _has_levels(watch: Watch) -> bool:
+    return watch.topic is Topic.BATTERY_STATE and any(map(is_level, watch.comparisons))
 
 
 def _needs_messages(watch: Watch) -> bool:
     """Return whether it does not do to compute when a condition is met."""
-    return watch.topic is not Topic.BATTERY_STATE or not all(map(_is_level, watch.comparisons))
-
-
-def _next_due(energy: Energy, comparisons: Iterable[Comparison], now: float, *, looked: bool) -> float:
-    """Return from when on the first of some comparisons of a battery's level holds: now, or after whole nanoseconds.
-
-    Infinite if none ever does as things are; those that hold now don't count if they were *looked* at.
-    """
-    present: dict[tuple[str, ...], float] = {path: _level(energy, path, now) for path in _LEVELS}
-    nearest: dict[tuple[tuple[str, ...], str], float] = {}
-    for path, operator, value in comparisons:
-        if not isinstance(value, (int, float)):
-            continue
-        if ORDERS[operator](present[path], value):
-            if not looked:
-                return now
-            continue
-        # A level that rises or falls reaches the nearest value first.
-        near = max if operator in _FALLING else min
-        nearest[path, operator] = near(value, nearest.get((path, operator), value))
-    dues = (_reached(energy, path, operator, value, now) for (path, operator), value in nearest.items())
-    return min(dues, default=math.inf)
-
-
-def _level(energy: Energy, path: tuple[str, ...], seconds: float) -> float:
-    battery = energy.battery
-    return battery.share(seconds) if path == _SHARE else battery.ampere_hours(battery.charge(seconds))
-
-
-def _reached(energy: Energy, path: tuple[str, ...], operator: str, value: float, now: float) -> float:
-    """Return from when on a comparison holds that does not hold now; infinite if it never does as things are."""
-    battery = energy.battery
-    flow, charge = battery.flow(now), battery.charge(now)
-    level = value * battery.usable if path == _SHARE else battery.energy(value)
-    ahead = 0.0 <= level <= charge if flow < 0.0 else flow > 0.0 and charge <= level <= battery.usable
-    reached = battery.reaches(level) if ahead else math.inf
-    if reached == math.inf:
-        return math.inf
-    # The first instant is two nanoseconds long: within it time does not advance.
-    instant = stamp(now)
-    high = max(math.ceil(reached * NANOSECONDS), instant + 1)
-    holds = ORDERS[operator]
-    return _first(lambda at: holds(_level(energy, path, at / NANOSECONDS), value), instant, high) / NANOSECONDS
-
-
-def _first(holds: Callable[[int], bool], low: int, high: int) -> float:
-    """Return the first whole number above *low* at which a condition holds, which is about *high*, if there is one."""
-    step = 1
-    while not holds(high):
-        low, high, step = high, high + step, step * 2
-        if step > NANOSECONDS:
-            return math.inf
-    low = max(low, high - 8) if not holds(max(low, high - 8)) else low
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high
+    return not (_has_levels(watch) and all(map(is_level, watch.comparisons)))

@@ -6,7 +6,7 @@ import math
 import operator
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hmrsim.interfaces.builtin_interfaces import Duration
@@ -16,7 +16,7 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.conditions import Comparison, Unwatch, Watch, Watching
 from hmrsim.protocol.topics import Topic
-from hmrsim.timing import conditions
+from hmrsim.timing import battery_levels
 from hmrsim.timing.conditions import MAX_WATCHED, Conditions
 from tests.steps import Steps
 
@@ -244,12 +244,119 @@ class TestWatching:
     def test_many_levels_of_one_battery_cost_little(self, monkeypatch):
         """When each of them is reached is not computed anew for each one that is added."""
         computed = []
-        reached = conditions._reached
-        monkeypatch.setattr(conditions, "_reached", lambda *args: computed.append(args) or reached(*args))
+        reached = battery_levels._reached
+        monkeypatch.setattr(battery_levels, "_reached", lambda *args: computed.append(args) or reached(*args))
         levels = [battery(AT_MOST, 0.5 - number / 10_000, name=str(number)) for number in range(1_000)]
 
         assert (50.0, ("0",)) == ends(joined(), *levels)
         assert len(computed) < 3 * len(levels)
+
+    @pytest.mark.parametrize("further", [(), (Comparison(("charge",), "<", 0.0),)], ids=["met", "never met"])
+    def test_levels_that_are_reached_one_after_the_other_cost_the_same_each(self, monkeypatch, further):
+        """However many conditions wait, whether they are met then or wait for another field."""
+        looks = []
+        level, holds = battery_levels._level, Watch.holds
+        monkeypatch.setattr(battery_levels, "_level", lambda *args: looks.append(args) or level(*args))
+        monkeypatch.setattr(Watch, "holds", lambda *args: looks.append(args) or holds(*args))
+
+        def cost(number):
+            values = [0.9 - each / 1_000 for each in range(number)]
+            levels = [Comparison(("percentage",), AT_MOST, value) for value in values]
+            watches = [
+                Watch(str(i), Topic.BATTERY_STATE, "eve", comparisons=(at_most, *further))
+                for i, at_most in enumerate(levels)
+            ]
+            steps, met, epoch = joined(), [], 0
+            looks.clear()
+            ends(steps, *watches, until=10.0 - NANOSECOND)
+            while steps.simulator.now < 90.0:
+                epoch += 1
+                met += ends(steps, until=90.0, epoch=epoch)[1]
+            assert len(met) == (0 if further else number)
+            return len(looks)
+
+        assert cost(400) < 5 * cost(100)
+
+    def test_a_message_costs_nothing_where_all_can_be_computed(self, monkeypatch):
+        """Whoever else has subscribed to it."""
+        steps = joined(topics=frozenset(Topic))
+        levels = [battery(AT_MOST, 0.1, name=str(number)) for number in range(100)]
+        ends(steps, *levels, until=1.0)
+        looks = []
+        monkeypatch.setattr(Watch, "holds", lambda *args: looks.append(args))
+
+        assert (10.0, ()) == ends(steps, epoch=1, until=10.0)
+        assert [] == looks
+
+    @pytest.mark.parametrize(
+        ("comparison", "value", "met"),
+        [
+            (AT_LEAST, 10**400, False),
+            (AT_MOST, 10**400, True),
+            (AT_MOST, -(10**400), False),
+            (AT_MOST, math.nan, False),
+            (AT_LEAST, "0.5", False),
+            (AT_LEAST, True, False),
+            (AT_LEAST, None, False),
+        ],
+        ids=["huge", "most", "least", "nan", "text", "bool", "null"],
+    )
+    def test_a_level_is_compared_with_any_value(self, comparison, value, met):
+        """Also with one that no level can have."""
+        other = Comparison(("charge",), AT_LEAST, 0.0)
+        both = Watch(
+            "both", Topic.BATTERY_STATE, "eve", comparisons=(Comparison(("percentage",), comparison, value), other)
+        )
+
+        assert (0.0 if met else 5.0, ("both",) if met else ()) == ends(joined(), both, until=5.0)
+
+    @settings(max_examples=40)
+    @given(
+        wanted=st.lists(
+            st.lists(
+                st.tuples(
+                    st.sampled_from(["percentage", "charge", "power_supply_status"]),
+                    st.sampled_from(sorted(OPERATORS)),
+                    st.floats(0.0, 1.0),
+                ),
+                min_size=1,
+                max_size=3,
+            ),
+            min_size=2,
+            max_size=6,
+        ),
+        x=st.floats(0.0, 20.0),
+    )
+    def test_it_makes_no_difference_what_else_is_watched(self, wanted, x):
+        """Each condition is met when it is met alone, whether the battery is used, charged or loses a cell."""
+        scale = {"percentage": 1.0, "charge": 100 / 25.2 / 3600, "power_supply_status": 4.0}
+        watches = [
+            Watch(
+                str(i),
+                Topic.BATTERY_STATE,
+                "eve",
+                comparisons=tuple(Comparison((field,), order, value * scale[field]) for field, order, value in each),
+            )
+            for i, each in enumerate(wanted)
+        ]
+
+        def met_at(*watches):
+            cell = {"type": "battery_cell", "robot": "eve", "cell": 0, "at": 50, "until": 60}
+            steps, times = joined(cell), {}
+            dock = SendGoal("eve", "dock_robot", DockRobot.Goal(dock_id="charger"))
+            commands, epoch = (*watches, go(x), wait(4)), 0
+            while steps.simulator.now < 80.0:
+                until = 30.0 if steps.simulator.now < 30.0 else 80.0
+                now, met = ends(steps, *commands, until=until, epoch=epoch)
+                times |= dict.fromkeys(met, now)
+                commands = (dock,) if now == 30.0 and dock else ()
+                dock = None if commands else dock
+                epoch += 1
+            return times
+
+        together = met_at(*watches)
+
+        assert together == {name: at for watch in watches for name, at in met_at(watch).items()}
 
     def test_one_that_is_taken_back_is_not_told_although_it_was_met(self):
         """Its participant has something else in mind since."""
@@ -259,6 +366,14 @@ class TestWatching:
         watched.unwatch("nurse", "low")
 
         assert ("half",) == watched.take_met("nurse")
+
+    def test_who_takes_all_back_is_not_woken(self):
+        """There is nothing to tell."""
+        watched = Conditions(joined().simulator, lambda: None)
+        watched.watch("nurse", battery(AT_MOST, 1.0))
+        watched.unwatch("nurse", "low")
+
+        assert () == watched.met
 
     def test_only_its_own_participant_is_told(self):
         """Time stops for all."""
