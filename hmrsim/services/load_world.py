@@ -92,7 +92,13 @@ def _read(text: str) -> World:
 
 
 def _serve(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Response:
-    load(simulator, _read(request.resource_string))
+    try:
+        world = _read(request.resource_string)
+    except WorldError as error:
+        # Written out, what an overlay makes of a few lines may have more values than are read.
+        why = f"the world that comes of it {error.problems[0].message}"
+        return _Response(result=failed(why, _Response.RESOURCE_PARSE_ERROR))
+    load(simulator, world)
     return _Response(result=OK, world=resource_of(simulator.world))
 
 

@@ -101,6 +101,11 @@ class _Includes:
             finding = Finding(("include",), f"expected a list of files, got {shown(names)}", names)
             self.merged.problems.append(source.problem(finding))
             return
+        if len(names) > _MAX_FILES:
+            finding = Finding(("include",), f"names {len(names)} files; a world includes at most {_MAX_FILES}", names)
+            self.merged.problems.append(source.problem(finding))
+            self.merged.complete = False
+            return
         for i, name in enumerate(names):
             target = _target(name, above, self.seen)
             if isinstance(target, str):

@@ -20,7 +20,7 @@ from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.model import Lane, PlainLanes, Waypoint
 from hmrsim.world.options import AS_IT_IS, ReadOptions
-from hmrsim.world.overlays.overlay import Overlay
+from hmrsim.world.overlays.overlay import Overlay, lay_all
 from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.validation import Lost, validate
 
@@ -96,8 +96,7 @@ def _checked(
     Raises:
         WorldError: Something is wrong; it has all errors.
     """
-    for overlay in (*map(Overlay, reversed(merged.overlays)), *overlays):
-        overlay.lay_over(merged)
+    lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
     lost = valid.lost
     if not merged.complete:
@@ -149,8 +148,7 @@ def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()
         WorldError: Something is wrong; it has all errors.
     """
     merged = Merged(Source(source, Document(data)))
-    for overlay in (*map(Overlay, reversed(merged.overlays)), *overlays):
-        overlay.lay_over(merged)
+    lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
     findings = list(valid.findings)
     if valid.world is not None:

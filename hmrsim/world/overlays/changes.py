@@ -11,10 +11,11 @@ from hmrsim.diagnostics import Finding, shown
 from hmrsim.distributions import is_distribution
 from hmrsim.world.overlays.expressions import Names, in_key, substituted
 from hmrsim.world.overlays.flaw import OverlayFlaw
-from hmrsim.world.overlays.steps import APPEND, Step, steps_of
+from hmrsim.world.overlays.steps import APPEND, Step, joined, steps_of
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
+    from hmrsim.world.overlays.work import Work
 
 REMOVE: Final = "~"
 """What a key begins with whose entry is taken away."""
@@ -22,15 +23,7 @@ REMOVE: Final = "~"
 _EACH: Final = re.compile(r"each (?:(?P<name>[A-Za-z_]\w*) in )?(?P<over>.+)", re.ASCII)
 _RANGE: Final = re.compile(r"(-?\d{1,9})\.\.(-?\d{1,9})", re.ASCII)
 _MAX_REPEATED: Final = 10_000
-"""Repetitions in all: those of an ``each`` below another one multiply, and a client may send an overlay."""
-
-
-class _TooManyError(Exception):
-    """An overlay repeats too much; the text says where, and how much is allowed."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        super().__init__(f"repeats more than {_MAX_REPEATED:,} times in all, with every `each` of the overlay")
+"""Numbers that an ``each`` runs over."""
 
 
 @dataclass(frozen=True)
@@ -50,56 +43,62 @@ class Change:
     path: Path
 
 
-def changes(said: Mapping[str, Any], names: Names) -> Iterator[Change | Finding]:
+def changes(said: Mapping[str, Any], names: Names, work: Work) -> Iterator[Change | Finding]:
     """Yield the changes that an overlay asks for in its order, and what is wrong with it.
 
     Args:
         said: What it says: values by path. A mapping goes on with the path, ``~PATH`` takes an entry away, and
             ``each 1..6`` repeats what is below it with ``$i``.
         names: The values that its expressions ask for.
+        work: Counts its lines as often as they are repeated, and the values of what they put.
+
+    Raises:
+        TooMuchWorkError: They are more than the limit.
     """
-    try:
-        yield from _below(said, names, (), (), iter(range(_MAX_REPEATED)))
-    except _TooManyError as error:
-        yield Finding(error.path, str(error))
+    yield from _below(said, names, (), (), work)
 
 
 def _below(
-    said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path: Path, turns: Iterator[int]
+    said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path: Path, work: Work
 ) -> Iterator[Change | Finding]:
     for key, value in said.items():
         here = (*path, key)
+        work.spend(1, here)
         try:
             each = _EACH.fullmatch(key)
             if each is not None:
-                yield from _repeated(each, value, names, steps, here, turns)
+                yield from _repeated(each, value, names, steps, here, work)
                 continue
             text = in_key(key, names)
+            work.spend(work.size(text), here)
             removes = text.startswith(REMOVE)
-            there = (*steps, *steps_of(text.removeprefix(REMOVE)))
+            there = joined(steps, steps_of(text.removeprefix(REMOVE)))
             if removes and value is not None:
                 yield Finding(here, f"takes an entry away, so that it has no value; got {shown(value)}", value)
             elif removes:
                 yield Change(there, None, removes=True, path=here)
             elif isinstance(value, dict) and not is_distribution(value) and there[-1] != APPEND:
                 yield Change(there, {}, removes=False, path=here)
-                yield from _below(value, names, there, here, turns)
+                yield from _below(value, names, there, here, work)
             else:
-                yield Change(there, substituted(value, names), removes=False, path=here)
+                work.spend(work.size(value), here)
+                put = substituted(value, names)
+                # Its texts may be longer.
+                work.spend(work.size(put), here)
+                yield Change(there, put, removes=False, path=here)
         except OverlayFlaw as error:
             yield Finding(here, str(error), value)
 
 
 def _repeated(
-    each: re.Match[str], value: object, names: Names, steps: tuple[Step, ...], path: Path, turns: Iterator[int]
+    each: re.Match[str], value: object, names: Names, steps: tuple[Step, ...], path: Path, work: Work
 ) -> Iterator[Change | Finding]:
     if not isinstance(value, dict):
         raise OverlayFlaw(f"expected a mapping to repeat, got {shown(value)}")
     name = each["name"] or "i"
     for index in _indices(each["over"].strip(), names):
-        if next(turns, None) is None:
-            raise _TooManyError(path)
-        yield from _below(value, {**names, name: index}, steps, path, turns)
+        work.spend(1, path)
+        yield from _below(value, {**names, name: index}, steps, path, work)
 
 
 def _indices(over: str, names: Names) -> list[Any]:

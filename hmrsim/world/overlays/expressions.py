@@ -24,6 +24,8 @@ Names = Mapping[str, Any]
 _REFERENCE: Final = re.compile(r"\$(?:(?P<escaped>\$)|\{(?P<expression>[^{}]*)\}|(?P<name>[A-Za-z_]\w*))", re.ASCII)
 _MAX_LENGTH: Final = 500
 _MAX_DEPTH: Final = 100
+_MAX_TEXT: Final = 10_000
+"""Characters that expressions put into a text: that of a name in a list may be long, and be asked for often."""
 
 _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = MappingProxyType(
     {
@@ -121,7 +123,15 @@ def _in_text(text: str, names: Names) -> Any:
     whole = _REFERENCE.fullmatch(text)
     if whole and not whole["escaped"]:
         return _value(whole, names)
-    return _REFERENCE.sub(lambda match: "$" if match["escaped"] else _as_text(_value(match, names)), text)
+    parts: list[str] = []
+    length = end = 0
+    for match in _REFERENCE.finditer(text):
+        parts += text[end : match.start()], "$" if match["escaped"] else _as_text(_value(match, names))
+        end = match.end()
+        length += len(parts[-1])
+        if length > _MAX_TEXT:
+            raise OverlayFlaw(f"{shown(text)} becomes a text of more than {_MAX_TEXT:,} characters")
+    return "".join((*parts, text[end:]))
 
 
 def _as_text(value: object) -> str:

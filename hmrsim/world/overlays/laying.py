@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead
@@ -10,10 +11,12 @@ from hmrsim.distributions import is_distribution
 from hmrsim.world.merging import own
 from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.overlays.steps import APPEND, Step, index_of, matching
+from hmrsim.world.pairs import Pairs
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
     from hmrsim.world.overlays.changes import Change
+    from hmrsim.world.overlays.work import Work
 
 _NAMED: Final = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots")
 """The mappings of a world whose keys are names of things: a path leads only through things that are there."""
@@ -22,19 +25,26 @@ _SHORT: Final = {"lanes": ("from", "to"), "waypoints": ("at",)}
 """The keys of entries that a file may also write as a list: a lane ``[from, to]``, a waypoint ``[x, y]``."""
 
 
-def lay(data: dict[str, Any], change: Change) -> list[Path]:
+def lay(data: dict[str, Any], change: Change, work: Work) -> list[Path]:
     """Make a change; return where, so that what is wrong there can be told with the overlay's line.
 
     The mappings and lists of *data* that change must not be shared with anybody else.
 
     Raises:
         OverlayFlaw: There is no such place; the text says why.
+        TooMuchWorkError: It changes more than the limit allows.
     """
     *way, last = change.steps
     changed: list[Path] = []
     appends = last == APPEND and not last.quoted and not change.removes
     several = any(step.is_pattern for step in way)
-    for holder, path in _holders(data, tuple(way), (), [] if appends else {}):
+    size = work.size(change.value)
+    compare = partial(work.compare, path=change.path)
+    for holder, path in _holders(data, tuple(way), (), [] if appends else {}, compare):
+        if last.is_pattern:
+            compare(last, holder)
+        # What is put is a copy each time.
+        work.spend(size * (len(holder) if last.is_pattern else 1), change.path)
         if change.removes:
             if not several or last.is_pattern or last in holder:
                 _take_away(holder, path, last)
@@ -46,16 +56,22 @@ def lay(data: dict[str, Any], change: Change) -> list[Path]:
 
 
 def _holders(
-    holder: Any, way: tuple[Step, ...], path: Path, empty: dict[str, Any] | list[Any]
+    holder: Any,
+    way: tuple[Step, ...],
+    path: Path,
+    empty: dict[str, Any] | list[Any],
+    compare: Callable[[str, Any], None],
 ) -> Iterator[tuple[dict[str, Any] | list[Any], Path]]:
     """Yield the mappings and lists that a way leads to; where there is none, *empty*, and mappings on the way."""
     if not way:
         yield holder, path
         return
     step, *rest = way
+    if step.is_pattern:
+        compare(step, holder)
     for key in [*_keys(holder, path, step)]:
         part = _opened(holder, key, path, {} if rest else own(empty))
-        yield from _holders(part, tuple(rest), (*path, key), empty)
+        yield from _holders(part, tuple(rest), (*path, key), empty, compare)
 
 
 def _opened(holder: Any, key: str | int, path: Path, empty: dict[str, Any] | list[Any]) -> Any:
@@ -66,11 +82,10 @@ def _opened(holder: Any, key: str | int, path: Path, empty: dict[str, Any] | lis
         part = dict(zip(keys, part if len(keys) > 1 else [part], strict=False))
     elif part is None or is_distribution(part):
         part = empty
-    elif not isinstance(part, (dict, list)) and isinstance(key, str):
-        try:
-            part = [*part]  # the lanes of a grid
-        except TypeError:
-            part = {}
+    elif isinstance(part, Pairs):
+        part = [*part]
+    elif not isinstance(part, (dict, list)):
+        part = {}
     holder[key] = part
     return part
 

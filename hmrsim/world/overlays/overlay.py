@@ -19,6 +19,7 @@ from hmrsim.world.overlays.changes import REMOVE, changes
 from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.overlays.laying import lay
 from hmrsim.world.overlays.tables import read_tables
+from hmrsim.world.overlays.work import FLAW, TooMuchWorkError, Work
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 
 if TYPE_CHECKING:
@@ -42,24 +43,45 @@ class Overlay:
     names: Names = field(default_factory=lambda: MappingProxyType({}))
     files: tuple[Path, ...] = ()
 
-    def lay_over(self, merged: Merged) -> None:
-        """Make the changes in order; what is wrong with one becomes a problem."""
+    def lay_over(self, merged: Merged, work: Work) -> None:
+        """Make the changes in order; what is wrong with one becomes a problem.
+
+        Raises:
+            TooMuchWorkError: They and those that were counted before ask for more than the limit.
+        """
         merged.unshare()
         merged.paths.update(self.files)
         merged.problems += [self.source.problem(finding) for finding in self.source.document.findings]
-        for change in changes(self.source.document.data, self.names):
+        for change in changes(self.source.document.data, self.names, work):
             if isinstance(change, Finding):
+                work.spend(FLAW, change.path)
                 merged.problems.append(self.source.problem(change))
                 continue
             try:
-                for path in lay(merged.data, change):
+                for path in lay(merged.data, change, work):
                     merged.claim(path, self.source, change.path)
             except OverlayFlaw as error:
+                work.spend(FLAW, change.path)
                 merged.problems.append(self.source.problem(Finding(change.path, str(error), change.value)))
 
     def with_names(self, names: Names) -> Overlay:
         """Return the same overlay with further values for its expressions."""
         return replace(self, names={**self.names, **names})
+
+
+def lay_all(overlays: Iterable[Overlay], merged: Merged) -> None:
+    """Lay overlays over a world in order, with one limit for the work of all.
+
+    Raises:
+        WorldError: They ask for more than the limit.
+    """
+    work = Work()
+    for overlay in overlays:
+        try:
+            overlay.lay_over(merged, work)
+        except TooMuchWorkError as error:
+            # A world that is half laid would only have errors that follow from this one.
+            raise WorldError([overlay.source.problem(Finding(error.path, str(error)))]) from None
 
 
 def overlay_of(said: Mapping[str, Any], source: str, names: Names = MappingProxyType({})) -> Overlay:

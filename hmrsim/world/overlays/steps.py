@@ -12,6 +12,9 @@ from hmrsim.world.overlays.flaw import OverlayFlaw
 APPEND: Final = "+"
 """The step that adds entries at the end of a list."""
 
+MAX_STEPS: Final = 50
+"""The steps of a path, as many as a file may be nested."""
+
 _STEP: Final = re.compile(r""""(?P<double>[^"]*)"|'(?P<single>[^']*)'|(?P<plain>[^."']+)""")
 
 
@@ -54,6 +57,18 @@ def steps_of(path: str) -> tuple[Step, ...]:
         if path[at] != ".":
             raise OverlayFlaw(f"{path!r} is no path; expected a dot after {path[:at]!r}")
         at += 1
+
+
+def joined(steps: tuple[Step, ...], further: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return a path that goes on.
+
+    Raises:
+        OverlayFlaw: It has too many steps.
+    """
+    number = len(steps) + len(further)
+    if number > MAX_STEPS:
+        raise OverlayFlaw(f"leads through {number} entries; at most {MAX_STEPS}")
+    return (*steps, *further)
 
 
 def matching(step: Step, parts: dict[str, Any] | list[Any]) -> Iterator[str | int]:

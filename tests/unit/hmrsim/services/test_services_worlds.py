@@ -13,6 +13,7 @@ from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.settings.run import RunSettings
+from hmrsim.world import yaml_text
 from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate
 
@@ -52,6 +53,20 @@ def test_everything_is_replaced(run):
     assert ["wall_e", "zoe"] == run.ask("get_entities").entities
     assert ["a", "b"] == [pose.name for pose in run.ask("get_named_poses").poses]
     assert (3, 0.0) == (run.simulator.seed, run.simulator.now)
+
+
+def test_a_world_that_an_overlay_makes_too_large_is_refused(run, monkeypatch):
+    """The world before goes on: what was written out could not be read again, which was a bug's report."""
+    monkeypatch.setattr(yaml_text, "MAX_NODES", 1_000)
+    grown = "overlay: {each 1..400: {places.p$i: {at: [0, 0]}}}\n"
+
+    answer = load(run, resource_string=OTHER + grown)
+
+    assert (103, "the world that comes of it has more than 1000 values, aliases written out") == (
+        answer.result.result,
+        answer.result.error_message,
+    )
+    assert ["a", "b"] != [pose.name for pose in run.ask("get_named_poses").poses]
 
 
 def test_a_loaded_world_is_stopped(run):

@@ -239,8 +239,13 @@ def test_a_world_includes_100_files_at_most(write):
         write(f"include: [link{number + 1}.yaml]\n", f"link{number}.yaml")
     many = write(f"include: [{', '.join(f'part{number}.yaml' for number in range(100))}]\n", "many.yaml")
     deep = write("include: [link0.yaml]\n", "deep.yaml")
+    missing = write(f"include: [{', '.join(['nothing'] * 101)}]\n", "missing.yaml")
 
-    for path, message in ((many, "exceeds the maximum of 100 files"), (deep, "deep; at most 10")):
+    for path, message in (
+        (many, "exceeds the maximum of 100 files"),
+        (deep, "deep; at most 10"),
+        (missing, r"^.*:1: include: names 101 files; a world includes at most 100$"),
+    ):
         with pytest.raises(WorldError, match=message):
             load_world(path)
 

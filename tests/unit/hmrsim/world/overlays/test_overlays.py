@@ -212,11 +212,75 @@ def test_a_file_lays_its_own_overlay_over_what_it_includes(tmp_path: Path) -> No
         load_world(tmp_path / "top.yaml")
 
 
-def test_repetitions_below_each_other_are_limited_in_all() -> None:
+TIMES = "each i in 1..10000"
+WIDE = {f"places.p{i}": {"at": [i, 0], "tags": ["a"] * 20} for i in range(1_000)}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {TIMES: {"each j in 1..10000": {"waypoints.w_${i}_${j}": [0, 1]}}},
+        {TIMES: {"each j in 1..10000": {}}},
+        {TIMES: {"each j in 1..10000": {"waypoints.w_${i}_${j}.at": [0, 1]}}},
+        WIDE | {TIMES: {"places.*.at": [0, 1]}},
+        WIDE | {TIMES: {"~places.*z": None}},
+        WIDE | {TIMES: {"pl*.*.at": [0, 1]}},
+        WIDE | {"places.*.tags": ["b"] * 1_000},
+        {TIMES: {"lanes.+": [["home", "shelf"]] * 1_000}},
+        {TIMES: {"name": "x" * 100_000}},
+        {TIMES: {f"each name in {'x' * 900}": {"name": "$name" * 10}}},
+        {TIMES: {f"each name in {'x' * 900}": {"items." + "$name" * 10: {"at": "home"}}}},
+    ],
+    ids=["each", "nothing", "errors", "pattern", "remove", "nested", "copies", "append", "text", "names", "keys"],
+)
+def test_all_overlays_of_a_world_have_one_limit(change: dict[str, object]) -> None:
     """A client may send a hundred bytes that ask for a hundred million waypoints."""
-    line = {"each i in 1..10000": {"each j in 1..10000": {"waypoints.w_${i}_${j}": [0, 1]}}}
-    (problem,) = problems(line)
-    assert "each j in 1..10000: repeats more than 10,000 times in all" in problem
+    *_, problem = problems(change)
+
+    assert "the overlays of a world ask for more than 1,000,000 changes in all" in problem
+
+
+def test_the_limit_counts_what_several_overlays_ask_for_together() -> None:
+    """Each of these is below it."""
+    many = {f"places.p{i}": {"at": [i, 0]} for i in range(1_000)}
+    half = {"each i in 1..150": {"places.*.at": [0, "$i"]}}
+
+    laid(many, half)
+    assert "overlay 2" in problems(many, half, half)[0]
+
+
+def test_a_path_has_a_maximum_of_steps() -> None:
+    """In one key, or in keys below each other."""
+    deep: dict[str, object] = {"x": 1}
+    for _ in range(50):
+        deep = {"x": deep}
+
+    assert "leads through 1001 entries; at most 50" in problems({"a." * 1_000 + "b": 1})[0]
+    assert "leads through 51 entries; at most 50" in problems(deep)[0]
+
+
+@pytest.mark.parametrize(
+    ("path", "why"),
+    [
+        ("lanes.0.from", "lanes.0.to: is missing"),
+        ("faults.0.at.mean", "faults.0.type: is missing"),
+        ("name.x", "name: "),
+    ],
+)
+def test_a_path_through_a_value_without_entries_replaces_it(path: str, why: str) -> None:
+    """What is wrong with the file then is told as for any other file."""
+    flat = {**TWO, "lanes": [5, ["home", "shelf"]], "faults": [True]}
+    with pytest.raises(WorldError) as error:
+        world_of(flat, "flat.yaml", [overlay_of({path: "home"}, "overlay")])
+
+    assert why in str(error.value)
+
+
+def test_expressions_make_no_text_that_is_very_long() -> None:
+    """The name of an index may be, and be put into it often."""
+    assert (
+        "becomes a text of more than 10,000 characters" in problems({f"each i in {'x' * 600}": {"name": "$i" * 20}})[0]
+    )
 
 
 def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
