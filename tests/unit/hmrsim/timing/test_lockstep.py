@@ -124,6 +124,14 @@ class TestOne:
         assert granted == steps.advance("alone", 0, 1.0, wait("eve", 3))
         assert 1.0 == steps.simulator.now
 
+    def test_after_a_reset_the_same_epoch_is_another_one(self, steps):
+        """Its answer is not that of before: epochs begin at 0 again."""
+        steps.advance("alone", 0, 5.0)
+        steps.run.ask("reset_simulation")
+        steps.lockstep.restart()
+
+        assert Granted(1, 2.0, "until") == steps.advance("alone", 0, 2.0)
+
     def test_asking_again_while_the_answer_is_held_gets_it_too(self, steps):
         """Both are answered."""
         steps.join("other")
