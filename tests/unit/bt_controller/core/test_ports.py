@@ -6,7 +6,7 @@ import copy
 
 import pytest
 
-from bt_controller.core.ports import POSE, Given
+from bt_controller.core.ports import PLANNER, POSE, UNSIGNED, Given
 
 
 class _Nowhere:
@@ -28,3 +28,9 @@ def test_a_given_text_can_be_copied():
     twin = copy.deepcopy(Given("ward", "goal"))
 
     assert ("ward", "goal") == (twin, twin.key)
+
+
+def test_a_text_without_effect_here_is_doubted():
+    """As that of a planner that no robot serves; one that is served, or of another kind, is not."""
+    assert "no robot serves 'Smac'; there are GridBased, graph" == PLANNER.doubt("Smac")
+    assert (None, None) == (PLANNER.doubt("graph"), UNSIGNED.doubt("3"))

@@ -13,6 +13,7 @@ from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.sim_time import simulated_time
+from bt_controller.nodes.actions.sleep import Sleep
 from bt_controller.running.tick_schedule import due
 from hmrsim.interfaces.nav2_msgs import Wait
 
@@ -137,3 +138,8 @@ def test_no_timer_is_due_again_at_once():
     timer.finish_time = 10.25 + 0.4e-9
 
     assert 12.0 == due(timer, 10.25, 2.0).time
+
+
+def test_a_node_of_an_xml_tree_that_starts_again_is_polled():
+    """At the next period, as is not known when it ends."""
+    assert 12.0 == due(Sleep("sleep"), 10.25, 2.0).time

@@ -95,3 +95,28 @@ def test_a_file_names_the_command_that_generates_it():
     assert plain.startswith(comment)
     assert known == f"# yaml-language-server: $schema=world.schema.json\n{plain}"
     assert "fleet_3" == yaml.safe_load(plain)["name"]
+
+
+def test_a_fleet_has_pickers_and_one_or_two_other_types():
+    """Those that carry much, and those that are quick and carry nothing."""
+    drawn = {tuple(random_fleet(seed)["robot_types"]) for seed in range(100)}
+
+    assert {("picker", "hauler"), ("picker", "scout"), ("picker", "hauler", "scout")} == drawn
+
+
+def test_a_third_of_the_fleets_has_waypoints_with_room_for_two():
+    """Where lanes meet, and not at dead ends."""
+    roomy = 0
+    for seed in range(100):
+        fleet = random_fleet(seed)
+        degrees = Counter(end for lane in fleet["lanes"] for end in _ends(lane))
+        wide = [name for name, waypoint in fleet["waypoints"].items() if isinstance(waypoint, dict)]
+        roomy += bool(wide)
+        with case(seed):
+            assert all(degrees[name] > 1 for name in wide)
+            assert len(wide) < len(fleet["waypoints"]) / 2
+    assert 15 < roomy < 45
+
+
+def _ends(lane):
+    return (lane["from"], lane["to"]) if isinstance(lane, dict) else lane[:2]

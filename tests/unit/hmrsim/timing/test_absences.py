@@ -10,6 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import Granted
+from hmrsim.timing.absences import Absences
 from tests.steps import RESULT, Steps
 
 
@@ -207,3 +208,14 @@ class TestExpected:
         steps.move()
 
         assert (3.0, False) == (steps.simulator.now, steps.lockstep.ready)
+
+
+def test_who_never_comes_is_waited_for_no_longer():
+    """Once nobody is left who could bring it about; who comes later is still expected."""
+    absences = Absences()
+    absences.expect("ada", math.inf, lambda: None)
+    absences.expect("ben", 3.0, lambda: None)
+    absences.give_up()
+    absences.forget("ben")
+
+    assert not absences

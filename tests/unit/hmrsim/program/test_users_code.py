@@ -1,0 +1,27 @@
+"""The place of an error in the code of users."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from hmrsim.program.users_code import place_in
+
+PYTHON = (json.__file__, 7)
+MISSION = ("/home/ada/mission.py", 3)
+HELPER = ("/home/ada/helper.py", 9)
+
+
+@pytest.mark.parametrize(
+    ("frames", "expected"),
+    [
+        ([MISSION, PYTHON], "/home/ada/mission.py:3"),
+        ([MISSION, HELPER, PYTHON], "/home/ada/helper.py:9"),
+        ([PYTHON, (json.__file__, 8)], f"{json.__file__}:8"),
+        ([], ""),
+    ],
+)
+def test_the_place_is_the_innermost_one_of_the_users_code(frames, expected):
+    """Where there is none, the innermost one; without frames, none."""
+    assert expected == place_in(frames)

@@ -1,0 +1,36 @@
+"""Subscriptions within one process."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from hmrsim_zenoh.client.subscription import Subscription
+from hmrsim_zenoh.loopback.session import LoopbackSession
+
+
+class Session(LoopbackSession):
+    """A session with one latched value, of which nothing new comes."""
+
+    def __init__(self):
+        """Have nobody to talk to."""
+
+    def get(self, key):
+        """Return the latched value."""
+        payload = SimpleNamespace(to_bytes=lambda: b"latched")
+        return [SimpleNamespace(ok=SimpleNamespace(key_expr=key, payload=payload))]
+
+    def declare_subscriber(self, _key, _callback):
+        """Return what is undeclared at the end."""
+        return SimpleNamespace(undeclare=lambda: None)
+
+
+@pytest.mark.parametrize(("history", "expected"), [(True, [("w/map", b"latched")]), (False, [])])
+def test_a_latched_value_is_delivered_to_who_asks_for_history(history, expected):
+    """Before anything new."""
+    seen = []
+    with Subscription(Session(), "w/map", lambda key, payload: seen.append((key, payload)), history=history) as one:
+        one.settle()
+
+    assert expected == seen
