@@ -17,6 +17,8 @@ def check_demand(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the demand of a world."""
     known = {**world.points, **world.places, **world.docks} if world.demand else {}
     entities = {**world.items, **world.robots, **world.docks, **world.doors, **world.lifts} if world.demand else {}
+    numbered = [(match[1], name) for name in entities if (match := re.fullmatch(r"(.+)_[0-9]+", name, re.DOTALL))]
+    taken = dict(reversed(numbered))
     names: set[str] = set()
     for i, spec in enumerate(world.demand):
         for field, places in (("at", spec.at), ("to", spec.to)):
@@ -28,7 +30,6 @@ def check_demand(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding(("demand", i, "name"), f"there is a demand {spec.name!r} already", spec.name)
         names.add(spec.name)
         item = spec.item or spec.name
-        taken = [name for name in entities if re.fullmatch(rf"{item}_[0-9]+", name)]
-        if taken:
-            message = f"its items are called {item}_1 and so on, as {taken[0]!r} is already; give another item"
+        if item in taken:
+            message = f"its items are called {item}_1 and so on, as {taken[item]!r} is already; give another item"
             yield Finding(("demand", i, "item" if spec.item else "name"), message, item)

@@ -21,16 +21,17 @@ if TYPE_CHECKING:
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors and warnings of the docks of a world."""
     ways = _Ways(world) if world.docks and not lost else None
+    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
         try:
             point = world.dock_point(name)
         except KeyError:
             if not lost.has(str(dock.at), "waypoints", "places"):
-                known = [*world.waypoints, *world.places]
-                yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), known)}", dock.at)
+                points = [*world.waypoints, *world.places]
+                yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), points)}", dock.at)
             continue
-        yield from _check_names(world, name, dock, lost)
+        yield from _check_names(known, name, dock, lost)
         outside = list(_check_inside(world, path, point))
         yield from outside
         if dock.staging is not None:
@@ -46,8 +47,7 @@ def _check_inside(world: World, path: Path, point: Point) -> Iterator[Finding]:
         yield Finding(path, f"({point[0]:g}, {point[1]:g}) is outside the map, {spans}", list(point))
 
 
-def _check_names(world: World, name: str, dock: Dock, lost: Lost) -> Iterator[Finding]:
-    known = [*world.robots, *world.robot_types, *BUILT_IN_TYPES]
+def _check_names(known: Collection[str], name: str, dock: Dock, lost: Lost) -> Iterator[Finding]:
     for i, other in enumerate(dock.reserved_for or ()):
         if other not in known and not lost.has(other, "robots", "robot_types"):
             message = f"no robot or robot type {other!r}{instead(other, known)}"
@@ -69,6 +69,7 @@ class _Ways:
         outlines = [*walls, *((*outline, outline[0]) for outline in solids)]
         self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
         points = world.points
+        self._robots = [*world.robots.items()]
         self._lanes = [(lane.from_, lane.to) for lane in world.lanes if {lane.from_, lane.to} <= points.keys()]
         self._segments = SegmentGrid([(points[a], points[b]) for a, b in self._lanes])
         self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
@@ -96,7 +97,11 @@ class _Ways:
     def check(self, path: Path, name: str, dock: Dock, point: Point) -> Iterator[Finding]:
         """Yield a warning if no robot of those that may dock there can get to a dock."""
         x, y = point
-        meant = [(key, robot) for key, robot in self._world.robots.items() if _may_dock(dock, key, robot)]
+        meant = self._robots
+        if dock.reserved_for is not None:
+            meant = [
+                (key, robot) for key, robot in meant if key in dock.reserved_for or robot.type in dock.reserved_for
+            ]
         near = self._near(point)
         if self._obstacles.occupy(point) and not self._lanes_at(point):
             yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
@@ -142,7 +147,3 @@ class _Ways:
         """Return the lanes on which a point is."""
         near = sorted(self._segments.within(point, 2 * SAME_PLACE))
         return [i for i in near if distance(self._foot(point, i), point) <= SAME_PLACE]
-
-
-def _may_dock(dock: Dock, name: str, robot: RobotSpec) -> bool:
-    return dock.reserved_for is None or name in dock.reserved_for or robot.type in dock.reserved_for

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -26,8 +26,9 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
         if world.doors
         else []
     )
+    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, door in world.doors.items():
-        yield from _check_door(world, name, door, lanes, lost)
+        yield from _check_door(known, name, door, lanes, lost)
     yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
         frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes if world.lifts else ())
@@ -52,7 +53,7 @@ def _check_names(world: World) -> Iterator[Finding]:
                 yield Finding((kind, name), f"{other}.{name} has this name already; choose another", name)
 
 
-def _check_door(world: World, name: str, door: Door, lanes: SegmentGrid, lost: Lost) -> Iterator[Finding]:
+def _check_door(known: Collection[str], name: str, door: Door, lanes: SegmentGrid, lost: Lost) -> Iterator[Finding]:
     path: Path = ("doors", name)
     if distance(*door.at) <= SAME_PLACE:
         yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
@@ -60,7 +61,6 @@ def _check_door(world: World, name: str, door: Door, lanes: SegmentGrid, lost: L
     if lanes.first_crossing(*door.at) is None and not lost:
         yield warning((*path, "at"), "no lane leads through it", [*map(list, door.at)])
     for i, opener in enumerate(door.opens_for or ()):
-        known = [*world.robots, *world.robot_types, *BUILT_IN_TYPES]
         if opener not in known and not lost.has(opener, "robots", "robot_types"):
             message = f"no robot or robot type {opener!r}{instead(opener, known)}"
             yield Finding((*path, "opens_for", i), message, opener)

@@ -16,6 +16,7 @@ from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
+from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
@@ -125,12 +126,16 @@ class _Rooms:
             if lane.from_ in points and lane.to in points
         ]
 
+    @cached_property
+    def _grid(self) -> SegmentGrid:
+        return SegmentGrid([(a, b) for a, b, _, _ in self._lanes])
+
     def at(self, point: Point) -> tuple[str, float]:
         """Return the waypoint or lane at a point, and how many it has room for; "" and any number off the lanes."""
         if point in self._waypoints:
             name, room = self._waypoints[point]
             return f"waypoint {name!r}", room
-        for a, b, name, capacity in self._lanes:
+        for a, b, name, capacity in map(self._lanes.__getitem__, sorted(self._grid.within(point, 2 * SAME_PLACE))):
             if distance(point, foot(point, a, b)) <= SAME_PLACE:
                 return name, capacity or self._settings.lane_capacity or math.inf
         return "", math.inf

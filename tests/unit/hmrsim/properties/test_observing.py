@@ -191,6 +191,18 @@ def test_an_item_is_where_its_carrier_is():
     ] == found
 
 
+def test_an_item_is_where_it_is_put():
+    """By teleporting or spawning it; that of a robot has nothing to do with it."""
+
+    def tell(feed):
+        feed.event(5, "teleported", entity="eve", at=[10.0, 0.0], yaw=0.0)
+        feed.event(10, "teleported", entity="medicine", at=[10.0, 0.0], yaw=0.0)
+        feed.event(20, "deleted", entity="medicine")
+        feed.event(30, "teleported", entity="eve", at=[0.0, 0.0], yaw=0.0)
+
+    assert [(0.0, False), (10.0, True), (20.0, False)] == spans({"item": "medicine", "at": "hall"}, tell)
+
+
 def test_an_item_is_where_its_carrier_had_driven_before():
     """A robot that was elsewhere at the start has brought itself to where it picks the item up."""
 

@@ -58,6 +58,39 @@ def test_many_parts_take_time_in_proportion(shape):
     assert time.process_time() - began < MOST_SECONDS
 
 
+MANY = 8_000
+NAMES = [f"r{i}" for i in range(MANY)]
+CHECKED = {
+    "orders and items": _line(2)
+    | {
+        "items": {f"i{i}_1": {"at": "w0"} for i in range(MANY)},
+        "demand": [{"name": f"d{i}", "at": "w0", "to": "w1", "arrives": 1} for i in range(MANY)],
+    },
+    "a door for many robots": _line(2)
+    | {
+        "robots": {f"r{i}": {"at": "w0"} for i in range(3 * MANY)},
+        "doors": {"door": {**_door(1.0), "opens_for": [f"r{i}" for i in range(3 * MANY)]}},
+    },
+    "docks for any robot": _line(2)
+    | {"robots": {name: {"at": "w0"} for name in NAMES}, "docks": {f"d{i}": {"at": "w1"} for i in range(MANY)}},
+    "robots on lanes": _line(MANY)
+    | {
+        "robots": {name: {"at": [2.0 * i + 1.0, 0.0]} for i, name in enumerate(NAMES[1:])},
+        "traffic": {"policy": "reserve"},
+    },
+}
+
+
+@pytest.mark.uncovered
+@pytest.mark.parametrize("shape", CHECKED)
+def test_many_names_are_checked_without_a_look_at_all_others(shape):
+    """Each takes a second or two, and took a minute or more where all were compared with all."""
+    began = time.process_time()
+    world_of(CHECKED[shape], "test")
+
+    assert time.process_time() - began < MOST_SECONDS
+
+
 def test_a_lift_has_a_maximum_of_stops():
     """One more is an error that says so."""
     stops = [f"w{i}" for i in range(MAX_STOPS + 1)]
