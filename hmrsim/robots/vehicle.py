@@ -104,7 +104,8 @@ class MobileBase(DrivingVehicle):
             self.halt()
         self._route, self._final_yaw = route, final_yaw
         self._trip += 1
-        self.rerouted, self.set_out = 0, self._env.now
+        self.rerouted, self._set_out = 0, self._env.now
+        self._update_rank()
         if yields:
             # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
             self._enter(VehicleEvent.REDIRECT)

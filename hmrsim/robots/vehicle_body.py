@@ -46,7 +46,8 @@ class VehicleBody:
         flies: Whether nothing on the ground is in its way.
         recoveries: How often it had to wait or to take another route, since the start.
         rerouted: How often it has taken another route on this trip.
-        set_out: When it began this trip, in simulated seconds.
+        rank: By what vehicles are ordered: when they began their trips, in simulated seconds, those that go nowhere
+            last; then their names. It is kept up to date, as traffic compares it several times a lane.
         speed_scale: The factor of its maximum speed.
         disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
     """
@@ -74,6 +75,7 @@ class VehicleBody:
         "_rest",
         "_route",
         "_seconds",
+        "_set_out",
         "_speed",
         "_state",
         "_still_since",
@@ -86,9 +88,9 @@ class VehicleBody:
         "home",
         "name",
         "radius",
+        "rank",
         "recoveries",
         "rerouted",
-        "set_out",
         "speed_scale",
         "type",
     )
@@ -115,7 +117,8 @@ class VehicleBody:
         self.flies = base.flies
         self.home = home
         self.recoveries = self.rerouted = 0
-        self.set_out = 0.0
+        self._set_out = 0.0
+        self.rank = (math.inf, name)
         self.speed_scale = 1.0
         self.disabled_reasons: dict[str, str] = {}
         self._env = env
@@ -206,7 +209,8 @@ class VehicleBody:
     @property
     def may_yield(self) -> bool:
         """Whether it stands, and could go somewhere else for a while."""
-        return self._state is VehicleState.IDLE or (self._state.waits and self.goal is not None)
+        state, route = self._state, self._route
+        return state is VehicleState.IDLE or (state.waits and route is not None and route.goal is not None)
 
     @property
     def will_yield(self) -> bool:
@@ -226,7 +230,13 @@ class VehicleBody:
         return None if self._route is None else self._route.goal
 
     def _enter(self, event: VehicleEvent) -> None:
-        self._state = next_state(self._state, event)
+        before = self._state
+        self._state = next_state(before, event)
+        if self._state.stands is not before.stands:
+            self._update_rank()
+
+    def _update_rank(self) -> None:
+        self.rank = (math.inf if self._state.stands else self._set_out, self.name)
 
     def _stop_progress(self) -> None:
         """Take note that it ceases to make progress, unless it has made none since it was told to."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from hmrsim.traffic.policies.reserve import rank
-
 if TYPE_CHECKING:
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._vehicle import Vehicle
@@ -55,14 +53,14 @@ class Claim:
     def excludes(self, robot: Vehicle, slots: Iterable[int], order: tuple[float, str]) -> bool:
         """Return whether a vehicle may not enter slots, into which it would go for one of this rank."""
         first = self.holder
-        if first is None or robot is first or order <= rank(first):
+        if first is None or robot is first or order <= first.rank:
             return False
         held = self._slots.held(robot)
         return any(slot in self._claimed and slot not in held for slot in slots)
 
     def keeps_out(self, robot: Vehicle, slots: Iterable[int]) -> bool:
         """Return whether a vehicle may not enter slots; then it asks again when the claim is over."""
-        if not self.excludes(robot, slots, rank(robot)):
+        if not self.excludes(robot, slots, robot.rank):
             return False
         self._kept_out[robot] = None
         return True

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
-from hmrsim.traffic.policies.reserve import rank
+from hmrsim.traffic.policies._vehicle import by_rank
 
 if TYPE_CHECKING:
     from hmrsim.traffic.policies._admission import AdmissionControl
@@ -134,7 +134,7 @@ class DeadlockResolver:
             if not todo:
                 return
             place = todo.popleft()
-            for other in sorted(slots.inside(place), key=rank):
+            for other in sorted(slots.inside(place), key=by_rank):
                 if other is robot or slots.held(other)[-1] != place or (other.moves and slots.is_lane(place)):
                     continue
                 if self._movable(other, robot, soon=soon):

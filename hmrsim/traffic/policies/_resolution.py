@@ -6,8 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.traffic.policies.reserve import rank
-
 if TYPE_CHECKING:
     from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._vehicle import Vehicle
@@ -110,10 +108,10 @@ class Reservations:
         """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
         if not self._by_slot:
             return None
-        order = rank(first)
+        order = first.rank
         for slot in slots:
             for at in (slot, *self._near.get(slot, ())):
                 for resolution in self._by_slot.get(at, ()):
-                    if robot not in resolution.robots and rank(resolution.first) < order:
+                    if robot not in resolution.robots and resolution.first.rank < order:
                         return resolution
         return None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from operator import attrgetter
+from typing import TYPE_CHECKING, Final, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
@@ -13,6 +14,10 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Piece
     from hmrsim.navigation.route import Leg, Route
+
+
+by_rank: Final = attrgetter("rank")
+"""The key by which vehicles are ordered."""
 
 
 class Vehicle(Protocol):
@@ -39,8 +44,8 @@ class Vehicle(Protocol):
         """The maximum speed that it can go now, in the world's unit a second."""
 
     @property
-    def set_out(self) -> float:
-        """When it began its trip, in simulated seconds."""
+    def rank(self) -> tuple[float, str]:
+        """By what vehicles are ordered: by when they set out, those that go nowhere last."""
 
     @property
     def rerouted(self) -> int:

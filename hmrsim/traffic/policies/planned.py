@@ -23,9 +23,10 @@ from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._claim import AFTER
 from hmrsim.traffic.policies._streets import against
+from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
-from hmrsim.traffic.policies.reserve import rank, waits_for_cycle
+from hmrsim.traffic.policies.reserve import waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
@@ -89,7 +90,7 @@ class Planned(Priority):
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles ask again, the one that set out first first."""
-        super().freed(sorted(robots, key=rank) if len(robots) > 1 else robots)
+        super().freed(sorted(robots, key=by_rank) if len(robots) > 1 else robots)
 
     def reset(self) -> None:
         """Forget the past."""
@@ -157,7 +158,7 @@ class Planned(Priority):
         goal = robot.goal
         if goal is None or self._holds_back(robot, best):
             return False
-        if self._claim and self._claim.excludes(robot, best.slots, rank(robot)):
+        if self._claim and self._claim.excludes(robot, best.slots, robot.rank):
             return False
         try:
             rest = self.admission.plan(robot, best.end, goal)
@@ -183,7 +184,7 @@ class Planned(Priority):
         slot = next(self.slots.missing(robot, slots), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
         goes = slot is not None and slot == slots[-1] and self.slots.full(slot)
-        search = _Search(robot, rank(robot), goes, {robot: None}, most=most)
+        search = _Search(robot, robot.rank, goes, {robot: None}, most=most)
         if slot is None:
             # It is kept out.
             search.moving = True
@@ -240,7 +241,7 @@ class Planned(Priority):
         slots = self.slots
         inside = slots.inside(slot)
         if len(inside) > 1 or slots.near:
-            inside = sorted({*inside, *slots.beside(pusher, slot)}, key=rank, reverse=True)
+            inside = sorted({*inside, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in inside:
             if other in search.pushed:
                 continue
@@ -256,7 +257,7 @@ class Planned(Priority):
     def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
         """Take note that a vehicle in a slot can't make room now."""
         search.seen[slot] = None
-        if other.busy or (not other.stands and (other not in self.admission.waits or rank(other) < search.order)):
+        if other.busy or (not other.stands and (other not in self.admission.waits or other.rank < search.order)):
             search.moving = True
 
     def _may_push(self, robot: Vehicle, search: _Search) -> bool:
@@ -266,7 +267,7 @@ class Planned(Priority):
         """
         if not (robot in self.admission.waits or robot.may_yield) or robot in self._resolutions:
             return False
-        return rank(robot) > search.order
+        return robot.rank > search.order
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
         """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
@@ -333,7 +334,7 @@ class Planned(Priority):
         cycle = waits_for_cycle(self.admission, robot)
         if cycle:
             self._publish(cycle)
-            robot = min(cycle, key=rank)
+            robot = min(cycle, key=by_rank)
             if self._is_seen_to(robot):
                 return
         self._move_others(robot)

@@ -28,7 +28,8 @@ from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies._claim import AFTER, Claim
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
 from hmrsim.traffic.policies._resolution import Reservations, Resolution
-from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, rank, waits_for_cycle
+from hmrsim.traffic.policies._vehicle import by_rank
+from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -163,7 +164,7 @@ class Priority(Reserve):
         resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
         if resolution and resolution.first is not robot:
             return [resolution.first]
-        if not found and self._claim.holder and self._claim.excludes(robot, self.slots.of(leg), rank(robot)):
+        if not found and self._claim.holder and self._claim.excludes(robot, self.slots.of(leg), robot.rank):
             return [self._claim.holder]
         return found
 
@@ -174,14 +175,14 @@ class Priority(Reserve):
         """
         resolution = self._resolutions.get(robot)
         moved = [other for other in resolution.robots if other is not robot] if resolution else []
-        return moved + [other for other in self.slots.vehicles() if not other.stands and rank(other) < rank(robot)]
+        return moved + [other for other in self.slots.vehicles() if not other.stands and other.rank < robot.rank]
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""
         if other in self._resolutions:
             first = self._resolutions[other].first
             return f"makes room for {first.name}" if first is not other else "is about to go on"
-        if other.may_yield and rank(other) > rank(robot):
+        if other.may_yield and other.rank > robot.rank:
             return self._why_idle_stays(other, robot)
         return super().why_stays(other, robot)
 
@@ -243,7 +244,7 @@ class Priority(Reserve):
         if cycle:
             self._publish(cycle)
             # One that stands in the queue of a dock waits for no lane, so that nobody can make way for it.
-            robot = min((each for each in cycle if each in self.admission.waits), key=rank)
+            robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
             if self._is_seen_to(robot):
                 return
         wait = self.admission.waits[robot]
@@ -254,7 +255,7 @@ class Priority(Reserve):
             if helping is not None:
                 helping.held_back[robot] = None
             elif not (
-                any(other.waits and rank(other) < rank(robot) for other in blockers)
+                any(other.waits and other.rank < robot.rank for other in blockers)
                 or self._push(robot, seen)
                 or self._may_go_on_soon(wait, seen)
             ):
@@ -269,7 +270,7 @@ class Priority(Reserve):
         """Have the vehicle that set out first of those that wait keep others out of what it needs, until it goes on."""
         if self.admission.waits.get(robot) is not wait or robot in self._resolutions:
             return
-        if robot is self._claim.holder or not any(rank(other) < rank(robot) for other in self.admission.waits):
+        if robot is self._claim.holder or not any(other.rank < robot.rank for other in self.admission.waits):
             self._claim.extend(robot, [*self.slots.of(wait.leg), *seen])
 
     def _move_others(self, robot: Vehicle) -> None:
@@ -382,7 +383,7 @@ class Priority(Reserve):
         slots = self.slots
         others: Sequence[Vehicle] = slots.inside(slot)
         if len(others) > 1 or slots.near:
-            others = sorted({*others, *slots.beside(pusher, slot)}, key=rank, reverse=True)
+            others = sorted({*others, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in others:
             if other in pushed or not self._gives_way(other, first):
                 continue
@@ -415,7 +416,7 @@ class Priority(Reserve):
         return costs
 
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
-        return other.may_yield and other not in self._resolutions and rank(other) > rank(robot)
+        return other.may_yield and other not in self._resolutions and other.rank > robot.rank
 
     def _refuges(
         self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]
@@ -469,7 +470,7 @@ class Priority(Reserve):
             cycle = [] if around else waits_for_cycle(self.admission, robot)
             if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
-                if any(rank(other) < rank(robot) for other in self.admission.asking):
+                if any(other.rank < robot.rank for other in self.admission.asking):
                     del self._searched[robot]
                     self.admission.look_again([robot])
                 elif any(self._is_due(other) for other in self.admission.waits if other is not robot):
@@ -494,7 +495,7 @@ class Priority(Reserve):
 
     def _movable(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
         """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""
-        if other in self._resolutions or rank(other) <= rank(robot):
+        if other in self._resolutions or other.rank <= robot.rank:
             return False
         return other.will_yield if soon else other.may_yield
 
@@ -523,7 +524,7 @@ class Priority(Reserve):
     def _is_claimed(self, step: Step, first: Vehicle) -> bool:
         """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
         claim = self._claim
-        return bool(claim) and any(claim.excludes(move.robot, move.way.slots, rank(first)) for move in step)
+        return bool(claim) and any(claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
 
     def _may_begin(self, step: Step, resolution: Resolution) -> bool:
         """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
@@ -557,7 +558,7 @@ class Priority(Reserve):
         resolution.steps.clear()
         for robot in resolution.robots:
             self._resolutions.pop(robot, None)
-        for robot in sorted(resolution.robots, key=rank):
+        for robot in sorted(resolution.robots, key=by_rank):
             self.admission.try_again(robot)
         self._let_go(resolution)
 

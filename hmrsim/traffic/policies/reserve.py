@@ -25,6 +25,7 @@ from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._nearness import near_slots, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
+from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Ways
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ class Reserve:
 
     def resolve(self, cycle: Sequence[Vehicle]) -> None:
         """Have one vehicle of a cycle take another route, or back off, or give up; the one that set out last first."""
-        last_first = sorted(cycle, key=rank, reverse=True)
+        last_first = sorted(cycle, key=by_rank, reverse=True)
         for solve in (self._turn_off, self._back_off):
             if any(solve(robot, cycle) for robot in last_first):
                 return
@@ -166,7 +167,7 @@ class Reserve:
 
     def give_up(self, cycle: Sequence[Vehicle]) -> None:
         """Abort the goal of the vehicle of a cycle that set out last."""
-        last = max((robot for robot in cycle if robot.waits), key=rank)
+        last = max((robot for robot in cycle if robot.waits), key=by_rank)
         circle = " waits for ".join(robot.name for robot in (*cycle, cycle[0]))
         ahead = self.admission.explain_blockers([cycle[(cycle.index(last) + 1) % len(cycle)]], last)
         text = f"deadlock: {circle}; there is no other way; {last.name} is blocked by {described(ahead)}"
@@ -222,11 +223,6 @@ class Reserve:
         self._deadlocks[circle] = None
         lanes = tuple(leg.lane for robot in cycle if (leg := robot.next_leg) and leg.lane)
         self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
-
-
-def rank(robot: Vehicle) -> tuple[float, str]:
-    """Return the key by which vehicles are ordered: by when they set out, those that go nowhere last."""
-    return (math.inf if robot.stands else robot.set_out, robot.name)
 
 
 def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle]:
