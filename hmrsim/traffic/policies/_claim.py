@@ -31,10 +31,6 @@ class Claim:
         self._claimed: dict[int, None] = {}
         self._kept_out: dict[Vehicle, None] = {}
 
-    def __bool__(self) -> bool:
-        """Return whether anything is claimed."""
-        return bool(self._claimed)
-
     def extend(self, robot: Vehicle, slots: Iterable[int]) -> None:
         """Claim slots for a vehicle, instead of those of the one that claims now if that is another one."""
         if robot is not self.holder:

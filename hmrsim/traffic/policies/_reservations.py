@@ -44,6 +44,8 @@ class Slots:
     Attributes:
         near: As given, with the spots.
         points: Where each spot is, by its slot.
+        free: How many more vehicles may come into each slot, as far as the slots near it allow; less than 1 where it is
+            full. To be read only, as it is many times a lane.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class Slots:
     ) -> None:
         self.near = {**near}
         self.points: dict[int, Point] = {}
-        self._free = [*capacities]
+        self.free = [*capacities]
         self._inside: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
@@ -104,10 +106,10 @@ class Slots:
         room = math.inf if shared else 1.0
         if self._unused:
             slot = self._unused.pop()
-            self._free[slot] = room
+            self.free[slot] = room
         else:
-            slot = len(self._free)
-            self._free.append(room)
+            slot = len(self.free)
+            self.free.append(room)
             self._inside.append([])
         near = self._around(point)
         for other, at in self.points.items():
@@ -150,11 +152,11 @@ class Slots:
 
     def full(self, slot: int) -> bool:
         """Return whether no other vehicle may come into a slot."""
-        return self._free[slot] < 1
+        return self.free[slot] < 1
 
     def room(self, slot: int, group: Sequence[Vehicle]) -> float:
         """Return how many vehicles of a group may hold a slot while all others stay."""
-        return self._free[slot] + sum(other in group for other in self._inside[slot])
+        return self.free[slot] + sum(other in group for other in self._inside[slot])
 
     def inside(self, slot: int) -> list[Vehicle]:
         """Return the vehicles that hold a slot, in the order in which they came."""
@@ -171,19 +173,21 @@ class Slots:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
         return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)
 
-    def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> Iterator[int]:
-        """Yield those of some slots that a vehicle does not hold and can't have now."""
-        held = self._held.get(robot, ())
-        for slot in slots:
-            if slot not in held and (self._free[slot] < 1 or (slot in self.near and any(self.beside(robot, slot)))):
-                yield slot
+    def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> list[int]:
+        """Return those of some slots that a vehicle does not hold and can't have now."""
+        held, free, near = self._held.get(robot, ()), self.free, self.near
+        if not near:
+            return [slot for slot in slots if free[slot] < 1 and slot not in held]
+        return [
+            slot
+            for slot in slots
+            if slot not in held and (free[slot] < 1 or (slot in near and any(self.beside(robot, slot))))
+        ]
 
-    def in_the_way(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
-        """Yield the vehicles because of which one that does not hold a slot can't have it now."""
-        if self._free[slot] < 1:
-            yield from self._inside[slot]
-        if slot in self.near:
-            yield from self.beside(robot, slot)
+    def in_the_way(self, robot: Vehicle, slot: int) -> Sequence[Vehicle]:
+        """Return the vehicles because of which one that does not hold a slot can't have it now."""
+        inside = self._inside[slot] if self.free[slot] < 1 else ()
+        return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
 
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
         """Yield the vehicles that a vehicle in a slot would touch from the slots near it."""
@@ -225,7 +229,7 @@ class Slots:
         Returns:
             Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self._free, self._inside, self._held.get(robot, ()), self.of(leg)
+        free, inside, held, wanted = self.free, self._inside, self._held.get(robot, ()), self.of(leg)
         for slot in wanted:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
@@ -252,7 +256,7 @@ class Slots:
 
     def exchange(self, moves: Sequence[tuple[Vehicle, Sequence[int]]]) -> bool:
         """Give vehicles that stand the slots that they move to, all at once; return whether there is room for all."""
-        free = self._free
+        free = self.free
         if not self._fit(moves):
             return False
         if self.near and self._collide(dict(moves)):
@@ -278,9 +282,9 @@ class Slots:
         after: dict[int, float] = {}
         for robot, slots in moves:
             for slot in self._held.get(robot, ()):
-                after[slot] = after.get(slot, self._free[slot]) + 1
+                after[slot] = after.get(slot, self.free[slot]) + 1
             for slot in slots:
-                after[slot] = after.get(slot, self._free[slot]) - 1
+                after[slot] = after.get(slot, self.free[slot]) - 1
         return all(after[slot] >= 0 for _, slots in moves for slot in slots)
 
     def _collide(self, moving: Mapping[Vehicle, Sequence[int]]) -> bool:
@@ -316,7 +320,7 @@ class Slots:
         self._held[robot] = slots
         for slot in slots:
             if slot not in held:
-                self._free[slot] -= 1
+                self.free[slot] -= 1
                 self._inside[slot].append(robot)
         for slot in held:
             if slot not in slots:
@@ -332,14 +336,16 @@ class Slots:
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """Let a vehicle wait for a leg no longer."""
+        wanted, near = self._wanted, self.near
         for slot in self.of(leg):
-            for at in (slot, *self.near.get(slot, ())):
-                self._wanted.get(at, {}).pop(robot, None)
+            for at in (slot, *near.get(slot, ())) if near else (slot,):
+                if waiting := wanted.get(at):
+                    waiting.pop(robot, None)
         if robot in self._watched:
             self._unwatch(robot)
 
     def _release(self, robot: Vehicle, slot: int) -> None:
-        self._free[slot] += 1
+        self.free[slot] += 1
         self._inside[slot].remove(robot)
         if self._wanted and (waiting := self._wanted.pop(slot, None)):
             self._freed([*waiting])

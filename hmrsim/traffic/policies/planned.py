@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated
+from operator import itemgetter
+from typing import TYPE_CHECKING, Annotated, Final
 
 from pydantic import Field
 
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
 
+_ORDER: Final = itemgetter(0, 1, 2)
+
 _Chain = list[tuple["Vehicle", Way]]
 """The vehicles that make room, and by which lanes."""
 
@@ -51,7 +54,7 @@ class PlannedSettings(PrioritySettings):
     one_way: Annotated[float, Field(ge=0, le=10)] = 1.0
 
 
-@dataclass
+@dataclass(slots=True)
 class _Search:
     """A search for vehicles that make room for one.
 
@@ -115,14 +118,15 @@ class Planned(Priority):
         wait = self.admission.waits.get(robot)
         if wait is None or (self._resolutions and self._is_seen_to(robot)):
             return
-        leg = wait.leg
-        seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(leg)))
+        leg, slots = wait.leg, self.slots.of(wait.leg)
+        missing = self.slots.missing(robot, slots)
+        seen = dict.fromkeys(missing)
         if self._take_free_lane(robot, leg, seen):
             return
         long = self.admission.now - wait.since > AFTER
-        search = self._make_room(robot, leg, math.inf if long else _MAX_PUSHED)
+        search = self._make_room(robot, slots, missing, math.inf if long else _MAX_PUSHED)
         if search is not None and search.cut and not search.moving:
-            search = self._make_room(robot, leg, math.inf)
+            search = self._make_room(robot, slots, missing, math.inf)
         if search is not None:
             if not search.moving:
                 self._untie(robot)
@@ -137,28 +141,29 @@ class Planned(Priority):
 
         The slots are added to those *seen* that it can't have now.
         """
+        if leg.lane is None or robot in self._turned_off:
+            return False
         held, costs = self.slots.held(robot), self._costs(robot)
-        if costs is None or leg.lane is None or robot in self._turned_off or len(held) != 1 or held[0] >= len(costs):
+        if costs is None or len(held) != 1 or held[0] >= len(costs):
             return False
         node, speed = held[0], self._speed(robot)
-        here, takes, slots = costs[node], self._takes(speed), self.slots
+        here, takes = costs[node], self._takes(speed)
         most, found = here + leg.seconds(speed), []
-        for edge in self._lanes.out[node]:
-            left = costs[edge.end]
-            if left >= here or takes[edge.number] + left > most or edge.leg == leg:
+        for way in self.ways.from_waypoint(node):
+            legs, slots, end, number = way
+            left = costs[end]
+            if left >= here or takes[number] + left > most or (end == leg.slots[-1] and legs[0] == leg):
                 continue
-            missing = next(slots.missing(robot, edge.leg.slots), None)
-            if missing is not None:
-                seen[missing] = None
-            elif edge.leg.lane and self.admission.may_drive(robot, edge.leg.lane):
-                found.append((takes[edge.number] + left, edge.end, edge.leg))
+            missing = self.slots.missing(robot, slots)
+            if missing:
+                seen[missing[0]] = None
+            elif self.ways.is_open(robot, way):
+                found.append((takes[number] + left, end, legs[0]))
         if not found:
             return False
         _, _, best = min(found, key=lambda each: each[:2])
         goal = robot.goal
-        if goal is None or self._holds_back(robot, best):
-            return False
-        if self._claim and self._claim.excludes(robot, best.slots, robot.rank):
+        if goal is None or self._holds_back(robot, best) or self._claim.excludes(robot, best.slots, robot.rank):
             return False
         try:
             rest = self.admission.plan(robot, best.end, goal)
@@ -175,20 +180,24 @@ class Planned(Priority):
             takes = self._kept_takes[speed] = self.admission.graph.seconds(speed)
         return takes
 
-    def _make_room(self, robot: Vehicle, leg: Leg, most: float) -> _Search | None:
+    def _make_room(
+        self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float
+    ) -> _Search | None:
         """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen.
 
-        At *most* so many are asked.
+        Args:
+            slots: What it needs.
+            missing: What it can't have of these.
+            most: How many are asked.
         """
-        slots = self.slots.of(leg)
-        slot = next(self.slots.missing(robot, slots), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
-        goes = slot is not None and slot == slots[-1] and self.slots.full(slot)
+        goes = missing[:1] == [*slots[-1:]] and self.slots.full(slots[-1])
         search = _Search(robot, robot.rank, goes, {robot: None}, most=most)
-        if slot is None:
+        if not missing:
             # It is kept out.
             search.moving = True
             return search
+        slot = missing[0]
         if not self._may_clear(slot, search):
             return search
         chain = self._find_chain(slot, robot, search)
@@ -230,7 +239,7 @@ class Planned(Priority):
                 continue
             chain.append(option)
             other, way = option
-            in_the_way = [*self.slots.in_the_way(other, way.end)]
+            in_the_way = self.slots.in_the_way(other, way.end)
             if not in_the_way or (search.goes and search.first in in_the_way):
                 return chain
             todo.append(self._options(way.end, other, search))
@@ -257,17 +266,21 @@ class Planned(Priority):
     def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
         """Take note that a vehicle in a slot can't make room now."""
         search.seen[slot] = None
-        if other.busy or (not other.stands and (other not in self.admission.waits or other.rank < search.order)):
-            search.moving = True
+        if not search.moving:
+            search.moving = other.busy or (
+                not other.stands and (other.rank < search.order or other not in self.admission.waits)
+            )
 
     def _may_push(self, robot: Vehicle, search: _Search) -> bool:
         """Return whether a vehicle can be moved for another: it waits, or stands, and set out later or is idle.
 
         One that has yielded turns at its goal first.
         """
-        if not (robot in self.admission.waits or robot.may_yield) or robot in self._resolutions:
-            return False
-        return robot.rank > search.order
+        return (
+            robot.rank > search.order
+            and (robot in self.admission.waits or robot.may_yield)
+            and robot not in self._resolutions
+        )
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
         """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
@@ -275,8 +288,8 @@ class Planned(Priority):
         costs = self._costs(robot)
         speed = self._speed(robot)
         takes = self._takes(speed)
-        found = []
-        place, all_open = slots.held(robot)[-1], self.admission.all_open
+        found: list[tuple[bool, float, int, Way]] = []
+        place, free = slots.held(robot)[-1], slots.free
         wait = None if robot.may_yield else self.admission.waits.get(robot)
         if wait is not None:
             # It can only go on as it is to.
@@ -287,25 +300,29 @@ class Planned(Priority):
         else:
             ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]
         for way, seconds in ways:
-            end = way.end
+            _, needed, end, _ = way
             if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            lane = way.slots[0]
-            if lane not in (end, place) and slots.full(lane):
+            lane = needed[0]
+            if free[lane] < 1 and lane != end and lane != place:  # noqa: PLR1714 - a tuple would be made for each
                 for other in slots.inside(lane):
                     self._note(other, lane, search)
             elif near and self._is_beside(robot, way, search):
                 continue
-            elif (
-                (all_open or self.ways.is_open(robot, way))
-                and not (self._resolutions and self._reservations.against(robot, way.slots, search.first))
-                and not (self._claim and self._claim.excludes(robot, way.slots, search.order))
-                and self._may_clear(end, search)
-            ):
-                occupied = costs is None and slots.full(end)
+            elif (free[end] >= 1 or self._may_clear(end, search)) and not self._is_kept_out(robot, way, search):
+                occupied = costs is None and free[end] < 1
                 found.append((occupied, seconds + (costs[end] if costs else 0.0), end, way))
-        found.sort(key=lambda each: each[:3])
+        if len(found) > 1:
+            found.sort(key=_ORDER)
         return [way for *_, way in found]
+
+    def _is_kept_out(self, robot: Vehicle, way: Way, search: _Search) -> bool:
+        """Return whether something other than vehicles keeps a vehicle from making room by a way."""
+        return (
+            not self.ways.is_open(robot, way)
+            or (bool(self._resolutions) and self._reservations.against(robot, way.slots, search.first) is not None)
+            or self._claim.excludes(robot, way.slots, search.order)
+        )
 
     def _is_beside(self, robot: Vehicle, way: Way, search: _Search) -> bool:
         """Return whether a vehicle would touch others before the end of a way; takes note of them."""
@@ -317,7 +334,7 @@ class Planned(Priority):
     def _may_clear(self, slot: int, search: _Search) -> bool:
         """Return whether there may be room in a slot, at first sight: most often one vehicle is there that stays."""
         inside = self.slots.inside(slot)
-        if len(inside) != 1 or not self.slots.full(slot) or self.slots.near:
+        if len(inside) != 1 or self.slots.free[slot] >= 1 or self.slots.near:
             return True
         other = inside[0]
         if other is search.first:

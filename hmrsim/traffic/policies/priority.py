@@ -130,7 +130,7 @@ class Priority(Reserve):
         if len(held) > 1 and all(slot in held for slot in wanted):
             # The second leg of a move needs nothing that the vehicle does not have.
             return self.slots.take(robot, leg)
-        if self._claim and self._claim.keeps_out(robot, wanted):
+        if self._claim.holder is not None and self._claim.keeps_out(robot, wanted):
             return False
         if self._resolutions:
             if robot in self._resolutions:
@@ -191,7 +191,7 @@ class Priority(Reserve):
         ways = self.ways.leaving(other)
         if not ways:
             return "has nowhere to go: no open lane leads away"
-        missing = [[*slots.missing(other, way.slots)] for way in ways]
+        missing = [slots.missing(other, way.slots) for way in ways]
         if not all(missing):
             return f"can't make room: no moves were found that let {robot.name} pass"
         ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
@@ -329,7 +329,7 @@ class Priority(Reserve):
         if wait is None:
             return False
         slots = self.slots.of(wait.leg)
-        slot = next(self.slots.missing(robot, slots), None)
+        slot = next(iter(self.slots.missing(robot, slots)), None)
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
         goes = slot == slots[-1] and self.slots.full(slot)
         chain = None if slot is None else self._chain(slot, robot, robot, {robot: None}, seen, goes=goes)
@@ -434,9 +434,9 @@ class Priority(Reserve):
             end = way.end
             if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            missing = next(slots.missing(robot, way.slots[:-1]), None)
-            if missing is not None:
-                seen[missing] = None
+            missing = slots.missing(robot, way.slots[:-1])
+            if missing:
+                seen[missing[0]] = None
                 continue
             resolution = self._reservations.against(robot, way.slots, first) if resolutions else None
             if resolution is not None:
@@ -523,8 +523,7 @@ class Priority(Reserve):
 
     def _is_claimed(self, step: Step, first: Vehicle) -> bool:
         """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
-        claim = self._claim
-        return bool(claim) and any(claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
+        return any(self._claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
 
     def _may_begin(self, step: Step, resolution: Resolution) -> bool:
         """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""

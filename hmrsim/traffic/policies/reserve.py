@@ -117,11 +117,8 @@ class Reserve:
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
         slots = self.slots
-        found: dict[Vehicle, None] = {}
-        for slot in slots.missing(robot, slots.of(leg)):
-            found.update(dict.fromkeys(slots.in_the_way(robot, slot)))
-        found.pop(robot, None)
-        return [*found]
+        missing = slots.missing(robot, slots.of(leg))
+        return [*dict.fromkeys([other for slot in missing for other in slots.in_the_way(robot, slot)])]
 
     def ahead_of(self, _robot: Vehicle) -> Iterable[Vehicle]:
         """Return no vehicle: each has the right of way where it comes first."""
@@ -185,7 +182,7 @@ class Reserve:
         wanted = {slot for leg in ahead for slot in self.slots.of(leg)}
         wanted |= {at for slot in wanted for at in self.slots.near.get(slot, ())}
         for way in self.ways.leaving(robot):
-            if way.end in wanted or next(self.slots.missing(robot, way.slots), None) is not None:
+            if way.end in wanted or self.slots.missing(robot, way.slots):
                 continue
             if not self.admission.lets(robot, way.legs):
                 self._unsolved[robot] = None
@@ -212,7 +209,7 @@ class Reserve:
     def _not_now(self, robot: Vehicle) -> Iterator[Lane]:
         """Yield the lanes on which a vehicle can't set out from where it stands."""
         for way in self.ways.leaving(robot):
-            if next(self.slots.missing(robot, way.slots), None) is not None:
+            if self.slots.missing(robot, way.slots):
                 yield from (leg.lane for leg in way.legs if leg.lane)
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
