@@ -75,6 +75,7 @@ class DeadlockResolver:
         self._ways = ways
         self._reservations = reservations
         self._movable = movable
+        self._around_waypoint: dict[int, tuple[Sequence[int], Sequence[int]]] = {}
 
     def find_steps(
         self, robot: Vehicle, target: int, max_states: int, *, patient: bool
@@ -144,24 +145,32 @@ class DeadlockResolver:
                     seen[slot] = None
                     todo.append(slot)
 
-    def _next_to(self, place: int) -> Iterator[int]:
-        """Yield the places next to one: along the lanes, in their middle if someone stands there, and beside."""
+    def _next_to(self, place: int) -> list[int]:
+        """Return the places next to one: along the lanes, in their middle if someone stands there, and beside."""
         slots, near = self._slots, self._slots.near
-        lanes = self._admission.graph.lanes
-        if place in slots.points:
-            ways = [*self._ways.from_spot(place)]
-            around = [way.end for way in ways], [slot for way in ways for slot in way.slots]
-        elif slots.is_lane(place):
-            around = [edge.end for edge in lanes.leading_to(place)], [place]
-        else:
-            edges = lanes.out[place]
-            around = [edge.end for edge in edges], [place, *(edge.leg.slots[0] for edge in edges)]
-        yield from around[0]
-        for slot in around[1]:
-            if slot != place and slots.is_lane(slot) and slots.inside(slot):
-                yield slot
+        ends, around = self._around_place(place)
+        found = [*ends]
+        for slot in around:
+            if slot != place and slots.inside(slot) and slots.is_lane(slot):
+                found.append(slot)
             if near:
-                yield from (at for at in near.get(slot, ()) if not slots.is_lane(at) or slots.inside(at))
+                found += [at for at in near.get(slot, ()) if not slots.is_lane(at) or slots.inside(at)]
+        return found
+
+    def _around_place(self, place: int) -> tuple[Sequence[int], Sequence[int]]:
+        """Return the places to which one gets from a place along the lanes, and the slots around it, with its own."""
+        slots, lanes = self._slots, self._admission.graph.lanes
+        if place in slots.points:
+            ways = self._ways.from_spot(place)
+            return [way.end for way in ways], [slot for way in ways for slot in way.slots]
+        if slots.is_lane(place):
+            return [edge.end for edge in lanes.leading_to(place)], [place]
+        known = self._around_waypoint.get(place)
+        if known is None:
+            edges = lanes.out[place]
+            known = [edge.end for edge in edges], [place, *(edge.leg.slots[0] for edge in edges)]
+            self._around_waypoint[place] = known
+        return known
 
     def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
         """Search the places of a group breadth first; return the steps, and how many combinations were searched."""

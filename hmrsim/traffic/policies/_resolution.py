@@ -108,10 +108,10 @@ class Reservations:
         """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
         if not self._by_slot:
             return None
-        order = first.rank
+        order, by_slot, near = first.rank, self._by_slot, self._near
         for slot in slots:
-            for at in (slot, *self._near.get(slot, ())):
-                for resolution in self._by_slot.get(at, ()):
+            for at in (slot, *near.get(slot, ())) if near else (slot,):
+                for resolution in by_slot.get(at, ()):
                     if robot not in resolution.robots and resolution.first.rank < order:
                         return resolution
         return None

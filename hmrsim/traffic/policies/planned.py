@@ -89,7 +89,6 @@ class Planned(Priority):
             ways = lanes.derived(against, lambda: against(lanes.ways))
             admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._turned_off: dict[Vehicle, None] = {}
-        self._kept_takes: dict[float, Sequence[float]] = {}
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles ask again, the one that set out first first."""
@@ -173,22 +172,10 @@ class Planned(Priority):
         robot.take_route(self._lanes.route([best, *rest.legs], goal))
         return True
 
-    def _takes(self, speed: float) -> Sequence[float]:
-        """Return how long each way counts at a speed, by its number; few speeds are asked for."""
-        takes = self._kept_takes.get(speed)
-        if takes is None:
-            takes = self._kept_takes[speed] = self.admission.graph.seconds(speed)
-        return takes
-
-    def _make_room(
-        self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float
-    ) -> _Search | None:
+    def _make_room(self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float) -> _Search | None:
         """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen.
 
-        Args:
-            slots: What it needs.
-            missing: What it can't have of these.
-            most: How many are asked.
+        *slots* are what it needs, of which it can't have those that are *missing*. At *most* so many others are asked.
         """
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
         goes = missing[:1] == [*slots[-1:]] and self.slots.full(slots[-1])

@@ -18,7 +18,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Annotated
+from operator import itemgetter
+from typing import TYPE_CHECKING, Annotated, Final
 
 from pydantic import Field
 
@@ -71,6 +72,10 @@ class PrioritySettings(ReserveSettings):
     most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 4_000
 
 
+_PAIR = 2
+
+_ORDER: Final = itemgetter(0, 1, 2, 3)
+
 _SHORT = 20.0
 """Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
 
@@ -99,6 +104,7 @@ class Priority(Reserve):
         super().__init__(admission, settings)
         self._lanes = admission.graph.lanes
         self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
+        self._kept_takes: dict[float, Sequence[float]] = {}
         self._max_states = settings.most_states
         self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
         self._reservations = Reservations(self.slots.near)
@@ -380,18 +386,24 @@ class Priority(Reserve):
             goes: Whether the first vehicle leaves its own place at the same time.
         """
         seen[slot] = None
-        slots = self.slots
+        slots, near = self.slots, self.slots.near
         others: Sequence[Vehicle] = slots.inside(slot)
-        if len(others) > 1 or slots.near:
+        if len(others) > 1 or near:
             others = sorted({*others, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in others:
             if other in pushed or not self._gives_way(other, first):
                 continue
             pushed[other] = None
             for way, occupied in self._refuges(other, first, pusher, slot, seen):
-                if not occupied or (goes and first in slots.in_the_way(other, way.end)):
+                end = way.end
+                if not occupied or (goes and first in slots.in_the_way(other, end)):
                     return [(other, way)]
-                further = self._chain(way.end, first, other, pushed, seen, goes=goes)
+                there = slots.inside(end)
+                if len(there) == 1 and not near and (there[0] in pushed or not self._gives_way(there[0], first)):
+                    # Most often one vehicle is there that stays.
+                    seen[end] = None
+                    continue
+                further = self._chain(end, first, other, pushed, seen, goes=goes)
                 if further is not None:
                     return [(other, way), *further]
         return None
@@ -415,8 +427,15 @@ class Priority(Reserve):
         self._kept_costs[robot] = goal, speed, graph.closed, costs
         return costs
 
+    def _takes(self, speed: float) -> Sequence[float]:
+        """Return how long each way counts at a speed, by its number; few speeds are asked for."""
+        takes = self._kept_takes.get(speed)
+        if takes is None:
+            takes = self._kept_takes[speed] = self.admission.graph.seconds(speed)
+        return takes
+
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
-        return other.may_yield and other not in self._resolutions and other.rank > robot.rank
+        return other.rank > robot.rank and other.may_yield and other not in self._resolutions
 
     def _refuges(
         self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]
@@ -425,30 +444,33 @@ class Priority(Reserve):
 
         The free ones come first, the best for its own goal.
         """
-        slots, near, resolutions = self.slots, self.slots.near, self._resolutions
-        wait = self.admission.waits.get(robot)
-        wanted, taken = slots.of(wait.leg)[-1:] if wait else (), slots.held(pusher)
+        slots, near, free, resolutions = self.slots, self.slots.near, self.slots.free, self._resolutions
+        wait, taken = self.admission.waits.get(robot), slots.held(pusher)
         costs, speed = self._costs(robot), self._speed(robot)
+        takes = self._takes(speed)
         found = []
         for way in self.ways.leaving(robot):
-            end = way.end
+            legs, needed, end, number = way
             if end in taken or end == slot or (near and slots.touch(robot, (end,), pusher, slot)):
                 continue
-            missing = slots.missing(robot, way.slots[:-1])
-            if missing:
-                seen[missing[0]] = None
-                continue
-            resolution = self._reservations.against(robot, way.slots, first) if resolutions else None
+            # Most ways are one lane, and that is free.
+            if near or free[needed[0]] < 1 or len(needed) > _PAIR:
+                missing = slots.missing(robot, needed[:-1])
+                if missing:
+                    seen[missing[0]] = None
+                    continue
+            resolution = self._reservations.against(robot, needed, first) if resolutions else None
             if resolution is not None:
                 resolution.held_back[first] = None
                 continue
-            occupied = slots.full(end) or (end in near and any(True for _ in slots.beside(robot, end)))
+            occupied = free[end] < 1 or (end in near and any(slots.beside(robot, end)))
             if costs is None:
-                found.append((occupied, end not in wanted, way.length, end, way))
+                aside = wait is None or end != slots.of(wait.leg)[-1]
+                found.append((occupied, aside, way.length, end, way))
             else:
-                seconds = sum([leg.seconds(speed) for leg in way.legs])
+                seconds = takes[number] if number >= 0 else sum([leg.seconds(speed) for leg in legs])
                 found.append((occupied, False, seconds + costs[end], end, way))
-        found.sort(key=lambda each: each[:4])
+        found.sort(key=_ORDER)
         return [(way, occupied) for occupied, *_, way in found]
 
     def _resolve(self, robot: Vehicle) -> None:
