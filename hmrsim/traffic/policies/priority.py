@@ -412,12 +412,12 @@ class Priority(Reserve):
         """Return the speed for which ways are compared: any where it makes no difference, so that tables are shared."""
         return robot.speed if self._lanes.limited else 1.0
 
-    def _costs(self, robot: Vehicle) -> Sequence[float] | None:
+    def _costs(self, robot: Vehicle, speed: float) -> Sequence[float] | None:
         """Return how far it is to a vehicle's goal from each waypoint, in seconds; None if it goes nowhere."""
         goal = robot.goal
         if goal is None:
             return None
-        graph, speed, kept = self.admission.graph, self._speed(robot), self._kept_costs.get(robot)
+        graph, kept = self.admission.graph, self._kept_costs.get(robot)
         if kept is not None and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed:
             return kept[3]
         try:
@@ -446,8 +446,8 @@ class Priority(Reserve):
         """
         slots, near, free, resolutions = self.slots, self.slots.near, self.slots.free, self._resolutions
         wait, taken = self.admission.waits.get(robot), slots.held(pusher)
-        costs, speed = self._costs(robot), self._speed(robot)
-        takes = self._takes(speed)
+        speed = self._speed(robot)
+        costs, takes = self._costs(robot, speed), self._takes(speed)
         found = []
         for way in self.ways.leaving(robot):
             legs, needed, end, number = way
