@@ -214,10 +214,7 @@ class Environment(_Clock):
 
     def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""
-        event = simpy.Event(self)
-        event._ok, event._value = True, None  # noqa: SLF001 - as simpy's own events do
-        event.callbacks = [lambda _event: call()]
-        self.schedule(event, URGENT)
+        heapq.heappush(self._queue, (self._now, URGENT, next(self._eid), _Call(self, call)))
 
     def _clear(self) -> None:
         """Remove abandoned events from the top of the schedule."""
@@ -285,6 +282,16 @@ class At(simpy.Event):
         self.callbacks = callbacks
         self._ok, self._value = True, None
         env.schedule_at(self, at)
+
+
+class _Call(simpy.Event):
+    """An event that calls a function."""
+
+    def __init__(self, env: Environment, call: Callable[[], None]) -> None:
+        # Without the call of the base's, as in `At`.
+        self.env = env
+        self.callbacks = [lambda _event: call()]
+        self._ok, self._value = True, None
 
 
 class Tick(simpy.Event):

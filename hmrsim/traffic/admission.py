@@ -462,7 +462,7 @@ class Admission:
 
     def _waits_for(self, wait: Wait) -> tuple[str, ...] | None:
         """Return the names of the vehicles that one waits for; None if it waits for something else."""
-        return None if wait.why else tuple(sorted(other.name for other in self.blockers(wait.robot)))
+        return None if wait.why else tuple(sorted([other.name for other in self.blockers(wait.robot)]))
 
     def _described(self, wait: Wait, others: tuple[str, ...] | None) -> Waiting:
         robot = wait.robot

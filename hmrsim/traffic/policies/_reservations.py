@@ -301,7 +301,11 @@ class Slots:
         self._watched[robot] = slots
         wanted = self._wanted
         for slot in slots:
-            wanted.setdefault(slot, {})[robot] = None
+            waiting = wanted.get(slot)
+            if waiting is None:
+                wanted[slot] = {robot: None}
+            else:
+                waiting[robot] = None
 
     def _unwatch(self, robot: Vehicle) -> None:
         for slot in self._watched.pop(robot, ()):

@@ -132,11 +132,13 @@ class Priority(Reserve):
         One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
         and the next resolution could have it go back there, for ever.
         """
+        if self._claim.holder is None and not self._resolutions:
+            return self.slots.take(robot, leg)
         held, wanted = self.slots.held(robot), self.slots.of(leg)
         if len(held) > 1 and all(slot in held for slot in wanted):
             # The second leg of a move needs nothing that the vehicle does not have.
             return self.slots.take(robot, leg)
-        if self._claim.holder is not None and self._claim.keeps_out(robot, wanted):
+        if self._claim.keeps_out(robot, wanted):
             return False
         if self._resolutions:
             if robot in self._resolutions:
