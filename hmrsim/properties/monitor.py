@@ -103,8 +103,10 @@ class Monitor:
         if self._vain is not None:
             self._vain.ask(robot, action, asked)
 
-    def leave_goals(self) -> None:
-        """Let the goals that are under way be of a controller that was killed on purpose: it owes them no end."""
+    def replace_controller(self) -> None:
+        """Note that the controller was killed on purpose: it owes its goals no end, and its rows of failures end."""
+        if self._vain is not None:
+            self._vain.begin_anew()
         for watcher in self._built_in:
             if isinstance(watcher, GoalsEnd):
                 watcher.leave()

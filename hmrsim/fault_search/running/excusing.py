@@ -18,6 +18,6 @@ class ExcusingSink(MonitorSink):
     def emit(self, output: Output) -> None:
         """Pass on what the monitor wants, but that a participant is dropped: that leaves its goals to nobody."""
         if isinstance(output, EventStamped) and isinstance(output.event, ParticipantDropped):
-            self._monitor.leave_goals()
+            self._monitor.replace_controller()
         else:
             super().emit(output)

@@ -2,7 +2,8 @@
 
 Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
 of its goals preempts another, and any goal of the robot that succeeds ends the row. So does a pause: a controller that
-looks now and then whether a robot works again does not ask in vain. What fails many times within one instant may go on
+looks now and then whether a robot works again does not ask in vain. A controller that is started anew begins with new
+rows: it knows nothing of what its predecessor has tried. What fails many times within one instant may go on
 for ever, also with successes in between.
 """
 
@@ -16,6 +17,7 @@ from pydantic import BaseModel
 from pydantic_core import to_json
 
 from hmrsim.events.goals import GoalAccepted, SendGoalRejected
+from hmrsim.events.participants import ParticipantDropped
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.properties.watcher import Watcher
@@ -63,9 +65,14 @@ class NoVainGoals(Watcher):
         timeline.on(GoalAccepted, lambda _at, event: self.ask(event.robot, event.action, event.goal))
         timeline.on(Commanded, lambda _at, command: self._command(command))
         timeline.on(SendGoalRejected, self._reject)
+        timeline.on(ParticipantDropped, lambda _at, _event: self.begin_anew())
         # Either one ends all goals.
         ends = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME
-        timeline.on_reset(ends, lambda _at: self._rows.clear())
+        timeline.on_reset(ends, lambda _at: self.begin_anew())
+
+    def begin_anew(self) -> None:
+        """Begin to count anew, as for another controller."""
+        self._rows.clear()
 
     def ask(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
         """Take note of what the next goal of a robot's action asks for."""

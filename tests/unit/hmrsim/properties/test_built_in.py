@@ -29,7 +29,7 @@ def test_goals_under_way_are_undecided_where_the_controller_was_cut_off(ending):
 def test_goals_that_were_left_behind_are_undecided():
     """A controller that was killed on purpose can't end its goals; what is accepted after that is of another one."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
-    feed.monitor.leave_goals()
+    feed.monitor.replace_controller()
     feed.goal(2, "wall_e", GO, B, 1, 2, 4).end(9)
 
     assert (feed.violations, feed.verdict("goals_end").state) == ([], "undecided")
@@ -38,7 +38,7 @@ def test_goals_that_were_left_behind_are_undecided():
 def test_a_goal_of_the_next_controller_has_to_end():
     """That its predecessor was killed is no excuse."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
-    feed.monitor.leave_goals()
+    feed.monitor.replace_controller()
     feed.goal(2, "wall_e", GO, B, 1, 2).end(9)
 
     assert feed.violations == [(9.0, "goals_end", "wall_e", "not ended")]
@@ -284,6 +284,28 @@ def test_a_pause_ends_a_row():
         feed.event(30 * i, "rejected", robot="eve", action="wait", goal_id="c" * 32, reason="not_ready", error_msg="")
 
     assert feed.end(300).violations == []
+
+
+def test_a_controller_that_is_started_anew_begins_a_new_row():
+    """It tries twice, is killed, and its successor, which knows nothing of that, tries twice."""
+    feed = Feed(built_in={"no_vain_goals": 3})
+    for i in range(4):
+        if i == 2:
+            feed.monitor.replace_controller()
+        fail(feed, i, "abcd"[i], x=1.0)
+
+    assert feed.end(9).violations == []
+
+
+def test_a_controller_that_is_dropped_ends_its_rows():
+    """Whoever comes after it is another one."""
+    feed = Feed(built_in={"no_vain_goals": 3, "controller_lives": False})
+    for i in range(4):
+        if i == 2:
+            feed.event(1.5, "participant_dropped", participant="client")
+        fail(feed, i, "abcd"[i], x=1.0)
+
+    assert feed.end(9).violations == []
 
 
 def test_goals_that_take_no_time_may_be_vain_with_successes_in_between():
