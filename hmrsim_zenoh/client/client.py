@@ -60,6 +60,8 @@ _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
 _RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
 """Services of the world by which simulated time may go back."""
+_PATIENCE: Final = 5.0
+"""Wall seconds for an answer, unless the caller gives others."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
 _OPEN: Final[weakref.WeakSet[Client]] = weakref.WeakSet()
@@ -193,7 +195,8 @@ class Client:
     @property
     def places(self) -> NamedPlaces:
         """The waypoints, places and docks of its world by name, as they are when they are first looked up."""
-        return NamedPlaces(lambda: self.get(self.keys.world("get_named_poses"), payload=b"{}"))
+        # Unlike other requests a lookup changes nothing: one whose answer is lost can be sent again.
+        return NamedPlaces(lambda: self._get(self.keys.world("get_named_poses"), _PATIENCE, b"{}", _TRIES))
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.
@@ -291,7 +294,7 @@ class Client:
         """
         return self._link.alarm(seconds, ring)
 
-    def get(self, key: str, timeout: float = 5.0, *, payload: bytes | None = None) -> bytes:
+    def get(self, key: str, timeout: float = _PATIENCE, *, payload: bytes | None = None) -> bytes:
         """Return the latest value of a key, or a service's response to *payload*.
 
         A request with a payload may have changed something and is never sent twice.
@@ -305,11 +308,15 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is none.
         """
+        return self._get(key, timeout, payload, 1 if payload is not None else _TRIES)
+
+    def _get(self, key: str, timeout: float, payload: bytes | None, tries: int) -> bytes:
+        """Return the answer to a query, which is sent again, up to so many *tries*, if it has none."""
         until = time.monotonic() + timeout
         self._link.check_open()
         _check_key(key)
         self._link.presence.start()
-        for _ in range(1 if payload is not None else _TRIES):
+        for _ in range(tries):
             answer = self._answer(key, payload, until)
             if isinstance(answer, RequestError):
                 raise answer

@@ -58,7 +58,8 @@ class Commander:
 
     - `GoalFailed` when the goal was aborted or canceled,
     - `GoalRejectedError` when the robot rejected it,
-    - `SimulatorNotFound`, `SimulatorGone`, `RequestError`, `GoalTimeout` when there is no usable answer,
+    - `SimulatorNotFound`, `SimulatorGone`, `Unreachable`, `RequestError`, `GoalTimeout` when there is no usable answer;
+      the lookup of a place is sent again once if its answer is lost,
     - `ValueError` when there is no place of that name.
     """
 

@@ -264,6 +264,16 @@ class TestLosses:
 
         assert ("client",) == host.pacing.lockstep.participants
 
+    def test_a_lookup_of_places_whose_answer_is_lost_is_sent_again(self, host, client):
+        """It changes nothing, unlike other requests with a payload."""
+        host.losses.watch()
+        host.losses.lose_answers(1)
+
+        assert "a" in client.places.load()
+        host.losses.lose_answers(1)
+        with pytest.raises(Unreachable):
+            client.get("hmrsim/_world/get_entities", payload=b"{}")
+
     def test_a_request_comes_twice(self, host, client):
         """And is answered once."""
         host.losses.repeat_requests(1)
