@@ -50,6 +50,8 @@ class Outcome:
         story: Its events in words, if they were asked for: time in seconds, text.
         output: The last lines that a command has printed.
         coverage: What of the tree was ticked, in few bytes; empty if that is nothing new to its worker.
+        drawn: Of a run without a schedule: which share of its battery's capacity each robot has used at most without
+            charging.
     """
 
     ending: str
@@ -66,6 +68,7 @@ class Outcome:
     story: tuple[tuple[float, str], ...] = ()
     output: str = ""
     coverage: bytes = b""
+    drawn: tuple[tuple[str, float], ...] = ()
 
     @property
     def failure(self) -> Failure | None:

@@ -24,6 +24,7 @@ from hmrsim.fault_search.running.cast import KILLED
 from hmrsim.fault_search.running.command_runs import Command, run_command_controller
 from hmrsim.fault_search.running.controller_runs import run_controller
 from hmrsim.fault_search.running.covered import Novelty
+from hmrsim.fault_search.running.drawn import Drawn
 from hmrsim.fault_search.running.excusing import ExcusingSink
 from hmrsim.fault_search.running.observer import Observer
 from hmrsim.fault_search.running.outcome import Outcome
@@ -122,6 +123,7 @@ class _Run:
         self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
         self._monitor = Monitor(_applicable(check.properties, case), self._world)
         self._observer = Observer(story=wanted.story)
+        self._drawn: Drawn | None = None
         self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
         self._disturber = Disturber(
@@ -151,6 +153,7 @@ class _Run:
             story=tuple(observer.lines),
             output=self._output,
             coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
+            drawn=self._drawn.at_the_end() if self._drawn else (),
         )
 
     def _in_process(self) -> tuple[str, str, int]:
@@ -189,6 +192,9 @@ class _Run:
         killed = any(each.disturbance in _KILLING for each in self._disturber.disturbances)
         monitors = ExcusingSink if killed else MonitorSink
         own: list[Sink] = [monitors(simulator, self._monitor, self._note), self._observer]
+        if not self._case.schedule:
+            self._drawn = Drawn(simulator, self._world)
+            own.append(self._drawn)
         if self._disturber.disturbances:
             own.append(self._disturber.watch(simulator, pacing))
         return [*([self._trace] if self._trace else []), *own, *self._wanted.further(simulator, pacing)]

@@ -82,6 +82,11 @@ class Thing:
         """Whether it is a fault that is over by itself: it lasts for some seconds, or hits some goals."""
         return self.family == FAULT and ("duration" in self.said or "count" in self.said)
 
+    @property
+    def at_start(self) -> bool:
+        """Whether it is a fault that is there when the run begins."""
+        return self.family == FAULT and self.said.get("at") == 0.0
+
     def replaced(self, **values: Any) -> Thing:
         """Return the same with other values; those of None are left out."""
         said = {**self.said, **values}
@@ -107,7 +112,7 @@ class Thing:
         word, becomes = _ACTIONS.get(action, action), _OF_GOALS[self.kind]
         code = f" with code {self.said['error_code']}" if "error_code" in self.said else ""
         own = (anchor.get("goal"), anchor.get("robot"), anchor.get("action")) == ("executing", self.subject, action)
-        known = own and not anchor.get("after") and self.kind == "goals_aborted"
+        known = self.at_start or (own and not anchor.get("after") and self.kind == "goals_aborted")
         which = _ordinal(anchor.get("nth", 1)) if known else "next"
         if count == 1:
             what = f"the {which} {word} of {self.subject} is {becomes}{code}"
@@ -120,7 +125,8 @@ class Thing:
     def _when(self) -> str:
         if self.anchor:
             return f", {described(Anchor.model_validate(self.anchor))}"
-        return f", at {_plain(self.said['at'])} s" if self.said.get("at") else ""
+        at = self.said.get("at")
+        return "" if at is None else ", from the start" if self.at_start else f", at {_plain(at)} s"
 
 
 _OF_GOALS: Final = {"goals_aborted": "aborted", "goals_rejected": "rejected"}

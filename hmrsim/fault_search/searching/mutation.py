@@ -90,12 +90,15 @@ class Mutator:
 
 
 def without_twins(schedule: Schedule) -> Schedule:
-    """Return a schedule in which nothing is there twice, and no path is changed twice."""
+    """Return a schedule in which nothing is there twice, and of each robot or demand one thing is changed at most.
+
+    Two changes of a robot, such as a small battery and a low speed, may be too much where each alone can be borne.
+    """
     found: dict[str, Thing] = {}
-    paths: dict[str, None] = {}
+    parts: dict[tuple[str, ...], None] = {}
     for thing in schedule:
-        changed = [*thing.said.get("change", ())]
-        if not any(path in paths for path in changed):
+        changed = [tuple(path.lstrip("~").split(".")[:2]) for path in thing.said.get("change", ())]
+        if not any(part in parts for part in changed):
             found.setdefault(thing.key, thing)
-            paths |= dict.fromkeys(changed)
+            parts |= dict.fromkeys(changed)
     return tuple(found.values())

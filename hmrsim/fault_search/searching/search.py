@@ -1,9 +1,9 @@
 """The search for schedules that break a controller.
 
 Earlier failures come first, then the run without faults, then one thing of each kind, so that each kind has its turn
-in few runs; then each single thing at each moment, and meanwhile schedules that the guide proposes: pairs, and what
-follows from them. Which schedules are run depends on the seed and on the
-outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
+in few runs, and a fault of each kind that holds from the start; then each single thing at each moment, and meanwhile
+schedules that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the seed and on
+the outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
@@ -92,8 +92,7 @@ class Search:
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
         singles = menu.singles(nominal.moments, self._rng)
-        firsts = {thing.kind: thing for thing in reversed(singles)}
-        self._turns = iter([thing for thing in singles if thing is firsts[thing.kind]])
+        self._turns = iter([*_of_each_kind(singles), *_of_each_kind(thing for thing in singles if thing.at_start)])
         self._singles = iter(singles)
         self._untried = dict.fromkeys(thing.key for thing in singles)
         self.tried.singles = self.tried.singles_left = len(self._untried)
@@ -228,3 +227,11 @@ class Search:
         """Return whether a schedule has all of one that is known to fail."""
         things = frozenset(schedule)
         return any(things.issuperset(known) for known in self._known)
+
+
+def _of_each_kind(things: Iterable[Thing]) -> list[Thing]:
+    """Return the first thing of each kind, in order."""
+    firsts: dict[str, Thing] = {}
+    for thing in things:
+        firsts.setdefault(thing.kind, thing)
+    return [*firsts.values()]

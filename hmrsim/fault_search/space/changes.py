@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.components.battery import BatterySettings
+from hmrsim.fault_search.space.energy import battery_of
 
 if TYPE_CHECKING:
+    from hmrsim.components.battery import BatterySettings
     from hmrsim.world.model import World
 
 _SLOW: Final = 0.3
@@ -16,6 +17,8 @@ _QUICK: Final = 1e4
 """Times its speed with which a robot's goals end almost at once."""
 _SMALL: Final = 0.5
 """Share of its capacity that a small battery has."""
+_HARDLY: Final = 0.95
+"""A share from which on a change is not worth a run."""
 _BURST: Final = 0.01
 """Seconds between the orders of a burst."""
 _INSTANT: Final = 1e-9
@@ -23,27 +26,30 @@ _INSTANT: Final = 1e-9
 
 KINDS: Final[Mapping[str, str]] = {
     "speed": "robots that are slow, or so quick that their goals end almost at once",
-    "capacity": "batteries with half of their capacity",
+    "capacity": "batteries with half of their capacity, or as much more as the mission needs",
     "arrives": "orders that come in a burst",
     "absent": "no orders at all",
 }
 """The kinds of changes, each with what it is."""
 
 
-def changes_of(world: World, robots: Sequence[str]) -> Iterator[dict[str, Any]]:
+def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) -> Iterator[dict[str, Any]]:
     """Yield the changes that can be tried, in plain values.
 
     Args:
         world: The world.
         robots: The robots that the controller uses.
+        needs: The share of its battery's capacity that each robot needs from one charge to the next.
     """
     for name in robots:
-        kind = world.robot_type(world.robots[name])
-        speed = world.speed(kind.base)
-        for factor in (_SLOW, _QUICK):
-            yield _change(f"robots.{_quoted(name)}.base.speed", speed * factor)
-        if kind.components.get("battery") is not None:
-            yield from _small_battery(name, kind.components["battery"])
+        speed, battery = world.speed(world.robot_type(world.robots[name]).base), battery_of(world, name)
+        # One that is slow uses its battery for longer, up to as much as the speed is less.
+        least = 0.0 if battery is None else needs.get(name, 0.0) / _share(battery)
+        slow = max(_SLOW, least)
+        for factor in (slow, _QUICK) if slow < _HARDLY else (_QUICK,):
+            yield _change(f"robots.{_quoted(name)}.base.speed", _plain(speed * factor))
+        if battery is not None and max(_SMALL, least) < _HARDLY:
+            yield _small_battery(name, battery, max(_SMALL, least))
     for i, demand in enumerate(world.demand):
         yield _change(f"demand.{i}.arrives", _BURST)
         if demand.count is not None and demand.count > 1:
@@ -51,13 +57,22 @@ def changes_of(world: World, robots: Sequence[str]) -> Iterator[dict[str, Any]]:
         yield {"change": {f"~demand.{i}": None}}
 
 
-def _small_battery(name: str, settings: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    battery = BatterySettings.model_validate(settings)
+def _share(battery: BatterySettings) -> float:
+    """Return the share of its capacity that a battery has at the start; of an empty one that after it is charged."""
+    return battery.initial_charge / battery.capacity if battery.initial_charge else 1.0
+
+
+def _small_battery(name: str, battery: BatterySettings, factor: float) -> dict[str, Any]:
     path = f"robots.{_quoted(name)}.components.battery"
-    change: dict[str, Any] = {f"{path}.capacity": battery.capacity * _SMALL}
+    change: dict[str, Any] = {f"{path}.capacity": _plain(battery.capacity * factor)}
     if battery.initial_charge is not None:
-        change[f"{path}.initial_charge"] = battery.initial_charge * _SMALL
-    yield {"change": change}
+        change[f"{path}.initial_charge"] = min(change[f"{path}.capacity"], _plain(battery.initial_charge * factor))
+    return {"change": change}
+
+
+def _plain(number: float) -> float:
+    """Return a number with few digits."""
+    return float(f"{number:.4g}")
 
 
 def _change(path: str, value: Any) -> dict[str, Any]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
-from hmrsim.components.battery import BatterySettings
+from hmrsim.fault_search.space.energy import battery_of
 from hmrsim.faults import SUBJECTS, Spell
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import read_fault
@@ -17,14 +18,23 @@ if TYPE_CHECKING:
     from hmrsim.faults import AnyFault
     from hmrsim.world.model import World
 
+_ABOVE: Final = 1.5
+"""How much more than what is low a battery has that falls to a little above that."""
+_PIXELS: Final = 80.0
+"""Pixels that stand for a meter, as for deliveries."""
+_NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
 
-def faults_of(world: World, moments: Sequence[Moment], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
+
+def faults_of(
+    world: World, moments: Sequence[Moment], durations: Sequence[float], needs: Mapping[str, float] = _NOTHING
+) -> Iterator[dict[str, Any]]:
     """Yield the faults that can happen in a world, without the time at which they begin.
 
     Args:
         world: The world.
         moments: What happens in a run without faults: which robots are asked for what.
         durations: Seconds that those last that last.
+        needs: The share of its battery's capacity that each robot needs from one charge to the next.
     """
     asked: dict[str, dict[str, None]] = {}
     for moment in moments:
@@ -32,7 +42,7 @@ def faults_of(world: World, moments: Sequence[Moment], durations: Sequence[float
             asked.setdefault(moment.robot, {})[moment.action] = None
     for kind in faults().values():
         for subject in _subjects_of(kind, world, asked):
-            for said in _variants(kind, subject, world, asked):
+            for said in _variants(kind, subject, world, asked, needs):
                 for lasting in _lasting(kind, said, durations):
                     if isinstance(read_fault(kind.name, {k: v for k, v in lasting.items() if k != "type"}), tuple):
                         yield lasting
@@ -60,18 +70,23 @@ def _notices(kind: AnyFault, carried: Mapping[str, Any]) -> bool:
 
 
 def _variants(
-    kind: AnyFault, subject: dict[str, Any], world: World, asked: Mapping[str, Mapping[str, None]]
+    kind: AnyFault,
+    subject: dict[str, Any],
+    world: World,
+    asked: Mapping[str, Mapping[str, None]],
+    needs: Mapping[str, float],
 ) -> Iterator[dict[str, Any]]:
     """Yield what a fault of a kind says of a subject: each action that it is asked for, and how strong it is."""
     fields = kind.settings.model_fields
-    required = {name for name, field in fields.items() if field.is_required()} - {*subject}
+    # What a kind's example sets makes it do something; with its defaults alone it may do nothing.
+    strengths = {name for name, field in fields.items() if field.is_required() or name in kind.example} - {*subject}
     said: dict[str, Any] = {"type": kind.name, **subject}
-    for name in sorted(required):
-        said[name] = _strength(kind, name, subject, world)
+    for name in sorted(strengths):
+        said[name] = _strength(kind, name, world)
     if "count" in fields:
         said["count"] = 1
     if "action" not in fields:
-        yield said
+        yield from _charges(said, world, needs) if "share" in strengths and "robot" in subject else (said,)
         return
     for action in asked.get(subject.get("robot", ""), {}):
         if actions()[action].of_world:
@@ -83,12 +98,25 @@ def _variants(
             yield from ({**said, "action": action, "error_code": code} for code in error_codes(actions()[action]))
 
 
-def _strength(kind: AnyFault, name: str, subject: Mapping[str, Any], world: World) -> Any:
-    """Return the value of a field that has to be given: that of the kind's example, or what is low for a battery."""
-    if name == "share" and "robot" in subject:
-        carried = world.robot_type(world.robots[subject["robot"]]).components
-        return BatterySettings.model_validate(carried.get("battery") or {}).low
-    return kind.example.get(name)
+def _strength(kind: AnyFault, name: str, world: World) -> Any:
+    """Return the value of a field: that of the kind's example, which gives lengths in meters."""
+    value, extra = kind.example.get(name), kind.settings.model_fields[name].json_schema_extra
+    is_length = isinstance(extra, dict) and extra.get("unit") == "m"
+    return value * _PIXELS if is_length and world.units == "px" and isinstance(value, (int, float)) else value
+
+
+def _charges(said: Mapping[str, Any], world: World, needs: Mapping[str, float]) -> Iterator[dict[str, Any]]:
+    """Yield the fall of a battery to each share: to what is low, and to enough to set out but not to come far.
+
+    Not to what is critical: then a robot may have too little to reach a charger, whatever its controller does. Where
+    there is no charger, it keeps what it needs for the whole mission.
+    """
+    battery = battery_of(world, said["robot"])
+    low = battery.low if battery is not None else 0.0
+    least = 0.0 if any(dock.charges for dock in world.docks.values()) else needs.get(said["robot"], 0.0)
+    for share in dict.fromkeys(max(each, least) for each in (low, low * _ABOVE)):
+        if 0.0 < share < 1.0:
+            yield {**said, "share": round(share, 6)}
 
 
 def _lasting(kind: AnyFault, said: dict[str, Any], durations: Sequence[float]) -> Iterator[dict[str, Any]]:

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.fault_search.schedules.thing import CHANGE, Thing
+from hmrsim.fault_search.schedules.thing import CHANGE, FAULT, Thing
 from hmrsim.fault_search.space.changes import changes_of
 from hmrsim.fault_search.space.disturbances import disturbances_of
+from hmrsim.fault_search.space.energy import needs_of
 from hmrsim.fault_search.space.faults import faults_of
 from hmrsim.fault_search.space.model import OPT_IN
 
@@ -28,6 +29,8 @@ _OWN: Final = 0.75
 """How often something happens to the robot of a moment, rather than to a lane, a door or the controller."""
 _CHANGES: Final = 0.1
 """How often the world is changed, rather than something begins at a moment."""
+_STARTS: Final = 0.05
+"""How often a fault holds from the start, rather than begins at a moment."""
 _CODE: Final = 0.1
 """How often a goal is aborted with one particular error code, beside 1."""
 
@@ -69,9 +72,21 @@ class Entry:
         step = len(anchors) / _FEW
         return [anchors[math.floor(i * step)] for i in range(_FEW)]
 
+    @property
+    def starts(self) -> bool:
+        """Whether it is also tried from the start of a run, before the controller has asked for anything: a fault is.
+
+        The many error codes are not: the first goal is aborted with each of them as well when it begins.
+        """
+        return self.anchored and self.thing.family == FAULT and "error_code" not in self.thing.said
+
     def at(self, anchor: Mapping[str, Any]) -> Thing:
         """Return it as it begins at an anchor."""
         return self.thing.replaced(when=dict(anchor))
+
+    def at_start(self) -> Thing:
+        """Return it as it holds when a run begins."""
+        return self.thing.replaced(at=0.0)
 
 
 def _anchors(moment: Moment, moments: Sequence[Moment]) -> Iterator[dict[str, Any]]:
@@ -93,19 +108,23 @@ class Menu:
         world: The world, without a schedule.
         space: What the check says of it.
         moments: What happens in a run without faults.
+        drawn: Which share of its battery's capacity each robot uses in it without charging.
 
     Attributes:
         entries: What can happen; the order means nothing.
     """
 
-    def __init__(self, world: World, space: Space, moments: Sequence[Moment]) -> None:
+    def __init__(
+        self, world: World, space: Space, moments: Sequence[Moment], drawn: Mapping[str, float] | None = None
+    ) -> None:
         self._world, self._space, self._robots = world, space, world.robots
+        self._needs = needs_of(world, drawn or {})
         asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
         said: list[dict[str, Any]] = []
         if "faults" in space.families:
-            said += faults_of(world, moments, space.durations)
+            said += faults_of(world, moments, space.durations, self._needs)
         if "changes" in space.families:
-            said += changes_of(world, asked)
+            said += changes_of(world, asked, self._needs)
         if "disturbances" in space.families:
             said += disturbances_of(space.durations)
         things = [thing for thing in map(Thing, said) if self._allowed(thing)]
@@ -153,6 +172,7 @@ class Menu:
         for entry in self.entries:
             anchors = entry.moments_in(moments)
             things = [entry.at(anchor) for anchor in anchors] if entry.anchored else [entry.thing]
+            things += [entry.at_start()] if entry.starts else []
             rng.shuffle(things)
             ranked += [(rank / entry.weight, rng.random(), thing) for rank, thing in enumerate(things)]
         ranked.sort(key=lambda each: each[:2])
@@ -167,7 +187,7 @@ class Menu:
         new = [moment for moment in moments if moment.goal and (moment.robot, moment.action) not in self._asked]
         if new and "faults" in self._space.families:
             self._asked |= dict.fromkeys((moment.robot, moment.action) for moment in new)
-            self._add(faults_of(self._world, new, self._space.durations))
+            self._add(faults_of(self._world, new, self._space.durations, self._needs))
 
     def any(self, moments: Sequence[Moment], rng: random.Random) -> Thing | None:
         """Return something at some moment, by the weights; rather something that happens to the robot of that moment.
@@ -185,7 +205,10 @@ class Menu:
         entries = own if own and (not others or rng.random() < _OWN) else others
         if not entries:
             return _chosen(changes, rng).thing if changes else None
-        return _chosen(entries, rng).at(rng.choice([*_anchors(moment, moments)]))
+        entry = _chosen(entries, rng)
+        if entry.starts and rng.random() < _STARTS:
+            return entry.at_start()
+        return entry.at(rng.choice([*_anchors(moment, moments)]))
 
 
 def _chosen(entries: Sequence[Entry], rng: random.Random) -> Entry:

@@ -29,9 +29,23 @@ def world():
     return world_of(dict(WORLD), "world")
 
 
-def menu(world, **space):
+def menu(world, drawn=None, **space):
     """Return the menu of a world."""
-    return Menu(world, Space.model_validate(space), MOMENTS)
+    return Menu(world, Space.model_validate(space), MOMENTS, drawn)
+
+
+def powered(units="m", docks=None, **battery):
+    """Return the world of porters, who have batteries."""
+    components = {"claw": {}, "battery": {"capacity": 100.0, **battery}}
+    robots = {name: {**robot, "components": components} for name, robot in WORLD["robots"].items()}
+    return world_of({**WORLD, "robots": robots, "units": units, "docks": docks or {}}, "world")
+
+
+def changed(world, drawn):
+    """Return the values to which a menu changes something of the porter, by the last step of their paths."""
+    entries = menu(world, {"porter": drawn}, families=["changes"]).entries
+    said = [entry.thing.said["change"] for entry in entries]
+    return sorted((path.rpartition(".")[2], value) for each in said for path, value in each.items())
 
 
 def test_only_robots_that_are_asked_for_something_have_faults(world):
@@ -89,10 +103,64 @@ def test_single_things_come_each_once_before_any_comes_again(world):
     """So that a short search has tried everything, and a longer one at each moment; a change has no moment."""
     whole = menu(world)
     singles = whole.singles(MOMENTS, random.Random(1))
-    first = [Entry(thing, 1.0).thing.replaced(when=None).key for thing in singles[: len(whole.entries)]]
+    first = [Entry(thing, 1.0).thing.replaced(when=None, at=None).key for thing in singles[: len(whole.entries)]]
 
     assert len(set(first)) == len(whole.entries)
-    assert len(singles) == sum(len(entry.moments_in(MOMENTS)) or 1 for entry in whole.entries)
+    assert len(singles) == sum((len(entry.moments_in(MOMENTS)) or 1) + entry.starts for entry in whole.entries)
+
+
+def test_each_fault_is_tried_from_the_start_once(world):
+    """A controller may look at the start, and never again; the many error codes of a goal are left out."""
+    singles = menu(world).singles(MOMENTS, random.Random(1))
+    starts = [thing for thing in singles if thing.at_start]
+
+    assert {thing.kind for thing in starts} == {thing.kind for thing in singles if thing.family == "type"}
+    assert len({thing.key for thing in starts}) == len(starts) < len(singles) / 5
+    assert not any("error_code" in thing.said for thing in starts)
+
+
+def test_some_of_several_things_hold_from_the_start(world):
+    """A few of them, of faults alone."""
+    whole, rng = menu(world), random.Random(1)
+    drawn = [whole.any(MOMENTS, rng) for _ in range(1000)]
+
+    assert 10 < sum(thing.at_start for thing in drawn) < 100
+
+
+@pytest.mark.parametrize(("units", "far"), [("m", 0.5), ("px", 40.0)])
+def test_the_localization_jumps_by_some_distance(units, far):
+    """With the defaults of its settings it would be off by nothing."""
+    (said,) = [entry.thing.said for entry in menu(powered(units), only=["localisation_jump"], durations=[5.0]).entries]
+
+    assert said["dx"] == far
+
+
+CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
+
+
+@pytest.mark.parametrize(
+    ("docks", "drawn", "shares"),
+    [(CHARGER, 0.6, [0.2, 0.3]), ({}, 0.1, [0.2, 0.3]), ({}, 0.4, [0.6]), ({}, 0.8, [])],
+)
+def test_a_battery_falls_to_what_a_controller_can_bear(docks, drawn, shares):
+    """To what is low and a little above; without a charger it keeps half as much more as the mission needs."""
+    entries = menu(powered(docks=docks), {"porter": drawn}, only=["battery_drop"]).entries
+
+    assert [entry.thing.said["share"] for entry in entries] == shares
+
+
+@pytest.mark.parametrize(
+    ("drawn", "battery", "expected"),
+    [
+        (0.1, {}, [("capacity", 50.0), ("speed", 0.3), ("speed", 1e4)]),
+        (0.4, {}, [("capacity", 60.0), ("speed", 0.6), ("speed", 1e4)]),
+        (0.7, {}, [("speed", 1e4)]),
+        (0.2, {"initial_charge": 50.0}, [("capacity", 60.0), ("initial_charge", 30.0), ("speed", 0.6), ("speed", 1e4)]),
+    ],
+)
+def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(drawn, battery, expected):
+    """Where it needs most of a battery, a smaller one says nothing about the controller."""
+    assert changed(powered(**battery), drawn) == expected
 
 
 def test_a_weight_has_a_kind_tried_more_often(world):

@@ -14,6 +14,7 @@ from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.fault_search.searching.campaign import Campaign, Options
+from hmrsim.fault_search.searching.mutation import without_twins
 from hmrsim.fault_search.searching.search import BATCH, Search
 from hmrsim.fault_search.space.menu import Menu
 from tests.porters import check_of, searched
@@ -295,6 +296,42 @@ def test_each_kind_of_thing_has_its_turn_first():
 
     assert dict.fromkeys(kinds, 1) == dict(search.tried.kinds)
     assert search.tried.singles_left == search.tried.singles - len(kinds)
+
+
+def test_then_a_fault_of_each_kind_holds_from_the_start():
+    """A controller may look at something when it starts, and never again."""
+    check = check_of("careful", space={"families": ["faults"]})
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        menu = Menu(check.world, check.file.space, nominal.moments)
+        kinds = {entry.thing.kind for entry in menu.entries}
+        tried = []
+        evaluator.stream = lambda cases, until, whole=evaluator.stream: tried.extend(cases) or whole(cases, until)
+        search = Search(check, evaluator, menu, nominal)
+        search.next(BATCH)
+
+    started = {thing.kind for case in tried for thing in case.schedule if thing.at_start}
+    assert kinds == started
+    assert not any(search.tried.kinds[kind] > search.tried.begun[kind] for kind in ("breakdown", "lane_closed"))
+
+
+@pytest.mark.parametrize("initial", [100.0, 50.0])
+def test_a_run_without_faults_says_how_much_of_a_battery_is_used(initial):
+    """The porter drives for 40 s; the other robot stands."""
+    battery = {"capacity": 100.0, "initial_charge": initial, "drain": {"moving": 1.0, "still": 0.0}}
+    check = check_of("careful", overlay={"robots.*.components.battery": battery})
+
+    drawn = dict(run_case(check, Case()).drawn)
+
+    assert drawn == {"porter": pytest.approx(0.4), "other": 0.0}
+
+
+def test_two_changes_of_one_robot_are_not_tried_together():
+    """Each may be borne alone, and both may be too much."""
+    slow, small = ({"change": {f"robots.eve.{path}": 1.0}} for path in ("base.speed", "components.battery.capacity"))
+    other = {"change": {"robots.wall_e.base.speed": 1.0}}
+
+    assert without_twins(tuple(map(Thing, (slow, small, other)))) == (Thing(slow), Thing(other))
 
 
 def test_nothing_is_run_when_time_is_over():

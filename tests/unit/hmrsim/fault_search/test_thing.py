@@ -31,6 +31,11 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
             "the next drive of eve is rejected, when pickup of eve is executing",
         ),
         ({"type": "lane_closed", "lane": ["a", "b"], "at": 3.0}, "lane_closed of a-b, at 3 s"),
+        (
+            {"type": "door_jammed", "door": "gate", "at": 0.0, "duration": 5.0},
+            "door_jammed of gate for 5 s, from the start",
+        ),
+        ({"type": "goals_rejected", "count": 1, **GOAL_OF_EVE, "at": 0.0}, "the 1st pickup of eve is rejected"),
         ({"change": {"robots.eve.base.speed": 0.2}}, "robots.eve.base.speed = 0.2"),
         ({"change": {"~docks.charger": None}}, "without docks.charger"),
         (
