@@ -31,6 +31,8 @@ _CHANGES: Final = 0.1
 """How often the world is changed, rather than something begins at a moment."""
 _STARTS: Final = 0.05
 """How often a fault holds from the start, rather than begins at a moment."""
+_UNREACHABLE: Final = "messages_lost"
+"""The fault by which a robot can't be reached."""
 _CODE: Final = 0.1
 """How often a goal is aborted with one particular error code, beside 1."""
 
@@ -76,9 +78,12 @@ class Entry:
     def starts(self) -> bool:
         """Whether it is also tried from the start of a run, before the controller has asked for anything: a fault is.
 
-        The many error codes are not: the first goal is aborted with each of them as well when it begins.
+        The many error codes are not: the first goal is aborted with each of them as well when it begins. Nor is a robot
+        out of reach: a controller whose robot is not there, such as a tree, does not begin its mission.
         """
-        return self.anchored and self.thing.family == FAULT and "error_code" not in self.thing.said
+        thing = self.thing
+        own = thing.kind != _UNREACHABLE and "error_code" not in thing.said
+        return self.anchored and thing.family == FAULT and own
 
     def at(self, anchor: Mapping[str, Any]) -> Thing:
         """Return it as it begins at an anchor."""
