@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
@@ -17,6 +18,7 @@ from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.story import LONG, events_of
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.fault_search.schedules.case import Case
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.run import RunSettings
@@ -24,6 +26,7 @@ from hmrsim.settings.run import RunSettings
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.file.reading import Repro
     from hmrsim.fault_search.running.outcome import Outcome
 
@@ -42,7 +45,7 @@ def repeat(args: argparse.Namespace) -> int:
         if args.record:
             further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
             wanted = Wanted(trace=True, story=True, further=further)
-        outcome = run_case(repro.check, repro.case, wanted)
+        outcome = run_case(_compared(repro.check), repro.case, wanted)
     if outcome.ending == ERROR:
         raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
     if args.json:
@@ -52,6 +55,14 @@ def repeat(args: argparse.Namespace) -> int:
         if _same_trace(repro, outcome) is False:
             show(difference_from("", outcome.trace, _trace_of, args.repro, args.folder))
     return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _compared(check: Check) -> Check:
+    """Return a check that knows its run without faults, which is made for that, if a property compares runs with it."""
+    if not check.compares:
+        return check
+    nominal = run_case(check, Case())
+    return replace(check, reference=nominal.items if nominal.ending == "succeeded" else None)
 
 
 def _trace_of(path: Path, folder: Path | None) -> str:

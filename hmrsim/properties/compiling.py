@@ -13,13 +13,15 @@ from hmrsim.properties.conditions.expressions import prepare
 from hmrsim.properties.conditions.wording import describe
 from hmrsim.properties.model import operators as said
 from hmrsim.properties.model import patterns as pattern
-from hmrsim.properties.model.conditions import BatteryCondition
+from hmrsim.properties.model.conditions import BatteryCondition, ItemsCondition
 from hmrsim.properties.model.formulas import Formula
 from hmrsim.properties.model.part import EACH, walk
 from hmrsim.properties.operators.coming import Coming, Happening
 from hmrsim.properties.operators.each import Each
 from hmrsim.properties.operators.formulas import Following, in_words
 from hmrsim.properties.operators.holding import Holding
+from hmrsim.properties.operators.incomparable import Incomparable
+from hmrsim.properties.operators.reporting import Reporting
 from hmrsim.properties.operators.whenever import Whenever
 from hmrsim.properties.patterns import orders
 from hmrsim.properties.patterns.avoidance import AvoidedAfter, Counted, HeldUntil
@@ -70,6 +72,11 @@ def watchers_of(properties: Properties, observations: Observations, tell: Tell) 
     return [_watcher(name, part, observations, tell) for name, part in properties.properties.items()]
 
 
+def compares(part: BaseModel) -> bool:
+    """Return whether a property, or a file of them, compares a run with the one without faults."""
+    return any(isinstance(each, ItemsCondition) for _, each in walk(part))
+
+
 def robots_of(part: BaseModel, world: World) -> list[str]:
     """Return the robots that a property about each robot is about."""
     powered = any(isinstance(each, BatteryCondition) and each.battery == EACH for _, each in walk(part))
@@ -78,6 +85,8 @@ def robots_of(part: BaseModel, world: World) -> list[str]:
 
 
 def _watcher(name: str, part: BaseModel, observations: Observations, tell: Tell) -> Watcher:
+    if observations.reference is None and compares(part):
+        return Incomparable(name, tell)
     if not speaks_of_each(part):
         return _made(_Making(name, part, part, _subject(part), observations, tell))
 
@@ -118,6 +127,11 @@ def _never(making: _Making, field: str = "never") -> Watcher:
 def _eventually(making: _Making) -> Watcher:
     words = describe(making.whole.eventually)
     return Coming(*making.whom, making.part.eventually, words, *making.what, within=making.part.within)
+
+
+def _reports(making: _Making) -> Watcher:
+    part, words = making.part, describe(making.whole.then)
+    return Reporting(*making.whom, part.reports, part.then, words, *making.what)
 
 
 def _sometimes(making: _Making) -> Watcher:
@@ -210,6 +224,7 @@ _KINDS: Final[Mapping[type, Callable[[_Making], Watcher]]] = MappingProxyType(
         said.Eventually: _eventually,
         said.Sometimes: _sometimes,
         said.Whenever: _whenever,
+        said.Reports: _reports,
         Formula: _formula,
         pattern.Visit: _visits("visit", orders.AnyOrder, in_sequence=False),
         pattern.SequencedVisit: _visits("sequenced_visit", orders.AnyOrder, in_sequence=True),

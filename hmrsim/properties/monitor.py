@@ -17,6 +17,7 @@ from hmrsim.report.occurrence import SceneSeen
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
+    from hmrsim.properties.reference import Reference
     from hmrsim.properties.results import Ended, Verdict, Violation
     from hmrsim.properties.watcher import Watcher
     from hmrsim.report.occurrence import Occurrence
@@ -29,6 +30,7 @@ class Monitor:
     Args:
         properties: What has to hold, as `hmrsim.properties.read_properties` returns it.
         world: The world that is run.
+        reference: The items at the end of the run without faults; None if there is none to compare with.
 
     Attributes:
         violations: What was violated, in order of time.
@@ -36,11 +38,11 @@ class Monitor:
         observations: The state of the world, as far as properties speak of it.
     """
 
-    def __init__(self, properties: Properties, world: World) -> None:
+    def __init__(self, properties: Properties, world: World, reference: Reference | None = None) -> None:
         self.violations: list[Violation] = []
         self.timeline = Timeline()
         self._told: Callable[[Violation], object] = lambda _violation: None
-        self.observations = Observations(world, self.timeline)
+        self.observations = Observations(world, self.timeline, reference)
         self._built_in = built_in(properties.built_in, world, self.timeline, self._tell)
         self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._tell), *self._built_in]
         self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_faults
+from hmrsim.properties.compiling import compares
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import BaseWorld, world_of
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Thing
     from hmrsim.properties import Properties
+    from hmrsim.properties.reference import Reference
     from hmrsim.world.model import World
     from hmrsim.world.overlays.overlay import Overlay
 
@@ -43,6 +45,7 @@ class Check:
         source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
         properties: The properties that have to hold.
         limit: Seconds of simulated time by which the controller has to end.
+        reference: The items at the end of the run without faults, once that was made and if a property needs them.
         warnings: What can be checked but says nothing, such as a property of what can't happen in this world.
     """
 
@@ -52,6 +55,7 @@ class Check:
     source: str | None
     properties: Properties
     limit: float
+    reference: Reference | None = None
     warnings: tuple[Problem, ...] = ()
     _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
 
@@ -85,6 +89,11 @@ class Check:
             return treatment.name
         return re.split(r"\W", treatment.python.rpartition(":")[2])[0] or treatment.name
 
+    @property
+    def compares(self) -> bool:
+        """Whether a property compares runs with the one without faults."""
+        return compares(self.properties)
+
     @cached_property
     def named(self) -> frozenset[str]:
         """All words in its properties: the names of what they speak of are among them."""
@@ -95,7 +104,7 @@ class Check:
         """SHA-256 of what decides the outcome of a run, beside its case."""
         said = self.file.model_dump(mode="json", exclude={"budget", "space", "seed", "name", "properties"})
         properties = self.properties.model_dump(mode="json", by_alias=True)
-        text = json.dumps([said, properties, self.limit, str(self.folder)], sort_keys=True, default=str)
+        text = json.dumps([said, properties, self.limit, str(self.folder), self.reference], sort_keys=True, default=str)
         return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.moment import Moment
     from hmrsim.properties import Verdict, Violation
+    from hmrsim.properties.reference import Reference
 
 
 NOT_RUN: Final = "not_run"
@@ -50,6 +51,7 @@ class Outcome:
         story: Its events in words, if they were asked for: time in seconds, text.
         output: The last lines that a command has printed.
         coverage: What of the tree was ticked, in few bytes; empty if that is nothing new to its worker.
+        items: Of a run without a schedule, if it is to be compared with: where the items are at its end.
         drawn: Of a run without a schedule: which share of its battery's capacity each robot has used at most without
             charging.
     """
@@ -69,6 +71,7 @@ class Outcome:
     output: str = ""
     coverage: bytes = b""
     drawn: tuple[tuple[str, float], ...] = ()
+    items: Reference | None = None
 
     @property
     def failure(self) -> Failure | None:

@@ -31,7 +31,9 @@ from hmrsim.fault_search.running.outcome import Outcome
 from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
 from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
+from hmrsim.properties.reference import reference_of
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.late import LateTrace
 from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh.hosting.host import Host
@@ -109,7 +111,7 @@ def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
     Raises:
         WorldError: The case can't be made.
     """
-    monitor = Monitor(check.properties, check.world_of(case))
+    monitor = Monitor(check.properties, check.world_of(case), check.reference)
     monitor.end(0, Ended(ending, cause))
     return Outcome(ending, cause, 0.0, tuple(monitor.violations), tuple(monitor.verdicts()))
 
@@ -121,9 +123,10 @@ class _Run:
         self._check, self._case, self._wanted = check, case, wanted
         self._world = check.world_of(case)
         self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
-        self._monitor = Monitor(_applicable(check.properties, case), self._world)
+        self._monitor = Monitor(_applicable(check.properties, case), self._world, check.reference)
         self._observer = Observer(story=wanted.story)
         self._drawn: Drawn | None = None
+        self._simulator: Simulator | None = None
         self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
         self._disturber = Disturber(
@@ -137,6 +140,7 @@ class _Run:
         """Make the run; return what came of it."""
         in_process = self._check.treatment.in_process
         ending, cause, now = self._in_process() if in_process else self._as_command()
+        compared = self._simulator if self._check.compares and not self._case.schedule else None
         self._monitor.end(now, Ended(ending, cause))
         observer, coverage = self._observer, self._coverage
         return Outcome(
@@ -154,6 +158,7 @@ class _Run:
             output=self._output,
             coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
             drawn=self._drawn.at_the_end() if self._drawn else (),
+            items=reference_of(scene(compared)) if compared else None,
         )
 
     def _in_process(self) -> tuple[str, str, int]:
@@ -189,6 +194,7 @@ class _Run:
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
         """Return the sinks of the run, in the order in which they are told."""
+        self._simulator = simulator
         killed = any(each.disturbance in _KILLING for each in self._disturber.disturbances)
         monitors = ExcusingSink if killed else MonitorSink
         own: list[Sink] = [monitors(simulator, self._monitor, self._note), self._observer]

@@ -37,10 +37,15 @@ _MAX_RESERVE: Final = 10.0
 
 
 def limited(check: Check, nominal: Outcome) -> Check:
-    """Return a check whose runs may take ten times what the run without faults has taken, if it sets no limit."""
-    if check.file.limits.simulated is not None or nominal.ending not in {"succeeded", "failed"}:
-        return check
-    return replace(check, limit=round(nominal.at * _LONGER + _MORE, 3), _worlds={})
+    """Return a check that knows its run without faults.
+
+    Its runs may take ten times what that has taken, if it sets no limit, and are compared with it if it has succeeded.
+    """
+    reference = nominal.items if nominal.ending == "succeeded" else None
+    limit = check.limit
+    if check.file.limits.simulated is None and nominal.ending in {"succeeded", "failed"}:
+        limit = round(nominal.at * _LONGER + _MORE, 3)
+    return replace(check, limit=limit, reference=reference, _worlds={})
 
 
 def no_search(nominal: Outcome) -> str:

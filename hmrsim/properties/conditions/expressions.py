@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.events import EventPattern
@@ -13,6 +13,7 @@ from hmrsim.properties.model.conditions import (
     DoorCondition,
     FaultCondition,
     ItemCondition,
+    ItemsCondition,
     LaneCondition,
     Not,
     OrderCondition,
@@ -20,6 +21,7 @@ from hmrsim.properties.model.conditions import (
 )
 from hmrsim.properties.model.part import walk
 from hmrsim.properties.model.patterns import PatrollingPattern, VisitPattern
+from hmrsim.properties.observing.signal import HOLDS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -59,6 +61,8 @@ class Expression:
                 return self._robot(robot, at, state)
             case ItemCondition():
                 return self._item(condition)
+            case ItemsCondition():
+                return self._items()
         return self._thing(condition)
 
     def _combined(self, condition: AllOf | AnyOf | Not) -> Value:
@@ -107,9 +111,28 @@ class Expression:
             said.append(self._of(items.carried(item, condition.carried_by)))
         return _least(said)
 
+    def _items(self) -> Value:
+        """Return whether all items that this world has are where they were at the end of the run without faults."""
+        seen = self._observations
+        made = {spec.item or spec.name for spec in seen.world.demand}
+        ends = (seen.reference or {}).items()
+        there = [(name, end) for name, end in ends if name in seen.world.items or name.rpartition("_")[0] in made]
+        return _least([self._of(seen.items.as_in(name, end)) for name, end in there] or [lambda: HOLDS])
+
     def _of(self, signal: Signal) -> Value:
         self.signals.append(signal)
         return lambda: signal.value
+
+
+_FOLLOWED: Final[Mapping[type, str]] = {
+    BatteryCondition: "batteries",
+    DoorCondition: "doors",
+    FaultCondition: "faults",
+    ItemsCondition: "items",
+    LaneCondition: "lanes",
+    OrderCondition: "orders",
+}
+"""Which part of the observations a condition needs."""
 
 
 def prepare(whole: BaseModel, observations: Observations) -> None:
@@ -120,18 +143,10 @@ def prepare(whole: BaseModel, observations: Observations) -> None:
                 _ = (at is None or observations.positions, state is None or observations.robots)
             case ItemCondition(at=at, carried=carried):
                 _ = (observations.items, at is None or carried is False or observations.positions)
-            case BatteryCondition():
-                _ = observations.batteries
-            case DoorCondition():
-                _ = observations.doors
-            case OrderCondition():
-                _ = observations.orders
-            case FaultCondition():
-                _ = observations.faults
-            case LaneCondition():
-                _ = observations.lanes
             case VisitPattern() | PatrollingPattern():
                 _ = observations.positions
+            case _ if type(part) in _FOLLOWED:
+                _ = getattr(observations, _FOLLOWED[type(part)])
 
 
 def _least(values: list[Value]) -> Value:

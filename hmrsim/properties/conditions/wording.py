@@ -12,6 +12,7 @@ from hmrsim.properties.model.conditions import (
     DoorCondition,
     FaultCondition,
     ItemCondition,
+    ItemsCondition,
     LaneCondition,
     Not,
     OrderCondition,
@@ -47,6 +48,8 @@ def _thing(condition: BaseModel) -> str:
             return f"{'door' if isinstance(condition, DoorCondition) else 'order'} {name} is {state}"
         case FaultCondition(fault=kind, robot=robot):
             return f"{_name(robot)} has a fault {kind}" if robot else f"there is a fault {kind}"
+        case ItemsCondition():
+            return "all items are where they are without faults"
         case LaneCondition(lane=(start, end), is_=state):
             return f"lane {start}-{end} is {state}"
     raise TypeError(condition)

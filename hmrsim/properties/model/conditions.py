@@ -109,6 +109,12 @@ class LaneCondition(Part):
     is_: Literal["closed", "open"] = Field(alias="is")
 
 
+class ItemsCondition(Part):
+    """All items are where they are at the end of the run without faults: as near as a claw reaches, or carried."""
+
+    items: Literal["as_without_faults"]
+
+
 class AllOf(Part):
     """All of some conditions hold."""
 
@@ -135,6 +141,7 @@ CONDITIONS: Final[Mapping[str, type[BaseModel]]] = MappingProxyType(
         "event": EventPattern,
         "goal": EventPattern,
         "item": ItemCondition,
+        "items": ItemsCondition,
         "battery": BatteryCondition,
         "door": DoorCondition,
         "order": OrderCondition,
@@ -179,6 +186,7 @@ Condition = Annotated[
         | Annotated[Not, Tag("<not>")]
         | Annotated[EventPattern, Tag("<event>")]
         | Annotated[ItemCondition, Tag("<item>")]
+        | Annotated[ItemsCondition, Tag("<items>")]
         | Annotated[BatteryCondition, Tag("<battery>")]
         | Annotated[DoorCondition, Tag("<door>")]
         | Annotated[OrderCondition, Tag("<order>")]

@@ -18,7 +18,7 @@ from hmrsim.properties.model.part import Identifier, Part
 if TYPE_CHECKING:
     from hmrsim.errors import Problem
 
-OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever", "formula")
+OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever", "reports", "formula")
 
 KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
     {
@@ -27,6 +27,7 @@ KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
         "eventually": by_operator.Eventually,
         "sometimes": by_operator.Sometimes,
         "whenever": by_operator.Whenever,
+        "reports": by_operator.Reports,
         "formula": Formula,
         "visit": by_pattern.Visit,
         "sequenced_visit": by_pattern.SequencedVisit,
@@ -85,6 +86,7 @@ Property = Annotated[
         | Annotated[by_operator.Eventually, Tag("<eventually>")]
         | Annotated[by_operator.Sometimes, Tag("<sometimes>")]
         | Annotated[by_operator.Whenever, Tag("<whenever>")]
+        | Annotated[by_operator.Reports, Tag("<reports>")]
         | Annotated[Formula, Tag("<formula>")]
         | Annotated[by_pattern.Visit, Tag("<visit>")]
         | Annotated[by_pattern.SequencedVisit, Tag("<sequenced_visit>")]

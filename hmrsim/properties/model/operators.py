@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hmrsim.properties.model.conditions import Condition
-from hmrsim.properties.model.part import Part, Seconds
+from hmrsim.properties.model.part import Identifier, Part, Seconds
 
 
 class Always(Part):
@@ -47,3 +47,16 @@ class Whenever(Part):
     whenever: Condition
     then: Condition
     within: Seconds | None = None
+
+
+class Reports(Part):
+    """If the controller reports an outcome, a condition holds then.
+
+    Attributes:
+        reports: The outcome: ``succeeded`` or ``failed`` as the controller ends, or the label that it gives to
+            ``end_run``.
+        then: What has to hold at that instant.
+    """
+
+    reports: Identifier
+    then: Condition

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.properties.observing.positions import Positions
     from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.properties.reference import ItemEnd
     from hmrsim.world.model import World
 
 
@@ -69,6 +70,15 @@ class Items:
             signal.say(holds=near and not known.carrier)
 
         return self._following(item, f"lies at {place}", look)
+
+    def as_in(self, item: str, end: ItemEnd) -> Signal:
+        """Return whether an item is where it was at the end of another run: it lies near there, or is carried."""
+
+        def look(known: _Item, signal: Signal) -> None:
+            near = known.at is not None and distance(known.at, end.at) <= self._radius
+            signal.say(holds=bool(known.carrier) if end.carried else near and not known.carrier)
+
+        return self._following(item, f"as in {end}", look)
 
     def at(self, item: str, place: str) -> Signal:
         """Return whether an item is at a place, where it lies or is carried."""

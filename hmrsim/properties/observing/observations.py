@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.events import EventPattern
     from hmrsim.properties.observing.signal import Signal
     from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.properties.reference import Reference
     from hmrsim.world.model import World
 
 
@@ -29,10 +30,11 @@ class Observations:
     Attributes:
         timeline: The time of the run.
         world: The world that is run.
+        reference: The items at the end of the run without faults; None if there is none to compare with.
     """
 
-    def __init__(self, world: World, timeline: Timeline) -> None:
-        self.world, self.timeline = world, timeline
+    def __init__(self, world: World, timeline: Timeline, reference: Reference | None = None) -> None:
+        self.world, self.timeline, self.reference = world, timeline, reference
         self._pulses: list[tuple[EventPattern, Signal]] = []
         timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
 

@@ -97,6 +97,19 @@ def test_a_function_is_a_participant_by_its_own_name(found):
     assert "bt_controller" not in story.read_text("utf-8")
 
 
+def test_a_failure_is_repeated_that_is_one_by_comparison(folder, capsys):
+    """The run without faults is made once more for it."""
+    then = {"reports": "succeeded", "then": {"items": "as_without_faults"}}
+    (folder / "properties.yaml").write_text(yaml.safe_dump({"properties": {"true": then}}), encoding="utf-8")
+    words = ("--properties", "properties.yaml", "--only", "goals_aborted", "--runs", "20")
+    assert check("world.yaml", "--python", "porters.py:proud", *words, *SERIAL) == 1
+    (repro,) = (folder / "porters_check" / "failures").glob("*.yaml")
+    capsys.readouterr()
+
+    assert check("--repro", str(repro)) == 1
+    assert "it fails as before: true: reported succeeded, but not: all items are" in capsys.readouterr().out
+
+
 def test_a_search_that_finds_nothing_says_what_it_did_not_reach(folder, capsys):
     """The exit code is 0."""
     code = check("world.yaml", "--python", "porters.py:careful", "--runs", "20", "-o", "results", "--json", *SERIAL)
