@@ -15,6 +15,7 @@ from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
 from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import read_repro
+from hmrsim.fault_search.results.finding import by_begin
 from hmrsim.fault_search.results.story import LONG, events_of
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.running.single import Wanted, run_case
@@ -93,8 +94,9 @@ def _said(repro: Repro, outcome: Outcome) -> dict[str, object]:
 
 
 def _tell(repro: Repro, outcome: Outcome) -> None:
-    for number, thing in enumerate(repro.case.schedule, 1):
-        show(f"{number}. {thing.describe()}")
+    schedule = repro.case.schedule
+    for number, i in enumerate(by_begin(schedule, outcome), 1):
+        show(f"{number}. {schedule[i].describe()}")
     show("")
     for at, text in events_of(outcome, LONG):
         show(f"{at:10.3f} s  {text}")

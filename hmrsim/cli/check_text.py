@@ -86,7 +86,7 @@ def _finding(number: int, finding: Finding, file: str) -> Iterator[str]:
     yield f"{number}. {finding.failure.property}: {finding.text}"
     if not finding.schedule:
         yield "   It fails without any fault."
-    for thing, outcome in zip(finding.schedule, finding.without, strict=True):
+    for thing, outcome in finding.in_order:
         yield f"   - {thing.describe()}"
         yield f"     without it {passes(outcome)}"
     if file:

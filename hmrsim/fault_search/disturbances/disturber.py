@@ -60,9 +60,9 @@ class Disturber:
         return [each.disturbance for each in self._waiting]
 
     @property
-    def missed(self) -> list[bool]:
-        """Of each disturbance in order, whether it has not happened."""
-        return [not each.happened for each in self._waiting]
+    def began(self) -> list[float | None]:
+        """When each disturbance has happened, in order and in simulated seconds; None for one that has not."""
+        return [each.happened for each in self._waiting]
 
     def watch(self, simulator: Simulator, pacing: Pacing) -> Disturber:
         """Begin to wait for events; return this sink, to be one of the simulator's."""
@@ -123,7 +123,7 @@ class Disturber:
     def _carry_out(self, waiting: _Waiting) -> None:
         if self._simulator is None or self._pacing is None:
             raise AssertionError
-        disturbance, waiting.happened = waiting.disturbance, True
+        disturbance, waiting.happened = waiting.disturbance, self._simulator.now
         self.acted.append(Acted(stamp(self._simulator.now), disturbance))
         if disturbance.disturbance == "simulation_reset":
             self._pacing.submit(CallService("reset_simulation", ResetSimulation.Request()))
@@ -142,13 +142,13 @@ class _Waiting:
 
     Attributes:
         due: When it is due, in simulated seconds, once its event has come and until then.
-        happened: Whether it has happened.
+        happened: When it has happened, in simulated seconds; None if it has not.
     """
 
     def __init__(self, disturbance: Disturbance) -> None:
         self.disturbance = disturbance
         self.due: float | None = None
-        self.happened = False
+        self.happened: float | None = None
         self._left = disturbance.when.nth
 
     def comes_with(self, event: Event) -> bool:

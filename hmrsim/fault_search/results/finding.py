@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.reducing.reducer import Reduced
     from hmrsim.fault_search.running.outcome import Failure, Outcome
     from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.fault_search.schedules.thing import Schedule
+    from hmrsim.fault_search.schedules.thing import Schedule, Thing
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,11 @@ class Finding:
         return self.reduced.without
 
     @property
+    def in_order(self) -> list[tuple[Thing, Outcome]]:
+        """The things as they began, each with what comes of the case without it: the first cause comes first."""
+        return [(self.schedule[i], self.without[i]) for i in by_begin(self.schedule, self.told)]
+
+    @property
     def text(self) -> str:
         """What was violated, as a sentence."""
         return next(
@@ -68,3 +74,9 @@ class Finding:
     def trace_hash(self) -> str:
         """SHA-256 of the trace."""
         return hashlib.sha256(self.told.trace.encode()).hexdigest() if self.told.trace else ""
+
+
+def by_begin(schedule: Schedule, outcome: Outcome) -> list[int]:
+    """Return the numbers of a schedule's things in the order in which they began in a run; last what never did."""
+    began = dict(enumerate(outcome.began))
+    return sorted(range(len(schedule)), key=lambda i: math.inf if (at := began.get(i)) is None else at)

@@ -70,9 +70,7 @@ def _controller(check: Check) -> str:
 
 
 def _shown(finding: Finding, file: str) -> _Shown:
-    things = [
-        (thing.describe(), passes(outcome)) for thing, outcome in zip(finding.schedule, finding.without, strict=True)
-    ]
+    things = [(thing.describe(), passes(outcome)) for thing, outcome in finding.in_order]
     return _Shown(finding, file, things, [_Line(at, text, _mark(text)) for at, text in events_of(finding.told)])
 
 

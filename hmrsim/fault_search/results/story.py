@@ -47,9 +47,9 @@ def _schedule(finding: Finding) -> Iterator[str]:
         yield "It fails without any fault."
         return
     yield "It fails with" + (":" if len(finding.schedule) > 1 else " one thing:")
-    for number, thing in enumerate(finding.schedule, 1):
+    for number, (thing, _) in enumerate(finding.in_order, 1):
         yield f"  {number}. {thing.describe()}"
-    for number, outcome in enumerate(finding.without, 1):
+    for number, (_, outcome) in enumerate(finding.in_order, 1):
         which = f"thing {number}" if len(finding.schedule) > 1 else "it"
         yield f"Without {which} {passes(outcome)}."
 

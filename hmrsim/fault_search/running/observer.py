@@ -31,13 +31,13 @@ class Observer:
 
     Attributes:
         moments: What a fault may be anchored to, in order.
-        begun: How many faults of the schedule have begun, by kind and subject.
+        begun: When faults have begun, in simulated seconds, by kind and subject.
         lines: The events in words, each with its time in seconds.
     """
 
     def __init__(self, *, story: bool = False) -> None:
         self.moments: list[Moment] = []
-        self.begun: Counter[tuple[str, str]] = Counter()
+        self.begun: dict[tuple[str, str], list[float]] = {}
         self.lines: list[tuple[float, str]] = []
         self._story = story
         self._features: dict[str, None] = {}
@@ -97,7 +97,7 @@ class Observer:
         if isinstance(event, (FaultBegan, FaultEnded, FaultMissed)):
             if isinstance(event, FaultBegan):
                 self._fault = event.fault
-                self.begun[event.fault, event.subject] += 1
+                self.begun.setdefault((event.fault, event.subject), []).append(at)
             return
         if isinstance(event, ParticipantEvent):
             return

@@ -44,7 +44,8 @@ class Outcome:
         verdicts: What became of each property.
         features: What it has exercised, as texts, for the guidance of the search.
         moments: What happened that a fault may be anchored to.
-        missed: The numbers of the things of its schedule that never began.
+        began: When each thing of its schedule began, in simulated seconds, in the order of the schedule; None for one
+            that never did. Changes are there from the start.
         aborts: Why goals were aborted or rejected, each reason once.
         wall: Wall seconds that it took.
         trace: The trace, if it was asked for.
@@ -63,7 +64,7 @@ class Outcome:
     verdicts: tuple[Verdict, ...] = ()
     features: tuple[str, ...] = ()
     moments: tuple[Moment, ...] = ()
-    missed: tuple[int, ...] = ()
+    began: tuple[float | None, ...] = ()
     aborts: tuple[str, ...] = ()
     wall: float = 0.0
     trace: str = ""

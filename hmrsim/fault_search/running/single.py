@@ -151,7 +151,7 @@ class _Run:
             tuple(self._monitor.verdicts()),
             (*observer.features, *(sorted(coverage.keys()) if coverage else ())),
             tuple(observer.moments),
-            self._missed(),
+            self._began(),
             aborts=observer.aborts,
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
@@ -221,20 +221,17 @@ class _Run:
             self._fatal = True
             self._end(f"{violation.property}: {violation.text}")
 
-    def _missed(self) -> tuple[int, ...]:
-        """Return the numbers of the faults and disturbances of the schedule that never began."""
-        begun = self._observer.begun.copy()
-        disturbances = iter(self._disturber.missed)
-        missed = []
-        for number, thing in enumerate(self._case.schedule):
+    def _began(self) -> tuple[float | None, ...]:
+        """Return when each thing of the schedule began; None for a fault or disturbance that never did."""
+        faults = {key: iter(times) for key, times in self._observer.begun.items()}
+        disturbances = iter(self._disturber.began)
+        began: list[float | None] = []
+        for thing in self._case.schedule:
             if thing.family == FAULT:
-                key = (thing.kind, thing.subject)
-                begun[key] -= 1
-                if begun[key] < 0:
-                    missed.append(number)
-            elif thing.family == DISTURBANCE and next(disturbances):
-                missed.append(number)
-        return tuple(missed)
+                began.append(next(faults.get((thing.kind, thing.subject), iter(())), None))
+            else:
+                began.append(next(disturbances) if thing.family == DISTURBANCE else 0.0)
+        return tuple(began)
 
 
 def _applicable(properties: Properties, case: Case) -> Properties:

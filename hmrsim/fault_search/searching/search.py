@@ -153,7 +153,7 @@ class Search:
                 tried.gave_up_first = tried.gave_up_first or case.schedule
         for number, thing in enumerate(case.schedule):
             tried.kinds[thing.kind] += 1
-            tried.begun[thing.kind] += number not in outcome.missed
+            tried.begun[thing.kind] += number >= len(outcome.began) or outcome.began[number] is not None
         tried.exercised.update(each.property for each in outcome.verdicts if each.state != "never_exercised")
 
     def _batch(self, size: int) -> list[Schedule]:

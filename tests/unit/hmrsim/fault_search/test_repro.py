@@ -8,12 +8,16 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.fault_search.file.reading import read_repro
+from hmrsim.fault_search.reducing.reducer import Reduced
+from hmrsim.fault_search.results.finding import Finding, by_begin
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.junit import junit_text
 from hmrsim.fault_search.results.page import page_of
 from hmrsim.fault_search.results.story import LONG, events_of, story_of
-from hmrsim.fault_search.running.outcome import Outcome
+from hmrsim.fault_search.running.outcome import Failure, Outcome
 from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.trace.replay import replay
 from tests.porters import check_of, searched
 
@@ -140,3 +144,41 @@ def test_a_later_search_begins_with_what_was_found(found, tmp_path):
     again = searched(check, earlier=[(read_repro(path).case, summary.findings[0].failure)])
     assert [finding.run for finding in again.findings] == [2]
     assert again.findings[0].known
+
+
+LATE = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": {"event": "placed"}})
+EARLY = Thing({"type": "breakdown", "robot": "porter", "duration": 5.0, "when": {"event": "picked"}})
+STALLED = Thing({"disturbance": "controller_stalled", "duration": 1.0, "when": {"event": "picked", "after": 1.0}})
+NEVER = Thing({"type": "breakdown", "robot": "other", "duration": 5.0, "when": {"event": "placed", "nth": 9}})
+QUICK = Thing({"change": {"robots.porter.base.speed": 2.0}})
+
+
+def test_a_run_knows_when_each_thing_began():
+    """A change is there from the start; what has never begun has no time."""
+    outcome = run_case(check_of("careful"), Case((LATE, EARLY, STALLED, NEVER, QUICK)))
+    late, early, stalled, never, quick = outcome.began
+
+    assert (quick, never) == (0.0, None)
+    assert early == pytest.approx(stalled - 1.0)
+    assert stalled < late
+
+
+def test_the_first_cause_is_on_top():
+    """Whatever the order of the schedule is; each with what comes of the run without it."""
+    things = (NEVER, LATE, EARLY)
+    without = tuple(Outcome(name) for name in ("succeeded", "failed", "timeout"))
+    told = Outcome("failed", began=(None, 9.0, 4.0))
+    finding = Finding(Failure("p", "r"), 1, things, Reduced(Case(things), without, 3), told, 1.0)
+
+    assert finding.in_order == [(EARLY, without[2]), (LATE, without[1]), (NEVER, without[0])]
+    assert [line[:16] for line in story_of(finding)[3:6]] == [
+        "  1. breakdown o",
+        "  2. slip of por",
+        "  3. breakdown o",
+    ]
+    assert story_of(finding)[6].startswith("Without thing 1 it passes: the run ends as timeout")
+
+
+def test_things_of_a_run_without_times_keep_their_order():
+    """As of one that was lost with its process."""
+    assert by_begin((LATE, EARLY), Outcome("died")) == [0, 1]
