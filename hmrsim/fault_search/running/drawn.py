@@ -1,12 +1,13 @@
-"""How much of its battery each robot uses without charging: a sink of the run without faults."""
+"""How much of its battery each robot uses: a sink of the run without faults."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.components.battery import BatterySettings
 from hmrsim.events.batteries import ChargingBegan, ChargingEnded
-from hmrsim.protocol.outputs import EventStamped
+from hmrsim.fault_search.space.energy import Draw, battery_of, share_at_start
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Drawn:
-    """A sink that knows of each battery how far it has fallen from one charge to the next.
+    """A sink that knows how far each battery falls.
 
     Args:
         simulator: The simulator; it has not started.
@@ -25,35 +26,47 @@ class Drawn:
 
     def __init__(self, simulator: Simulator, world: World) -> None:
         self._simulator = simulator
-        self._charged: dict[str, float] = {}
-        self._most: dict[str, float] = {}
-        for name, robot in world.robots.items():
-            settings = world.robot_type(robot).components.get("battery")
-            if settings is not None:
-                battery = BatterySettings.model_validate(settings)
-                charge = battery.capacity if battery.initial_charge is None else battery.initial_charge
-                self._charged[name] = charge / battery.capacity
+        batteries = ((name, battery_of(world, name)) for name in world.robots)
+        self._charged = {name: share_at_start(battery) for name, battery in batteries if battery is not None}
+        self._begun: dict[str, tuple[str, float]] = {}
+        self._draws: dict[str, Draw] = {}
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic is wanted: events."""
         return topic is Topic.EVENTS
 
     def emit(self, output: Output) -> None:
-        """Note how low a battery is when it begins to charge, and how full it is when that ends."""
-        if isinstance(output, EventStamped):
+        """Note how full a battery is when a goal or charging begins and ends."""
+        if isinstance(output, GoalChanged):
+            self._note_goal(output)
+        elif isinstance(output, EventStamped):
             event = output.event
             if isinstance(event, ChargingBegan):
                 self._note(event.robot, event.percentage)
             elif isinstance(event, ChargingEnded):
                 self._charged[event.robot] = event.percentage
 
-    def at_the_end(self) -> tuple[tuple[str, float], ...]:
-        """Return for each robot with a battery which share of its capacity it has used at most without charging."""
-        for name, robot in self._simulator.robots.items():
-            if robot.energy is not None:
-                self._note(name, robot.energy.battery.share(robot.now))
-        return tuple(self._most.items())
+    def at_the_end(self) -> tuple[tuple[str, Draw], ...]:
+        """Return what each robot with a battery has taken from it at most."""
+        for name in self._charged:
+            self._note(name, self._share(name))
+        return tuple(self._draws.items())
+
+    def _note_goal(self, change: GoalChanged) -> None:
+        if change.robot not in self._charged:
+            return
+        share = self._share(change.robot)
+        if change.status is GoalStatus.EXECUTING:
+            self._begun[change.goal_id] = change.robot, share
+        elif change.status.terminal and change.goal_id in self._begun:
+            robot, before = self._begun.pop(change.goal_id)
+            draw = self._draws.get(robot, Draw())
+            self._draws[robot] = draw._replace(goal=max(draw.goal, before - share))
+
+    def _share(self, name: str) -> float:
+        robot = self._simulator.robots.get(name)
+        return 0.0 if robot is None or robot.energy is None else robot.energy.battery.share(robot.now)
 
     def _note(self, robot: str, share: float) -> None:
-        used = self._charged.get(robot, 1.0) - share
-        self._most[robot] = max(self._most.get(robot, 0.0), used)
+        draw = self._draws.get(robot, Draw())
+        self._draws[robot] = draw._replace(whole=max(draw.whole, self._charged.get(robot, 1.0) - share))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.fault_search.space.energy import Draw
     from hmrsim.properties import Verdict, Violation
     from hmrsim.properties.reference import Reference
 
@@ -53,8 +54,7 @@ class Outcome:
         output: The last lines that a command has printed.
         coverage: What of the tree was ticked, in few bytes; empty if that is nothing new to its worker.
         items: Of a run without a schedule, if it is to be compared with: where the items are at its end.
-        drawn: Of a run without a schedule: which share of its battery's capacity each robot has used at most without
-            charging.
+        draws: Of a run without a schedule: what each robot with a battery has taken from it.
     """
 
     ending: str
@@ -71,7 +71,7 @@ class Outcome:
     story: tuple[tuple[float, str], ...] = ()
     output: str = ""
     coverage: bytes = b""
-    drawn: tuple[tuple[str, float], ...] = ()
+    draws: tuple[tuple[str, Draw], ...] = ()
     items: Reference | None = None
 
     @property

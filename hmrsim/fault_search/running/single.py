@@ -157,7 +157,7 @@ class _Run:
             story=tuple(observer.lines),
             output=self._output,
             coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
-            drawn=self._drawn.at_the_end() if self._drawn else (),
+            draws=self._drawn.at_the_end() if self._drawn else (),
             items=reference_of(scene(compared)) if compared else None,
         )
 

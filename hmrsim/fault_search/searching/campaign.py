@@ -118,7 +118,7 @@ class Campaign:
         self, check: Check, evaluator: Evaluator, nominal: Outcome, options: Options, began: float | None = None
     ) -> None:
         self._check, self._evaluator, self._nominal, self._options = check, evaluator, nominal, options
-        self._menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.drawn))
+        self._menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
         self._search = Search(check, evaluator, self._menu, nominal, options.strategy)
         self._began = time.monotonic() if began is None else began
         self._until = self._began + check.file.budget.time

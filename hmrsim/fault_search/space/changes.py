@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.fault_search.space.energy import battery_of
+from hmrsim.fault_search.space.energy import battery_of, share_at_start
 
 if TYPE_CHECKING:
     from hmrsim.components.battery import BatterySettings
@@ -39,12 +39,12 @@ def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) 
     Args:
         world: The world.
         robots: The robots that the controller uses.
-        needs: The share of its battery's capacity that each robot needs from one charge to the next.
+        needs: The share of its battery's capacity that each robot needs at the start.
     """
     for name in robots:
         speed, battery = world.speed(world.robot_type(world.robots[name]).base), battery_of(world, name)
         # One that is slow uses its battery for longer, up to as much as the speed is less.
-        least = 0.0 if battery is None else needs.get(name, 0.0) / _share(battery)
+        least = 0.0 if battery is None else needs.get(name, 0.0) / (share_at_start(battery) or 1.0)
         slow = max(_SLOW, least)
         for factor in (slow, _QUICK) if slow < _HARDLY else (_QUICK,):
             yield _change(f"robots.{_quoted(name)}.base.speed", _plain(speed * factor))
@@ -55,11 +55,6 @@ def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) 
         if demand.count is not None and demand.count > 1:
             yield {"change": {f"demand.{i}.arrives": _INSTANT, f"demand.{i}.first": 0.0}}
         yield {"change": {f"~demand.{i}": None}}
-
-
-def _share(battery: BatterySettings) -> float:
-    """Return the share of its capacity that a battery has at the start; of an empty one that after it is charged."""
-    return battery.initial_charge / battery.capacity if battery.initial_charge else 1.0
 
 
 def _small_battery(name: str, battery: BatterySettings, factor: float) -> dict[str, Any]:

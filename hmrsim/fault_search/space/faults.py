@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
-from hmrsim.fault_search.space.energy import battery_of
+from hmrsim.fault_search.space.energy import battery_of, has_charger
 from hmrsim.faults import SUBJECTS, Spell
 from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import read_fault
@@ -34,7 +34,7 @@ def faults_of(
         world: The world.
         moments: What happens in a run without faults: which robots are asked for what.
         durations: Seconds that those last that last.
-        needs: The share of its battery's capacity that each robot needs from one charge to the next.
+        needs: The share of its battery's capacity that each robot needs at the start.
     """
     asked: dict[str, dict[str, None]] = {}
     for moment in moments:
@@ -113,7 +113,7 @@ def _charges(said: Mapping[str, Any], world: World, needs: Mapping[str, float]) 
     """
     battery = battery_of(world, said["robot"])
     low = battery.low if battery is not None else 0.0
-    least = 0.0 if any(dock.charges for dock in world.docks.values()) else needs.get(said["robot"], 0.0)
+    least = 0.0 if has_charger(world) else needs.get(said["robot"], 0.0)
     for share in dict.fromkeys(max(each, least) for each in (low, low * _ABOVE)):
         if 0.0 < share < 1.0:
             yield {**said, "share": round(share, 6)}

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import random
 
     from hmrsim.fault_search.schedules.moment import Moment
+    from hmrsim.fault_search.space.energy import Draw
     from hmrsim.fault_search.space.model import Space
     from hmrsim.world.model import World
 
@@ -113,17 +114,17 @@ class Menu:
         world: The world, without a schedule.
         space: What the check says of it.
         moments: What happens in a run without faults.
-        drawn: Which share of its battery's capacity each robot uses in it without charging.
+        draws: What each robot takes from its battery in it.
 
     Attributes:
         entries: What can happen; the order means nothing.
     """
 
     def __init__(
-        self, world: World, space: Space, moments: Sequence[Moment], drawn: Mapping[str, float] | None = None
+        self, world: World, space: Space, moments: Sequence[Moment], draws: Mapping[str, Draw] | None = None
     ) -> None:
         self._world, self._space, self._robots = world, space, world.robots
-        self._needs = needs_of(world, drawn or {})
+        self._needs = needs_of(world, draws or {})
         asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
         said: list[dict[str, Any]] = []
         if "faults" in space.families:

@@ -9,6 +9,7 @@ import pytest
 
 from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.space.energy import Draw
 from hmrsim.fault_search.space.menu import Entry, Menu, expanded
 from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
@@ -29,9 +30,9 @@ def world():
     return world_of(dict(WORLD), "world")
 
 
-def menu(world, drawn=None, **space):
-    """Return the menu of a world."""
-    return Menu(world, Space.model_validate(space), MOMENTS, drawn)
+def menu(world, draw=None, **space):
+    """Return the menu of a world; *draw* is what the porter takes from its battery."""
+    return Menu(world, Space.model_validate(space), MOMENTS, {"porter": draw} if draw else None)
 
 
 def powered(units="m", docks=None, **battery):
@@ -41,9 +42,9 @@ def powered(units="m", docks=None, **battery):
     return world_of({**WORLD, "robots": robots, "units": units, "docks": docks or {}}, "world")
 
 
-def changed(world, drawn):
+def changed(world, draw):
     """Return the values to which a menu changes something of the porter, by the last step of their paths."""
-    entries = menu(world, {"porter": drawn}, families=["changes"]).entries
+    entries = menu(world, draw, families=["changes"]).entries
     said = [entry.thing.said["change"] for entry in entries]
     return sorted((path.rpartition(".")[2], value) for each in said for path, value in each.items())
 
@@ -143,28 +144,43 @@ CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
 
 
 @pytest.mark.parametrize(
-    ("docks", "drawn", "shares"),
+    ("docks", "whole", "shares"),
     [(CHARGER, 0.6, [0.2, 0.3]), ({}, 0.1, [0.2, 0.3]), ({}, 0.4, [0.6]), ({}, 0.8, [])],
 )
-def test_a_battery_falls_to_what_a_controller_can_bear(docks, drawn, shares):
+def test_a_battery_falls_to_what_a_controller_can_bear(docks, whole, shares):
     """To what is low and a little above; without a charger it keeps half as much more as the mission needs."""
-    entries = menu(powered(docks=docks), {"porter": drawn}, only=["battery_drop"]).entries
+    entries = menu(powered(docks=docks), Draw(whole, 0.1), only=["battery_drop"]).entries
 
     assert [entry.thing.said["share"] for entry in entries] == shares
 
 
+QUICK = ("speed", 1e4)
+
+
 @pytest.mark.parametrize(
-    ("drawn", "battery", "expected"),
+    ("docks", "draw", "battery", "expected"),
     [
-        (0.1, {}, [("capacity", 50.0), ("speed", 0.3), ("speed", 1e4)]),
-        (0.4, {}, [("capacity", 60.0), ("speed", 0.6), ("speed", 1e4)]),
-        (0.7, {}, [("speed", 1e4)]),
-        (0.2, {"initial_charge": 50.0}, [("capacity", 60.0), ("initial_charge", 30.0), ("speed", 0.6), ("speed", 1e4)]),
+        ({}, Draw(0.1, 0.1), {}, [("capacity", 50.0), ("speed", 0.3), QUICK]),
+        ({}, Draw(0.4, 0.1), {}, [("capacity", 60.0), ("speed", 0.6), QUICK]),
+        ({}, Draw(0.7, 0.1), {}, [QUICK]),
+        (
+            {},
+            Draw(0.2, 0.1),
+            {"initial_charge": 50.0},
+            [("capacity", 60.0), ("initial_charge", 30.0), ("speed", 0.6), QUICK],
+        ),
+        (CHARGER, Draw(0.7, 0.05), {}, [("capacity", 50.0), ("speed", 0.375), QUICK]),
+        (CHARGER, Draw(0.7, 0.1), {}, [("capacity", 75.0), ("speed", 0.75), QUICK]),
+        (CHARGER, Draw(0.7, 0.1), {"low": 0.5}, [("capacity", 50.0), ("speed", 0.3), QUICK]),
+        (CHARGER, Draw(0.7, 0.3), {"low": 0.5}, [("capacity", 90.0), ("speed", 0.9), QUICK]),
     ],
 )
-def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(drawn, battery, expected):
-    """Where it needs most of a battery, a smaller one says nothing about the controller."""
-    assert changed(powered(**battery), drawn) == expected
+def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(docks, draw, battery, expected):
+    """Where it needs most of a battery, a smaller one says nothing about the controller.
+
+    With a charger it can be charged between two goals; when it is low it still has to last for the longest one.
+    """
+    assert changed(powered(docks=docks, **battery), draw) == expected
 
 
 def test_a_weight_has_a_kind_tried_more_often(world):
