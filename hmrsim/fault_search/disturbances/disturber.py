@@ -41,12 +41,19 @@ class Disturber:
 
     Events are counted through the whole run, also where the simulation is reset meanwhile.
 
+    Args:
+        disturbances: What is to happen.
+        on_act: Called with each just before it is carried out.
+
     Attributes:
         acted: Those that have happened, in order.
     """
 
-    def __init__(self, disturbances: Sequence[Disturbance] = ()) -> None:
+    def __init__(
+        self, disturbances: Sequence[Disturbance] = (), on_act: Callable[[Acted], object] = lambda _acted: None
+    ) -> None:
         self.acted: list[Acted] = []
+        self._on_act = on_act
         self._waiting = [_Waiting(each) for each in disturbances]
         self._kinds = frozenset(each.when.kind for each in disturbances)
         self._wants_motion = any(kind in registry() and not registry()[kind].traced for kind in self._kinds)
@@ -125,6 +132,7 @@ class Disturber:
             raise AssertionError
         disturbance, waiting.happened = waiting.disturbance, self._simulator.now
         self.acted.append(Acted(stamp(self._simulator.now), disturbance))
+        self._on_act(self.acted[-1])
         if disturbance.disturbance == "simulation_reset":
             self._pacing.submit(CallService("reset_simulation", ResetSimulation.Request()))
         else:

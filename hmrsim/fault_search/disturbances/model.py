@@ -77,6 +77,11 @@ class Disturbance(BaseModel):
 
     def describe(self) -> str:
         """Return it in words, such as ``the controller is killed: 0.5 s after pickup of eve is executing``."""
+        return f"{self.what}: {self.when.describe()}"
+
+    @property
+    def what(self) -> str:
+        """What happens, in words, such as ``the controller is killed``."""
         number = self.count or 1
         match self.disturbance:
             case "controller_killed" if self.restart_after is None:
@@ -93,4 +98,4 @@ class Disturbance(BaseModel):
                 what = "the next request comes twice" if number == 1 else f"the next {number} requests come twice"
             case _:
                 what = "the simulation is reset"
-        return f"{what}: {self.when.describe()}"
+        return what

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from markupsafe import Markup
 
 from hmrsim import __version__
-from hmrsim.fault_search.results.story import events_of, passes
+from hmrsim.fault_search.results.story import events_of, mark_of, passes
 from hmrsim.report.shell import page_around, part, templates
 
 if TYPE_CHECKING:
@@ -71,12 +71,7 @@ def _controller(check: Check) -> str:
 
 def _shown(finding: Finding, file: str) -> _Shown:
     things = [(thing.describe(), passes(outcome)) for thing, outcome in finding.in_order]
-    return _Shown(finding, file, things, [_Line(at, text, _mark(text)) for at, text in events_of(finding.told)])
-
-
-def _mark(text: str) -> str:
-    """Return how an event is set off: as a violation, as something of the schedule, or not at all."""
-    return "violated" if text.startswith("VIOLATED") else "thing" if " fault " in text else ""
+    return _Shown(finding, file, things, [_Line(at, text, mark_of(text)) for at, text in events_of(finding.told)])
 
 
 def _margin(robustness: float) -> str:

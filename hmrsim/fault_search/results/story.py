@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.fault_search.running.observer import DISTURBED
 from hmrsim.fault_search.running.outcome import NOT_RUN
 
 if TYPE_CHECKING:
@@ -70,6 +71,13 @@ def events_of(outcome: Outcome, most: int = SHORT) -> list[tuple[float, str]]:
     return lines if len(lines) <= most else _cut(lines, most)
 
 
+def mark_of(text: str) -> str:
+    """Return how an event is set off: as a violation, as something of the schedule, or not at all."""
+    if text.startswith(_VIOLATED):
+        return "violated"
+    return "thing" if " fault " in text or text.startswith(DISTURBED) else ""
+
+
 def _folded(lines: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
     """Return lines in which what repeats itself is told once, with how often: of up to four lines, without numbers."""
     plain = [_NUMBER.sub("", text) for _, text in lines]
@@ -101,7 +109,7 @@ def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str
     another word of faults and violations, the latest first.
     """
     texts = [text for _, text in lines]
-    marked = [i for i, text in enumerate(texts) if "fault" in text or text.startswith(_VIOLATED)]
+    marked = [i for i, text in enumerate(texts) if mark_of(text)]
     wanted = dict.fromkeys(range(max(0, len(lines) - _TAIL), len(lines)))
     for i in marked:
         wanted |= dict.fromkeys(range(max(0, i - 3), min(len(lines), i + 6)))

@@ -16,9 +16,12 @@ from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
+    from hmrsim.fault_search.disturbances import Acted
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
 
+DISTURBED: Final = "disturbance"
+"""Begins the line of a disturbance."""
 _MAX_NTH: Final = 6
 """Of the same change of the same action only the first ones are noted: a retry without a limit makes thousands."""
 
@@ -67,6 +70,11 @@ class Observer:
             self._note_goal(output)
         elif isinstance(output, EventStamped):
             self._note_event(output.stamp / NANOSECONDS, output.event)
+
+    def note_disturbance(self, acted: Acted) -> None:
+        """Note a disturbance, which is no event of the simulation."""
+        if self._story:
+            self.lines.append((acted.at / NANOSECONDS, f"{DISTURBED}: {acted.disturbance.what}"))
 
     def _note_goal(self, change: GoalChanged) -> None:
         status, at = change.status, change.stamp / NANOSECONDS

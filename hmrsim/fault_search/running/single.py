@@ -130,7 +130,8 @@ class _Run:
         self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
         self._disturber = Disturber(
-            [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE]
+            [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE],
+            self._observer.note_disturbance,
         )
         self._end: Callable[[str], None] = lambda _reason: None
         self._output = ""

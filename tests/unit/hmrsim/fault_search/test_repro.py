@@ -13,7 +13,7 @@ from hmrsim.fault_search.results.finding import Finding, by_begin
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.junit import junit_text
 from hmrsim.fault_search.results.page import page_of
-from hmrsim.fault_search.results.story import LONG, events_of, story_of
+from hmrsim.fault_search.results.story import LONG, events_of, mark_of, story_of
 from hmrsim.fault_search.running.outcome import Failure, Outcome
 from hmrsim.fault_search.running.single import Wanted, run_case
 from hmrsim.fault_search.schedules.case import Case
@@ -182,3 +182,14 @@ def test_the_first_cause_is_on_top():
 def test_things_of_a_run_without_times_keep_their_order():
     """As of one that was lost with its process."""
     assert by_begin((LATE, EARLY), Outcome("died")) == [0, 1]
+
+
+def test_the_story_tells_of_a_disturbance_where_it_happens():
+    """It is no event of the simulation, and the robots alone do not show what it was."""
+    outcome = run_case(check_of("careful"), Case((STALLED,)), Wanted(story=True))
+    texts = [text for _, text in outcome.story]
+
+    assert texts.count("disturbance: the controller is stalled for 1 s") == 1
+    (at,) = outcome.began
+    assert (at, "disturbance: the controller is stalled for 1 s") in outcome.story
+    assert mark_of("disturbance: the controller is stalled for 1 s") == "thing"
