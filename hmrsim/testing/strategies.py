@@ -14,8 +14,7 @@ from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.space.menu import Menu
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.schedules.thing import Schedule, Thing
-    from hmrsim.fault_search.space.menu import Entry
+    from hmrsim.fault_search.schedules.thing import Schedule
 
 _PLACE: Final = "hmrsim.testing.schedules"
 """What errors speak of."""
@@ -48,14 +47,9 @@ def schedules(
     source = dict(world) if isinstance(world, Mapping) else str(world)
     file = file_of({"world": source, "controller": {"tree": tree}, "space": said}, _PLACE)
     check = check_at(file, Path.cwd(), _PLACE)
-    moments = run_case(check, Case()).moments
-    menu = Menu(check.world, check.file.space, moments)
-
-    def things_of(entry: Entry) -> st.SearchStrategy[Thing]:
-        anchors = entry.moments_in(moments)
-        return st.sampled_from(anchors).map(entry.at) if anchors else st.just(entry.thing)
-
-    possible = [entry for entry in menu.entries if not entry.anchored or entry.moments_in(moments)]
-    one = st.sampled_from(possible).flatmap(things_of)
+    nominal = run_case(check, Case())
+    menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
+    possible = [things for entry in menu.entries if (things := entry.things_in(nominal.moments))]
+    one = st.sampled_from(possible).flatmap(st.sampled_from)
     most = check.file.space.at_most
     return st.lists(one, max_size=most, unique_by=lambda thing: thing.key).map(tuple)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_codes
@@ -14,19 +13,20 @@ from hmrsim.faults import registry as faults
 from hmrsim.world_checks.faults import read_fault
 
 if TYPE_CHECKING:
+    from hmrsim.components.battery import BatterySettings
     from hmrsim.fault_search.schedules.moment import Moment
     from hmrsim.faults import AnyFault
     from hmrsim.world.model import World
 
+_DROP: Final = "battery_drop"
 _ABOVE: Final = 1.5
 """How much more than what is low a battery has that falls to a little above that."""
 _PIXELS: Final = 80.0
 """Pixels that stand for a meter, as for deliveries."""
-_NOTHING: Final[Mapping[str, float]] = MappingProxyType({})
 
 
 def faults_of(
-    world: World, moments: Sequence[Moment], durations: Sequence[float], needs: Mapping[str, float] = _NOTHING
+    world: World, moments: Sequence[Moment], durations: Sequence[float], needs: Mapping[str, float]
 ) -> Iterator[dict[str, Any]]:
     """Yield the faults that can happen in a world, without the time at which they begin.
 
@@ -86,7 +86,8 @@ def _variants(
     if "count" in fields:
         said["count"] = 1
     if "action" not in fields:
-        yield from _charges(said, world, needs) if "share" in strengths and "robot" in subject else (said,)
+        battery = battery_of(world, subject["robot"]) if kind.name == _DROP else None
+        yield from (said,) if battery is None else _falls(said, battery, world, needs)
         return
     for action in asked.get(subject.get("robot", ""), {}):
         if actions()[action].of_world:
@@ -105,16 +106,16 @@ def _strength(kind: AnyFault, name: str, world: World) -> Any:
     return value * _PIXELS if is_length and world.units == "px" and isinstance(value, (int, float)) else value
 
 
-def _charges(said: Mapping[str, Any], world: World, needs: Mapping[str, float]) -> Iterator[dict[str, Any]]:
+def _falls(
+    said: Mapping[str, Any], battery: BatterySettings, world: World, needs: Mapping[str, float]
+) -> Iterator[dict[str, Any]]:
     """Yield the fall of a battery to each share: to what is low, and to enough to set out but not to come far.
 
     Not to what is critical: then a robot may have too little to reach a charger, whatever its controller does. Where
     there is no charger, it keeps what it needs for the whole mission.
     """
-    battery = battery_of(world, said["robot"])
-    low = battery.low if battery is not None else 0.0
     least = 0.0 if has_charger(world) else needs.get(said["robot"], 0.0)
-    for share in dict.fromkeys(max(each, least) for each in (low, low * _ABOVE)):
+    for share in dict.fromkeys(max(each, least) for each in (battery.low, battery.low * _ABOVE)):
         if 0.0 < share < 1.0:
             yield {**said, "share": round(share, 6)}
 

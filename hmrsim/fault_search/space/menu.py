@@ -86,6 +86,13 @@ class Entry:
         own = thing.kind != _UNREACHABLE and "error_code" not in thing.said
         return self.anchored and thing.family == FAULT and own
 
+    def things_in(self, moments: Sequence[Moment]) -> list[Thing]:
+        """Return it as it begins at each moment of a run, and from the start; a change of the world as it is."""
+        if not self.anchored:
+            return [self.thing]
+        starts = [self.at_start()] if self.starts else []
+        return [*(self.at(anchor) for anchor in self.moments_in(moments)), *starts]
+
     def at(self, anchor: Mapping[str, Any]) -> Thing:
         """Return it as it begins at an anchor."""
         return self.thing.replaced(when=dict(anchor))
@@ -176,9 +183,7 @@ class Menu:
         """Return each thing at each moment: first everything once, then everything at another moment, and so on."""
         ranked: list[tuple[float, float, Thing]] = []
         for entry in self.entries:
-            anchors = entry.moments_in(moments)
-            things = [entry.at(anchor) for anchor in anchors] if entry.anchored else [entry.thing]
-            things += [entry.at_start()] if entry.starts else []
+            things = entry.things_in(moments)
             rng.shuffle(things)
             ranked += [(rank / entry.weight, rng.random(), thing) for rank, thing in enumerate(things)]
         ranked.sort(key=lambda each: each[:2])
