@@ -1,9 +1,9 @@
 """The search for schedules that break a controller.
 
 Earlier failures come first, then the run without faults, then one thing of each kind, so that each kind has its turn
-in few runs, and a fault of each kind that holds from the start; then each single thing at each moment, and meanwhile
-schedules that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the seed and on
-the outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
+in few runs: a fault of a door, lane, dock or lift from the start. Then comes each single thing at each moment, and
+meanwhile schedules that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the
+seed and on the outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Search:
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
         singles = menu.singles(nominal.moments, self._rng)
-        self._turns = iter([*_of_each_kind(singles), *_of_each_kind(thing for thing in singles if thing.at_start)])
+        self._turns = iter(_one_of_each_kind(singles))
         self._singles = iter(singles)
         self._untried = dict.fromkeys(thing.key for thing in singles)
         self.tried.singles = self.tried.singles_left = len(self._untried)
@@ -229,9 +229,14 @@ class Search:
         return any(things.issuperset(known) for known in self._known)
 
 
-def _of_each_kind(things: Iterable[Thing]) -> list[Thing]:
-    """Return the first thing of each kind, in order."""
+def _one_of_each_kind(things: Iterable[Thing]) -> list[Thing]:
+    """Return the first thing of each kind, of what is about no robot the first one that holds from the start.
+
+    A controller may look at a door once, when it starts: that costs no run of its own.
+    """
     firsts: dict[str, Thing] = {}
     for thing in things:
-        firsts.setdefault(thing.kind, thing)
+        known = firsts.setdefault(thing.kind, thing)
+        if thing.at_start and not known.at_start and not thing.said.get("robot"):
+            firsts[thing.kind] = thing
     return [*firsts.values()]
