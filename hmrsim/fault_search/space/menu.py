@@ -87,10 +87,13 @@ class Entry:
         return self.anchored and thing.family == FAULT and own
 
     def things_in(self, moments: Sequence[Moment]) -> list[Thing]:
-        """Return it as it begins at each moment of a run, and from the start; a change of the world as it is."""
+        """Return it as it begins at each moment of a run, and from the start; a change of the world as it is.
+
+        In a run in which nothing happens, nothing can begin.
+        """
         if not self.anchored:
             return [self.thing]
-        starts = [self.at_start()] if self.starts else []
+        starts = [self.at_start()] if self.starts and moments else []
         return [*(self.at(anchor) for anchor in self.moments_in(moments)), *starts]
 
     def at(self, anchor: Mapping[str, Any]) -> Thing:
