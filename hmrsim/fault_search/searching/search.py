@@ -1,9 +1,10 @@
 """The search for schedules that break a controller.
 
 Earlier failures come first, then the run without faults, then one thing of each kind, so that each kind has its turn
-in few runs: a fault of a door, lane, dock or lift from the start. Then comes each single thing at each moment, and
-meanwhile schedules that the guide proposes: pairs, and what follows from them. Which schedules are run depends on the
-seed and on the outcomes of those before alone: cases are proposed in batches of one size, whatever runs them.
+in few runs: a fault of a door, lane, dock or lift, and a low battery, from the start. Then comes each single thing at
+each moment, and meanwhile schedules that the guide proposes: pairs, and what follows from them. Which schedules are run
+depends on the seed and on the outcomes of those before alone: cases are proposed in batches of one size, whatever runs
+them.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ _PROBES: Final = 12
 _SINGLES: Final = 8
 """Of those, the single things, likewise."""
 _TRIES: Final = 20
+_LOW: Final = "battery_drop"
+"""The fault with which a robot begins with a low battery."""
 _RESTART: Final = 0.1
 """How often a schedule is made anew, rather than from one before."""
 
@@ -230,13 +233,14 @@ class Search:
 
 
 def _one_of_each_kind(things: Iterable[Thing]) -> list[Thing]:
-    """Return the first thing of each kind, of what is about no robot the first one that holds from the start.
+    """Return the first thing of each kind; of some the first one that holds from the start.
 
-    A controller may look at a door once, when it starts: that costs no run of its own.
+    A controller may look at a door once, when it starts, and a robot may begin its work with a low battery: that costs
+    no run of its own.
     """
     firsts: dict[str, Thing] = {}
     for thing in things:
         known = firsts.setdefault(thing.kind, thing)
-        if thing.at_start and not known.at_start and not thing.said.get("robot"):
+        if thing.at_start and not known.at_start and (thing.kind == _LOW or not thing.said.get("robot")):
             firsts[thing.kind] = thing
     return [*firsts.values()]
