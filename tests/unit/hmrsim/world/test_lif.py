@@ -63,6 +63,17 @@ def test_edges_are_lanes(depot):
     ] == [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in depot.lanes]
 
 
+def test_a_vehicle_type_without_a_limit_drives_as_fast_as_it_can(tmp_path):
+    """So the lane has none, whatever others may drive at most."""
+    whole = layout("one", {"A": 0, "B": 5}, [("A", "B")])
+    whole["edges"][0]["vehicleTypeEdgeProperties"] += [{"vehicleTypeId": "slow", "maxSpeed": 0.5}]
+    path = tmp_path / "one.lif.json"
+    path.write_text(text(whole))
+
+    (lane,) = load_world(path).world.lanes
+    assert lane.speed_limit is None
+
+
 def test_stations_are_where_vehicles_interact(depot):
     """A station whose node can charge is a dock; the position of others is for pictures only."""
     assert ({"S1": (5, 0)}, {"N3": ((5, 5), "charger")}) == (
