@@ -16,10 +16,13 @@ from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.shipped import shipped_maps
 from hmrsim.world.writing import to_json
 from hmrsim.world_checks.loading import load_world, world_of
+from hmrsim.world_checks.pairs import check_pairs
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
+    from hmrsim.diagnostics import Finding
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
@@ -33,7 +36,7 @@ def _recorded(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Req
         why = "neither uri nor resource_string is given; expected the name of a shipped world, a file, or its text"
         return _Response(result=failed(why, _Response.NO_RESOURCE))
     try:
-        world = load_world(_source(simulator, request.uri)).world if request.uri else _read(request.resource_string)
+        world = load_world(_source(simulator, request.uri)).world if request.uri else _sent(request.resource_string)
     except PermissionError as error:
         return _Response(result=failed(str(error), Result.RESULT_NOT_FOUND))
     except WorldError as error:
@@ -72,8 +75,17 @@ def _source(simulator: Simulator, uri: str) -> str | Path:
     return path
 
 
-def _read(text: str) -> World:
-    """Return the world that a text describes.
+def _sent(text: str) -> World:
+    """Return the world that a text of a client describes.
+
+    Raises:
+        WorldError: It does not describe a valid world, or one that is too large to be sent.
+    """
+    return _read(text, check_pairs)
+
+
+def _read(text: str, first: Callable[[World], Iterable[Finding]] = lambda _world: ()) -> World:
+    """Return the world that a text describes; what *first* checks precedes all other checks.
 
     Raises:
         WorldError: It does not describe a valid world.
@@ -88,7 +100,7 @@ def _read(text: str) -> World:
         errors.append(Problem(_SOURCE, "include", "a text can't include files; give the world's file as uri"))
     if errors:
         raise WorldError(errors)
-    return world_of(document.data, _SOURCE)
+    return world_of(document.data, _SOURCE, first=first)
 
 
 def _serve(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Response:

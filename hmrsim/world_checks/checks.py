@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,12 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, war
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.batteries import check_batteries
 from hmrsim.world_checks.demand import check_demand
-from hmrsim.world_checks.docks import check_docks
+from hmrsim.world_checks.docks import check_docks, check_ways_to_docks
 from hmrsim.world_checks.explain import explain
-from hmrsim.world_checks.facilities import check_fixtures
+from hmrsim.world_checks.facilities import check_fixtures, check_lanes_through_doors
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import check_lanes
 from hmrsim.world_checks.scripts import check_scripts
@@ -54,6 +56,13 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
     Errors that only follow from the parts that are *lost* from it are not reported. Its includes are merged.
     """
     lost = lost or Lost()
+    checks = (check_ways_to_docks, check_walled_in, check_lanes_through_doors)
+    warnings = [finding for find in checks for finding in islice(find(world, lost), MAX_FINDINGS)]
+    return [*check_errors(world, lost), *warnings]
+
+
+def check_errors(world: World, lost: Lost) -> list[Finding]:
+    """Return the errors of a world, and those warnings for which they have to be looked for anyway."""
     checks = (
         _check_bounds(world),
         _check_names(world),
@@ -61,7 +70,6 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
         check_docks(world, lost),
         _check_robot_types(world),
         _check_robots(world, lost),
-        check_walled_in(world, lost),
         _check_items(world, lost),
         check_fixtures(world, lost),
         _check_inside(world),
@@ -177,6 +185,7 @@ def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
     if not world.robots:
         return
     solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
+    lanes = _OnLane(world)
     types = {**world.robot_types, **BUILT_IN_TYPES}
     for name, robot in world.robots.items():
         yield from _check_own_components(world, name, robot)
@@ -188,7 +197,7 @@ def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
         if isinstance(point, Finding):
             yield point
         elif point is not None:
-            yield from _check_start(world, path, point, solids)
+            yield from _check_start(world, path, point, solids, lanes)
 
 
 def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator[Finding]:
@@ -207,20 +216,40 @@ def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator
                 yield finding
 
 
-def _check_start(world: World, path: Path, point: Point, solids: Obstacles) -> Iterator[Finding]:
+def _check_start(world: World, path: Path, point: Point, solids: Obstacles, lanes: _OnLane) -> Iterator[Finding]:
     if _outside(world, point):
         yield Finding(path, f"{_at(point)} is outside {_spans(world)}", list(point))
     if solids.occupy(point):
-        if _on_lane(world, point):
+        if lanes.has(point):
             yield warning(path, f"{_at(point)} is inside an obstacle; only its lane leads out", list(point))
         else:
             message = f"{_at(point)} is inside an obstacle, and on no lane that leads out; start it elsewhere"
             yield Finding(path, message, list(point))
 
 
-def _on_lane(world: World, point: Point) -> bool:
-    ends = [(world.points.get(lane.from_), world.points.get(lane.to)) for lane in world.lanes]
-    return any(a and b and distance(point, foot(point, a, b)) <= SAME_PLACE for a, b in ends)
+class _OnLane:
+    """Points on the lanes of a world; lanes whose waypoints are not known are left out."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    @cached_property
+    def _lanes(self) -> list[tuple[Point, Point]]:
+        points = self._world.points
+        return [
+            (points[lane.from_], points[lane.to])
+            for lane in self._world.lanes
+            if lane.from_ in points and lane.to in points
+        ]
+
+    @cached_property
+    def _grid(self) -> SegmentGrid:
+        return SegmentGrid(self._lanes)
+
+    def has(self, point: Point) -> bool:
+        """Return whether a point is on a lane."""
+        near = self._grid.within(point, 2 * SAME_PLACE)
+        return any(distance(point, foot(point, *self._lanes[i])) <= SAME_PLACE for i in near)
 
 
 def _check_items(world: World, lost: Lost) -> Iterator[Finding]:

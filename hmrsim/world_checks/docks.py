@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield the errors and warnings of the docks of a world."""
-    ways = _Ways(world) if world.docks and not lost else None
+    """Yield the errors of the docks of a world."""
     known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
@@ -32,11 +31,23 @@ def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
                 yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), points)}", dock.at)
             continue
         yield from _check_names(known, name, dock, lost)
-        outside = list(_check_inside(world, path, point))
-        yield from outside
+        yield from _check_inside(world, path, point)
         if dock.staging is not None:
             yield from _check_inside(world, ("docks", name, "staging"), dock.staging)
-        if ways is not None and not outside:
+
+
+def check_ways_to_docks(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield a warning for each dock to which no robot gets that may dock there."""
+    if lost or not world.docks:
+        return
+    ways = _Ways(world)
+    for name, dock in world.docks.items():
+        path: Path = ("docks", name, "at")
+        try:
+            point = world.dock_point(name)
+        except KeyError:
+            continue
+        if not any(_check_inside(world, path, point)):
             yield from ways.check(path, name, dock, point)
 
 

@@ -18,17 +18,11 @@ if TYPE_CHECKING:
 
 
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield the errors and warnings of the doors and lifts of a world."""
+    """Yield the errors of the doors and lifts of a world."""
     yield from _check_names(world)
-    points = world.points
-    lanes = SegmentGrid(
-        [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
-        if world.doors
-        else []
-    )
     known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, door in world.doors.items():
-        yield from _check_door(known, name, door, lanes, lost)
+        yield from _check_door(known, name, door, lost)
     yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
         frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes if world.lifts else ())
@@ -42,6 +36,19 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
                 yield Finding(("lifts", name, "stops"), f"{ends} are joined by {other} already; keep one of the two")
 
 
+def check_lanes_through_doors(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield a warning for each door through which no lane leads."""
+    if lost or not world.doors:
+        return
+    points = world.points
+    lanes = SegmentGrid(
+        [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
+    )
+    for name, door in world.doors.items():
+        if distance(*door.at) > SAME_PLACE and lanes.first_crossing(*door.at) is None:
+            yield warning(("doors", name, "at"), "no lane leads through it", [*map(list, door.at)])
+
+
 def _check_names(world: World) -> Iterator[Finding]:
     """Yield an error for each name that another kind of entity that is asked for by name has, too."""
     kinds = ("robots", "items", "docks", "doors", "lifts")
@@ -53,13 +60,11 @@ def _check_names(world: World) -> Iterator[Finding]:
                 yield Finding((kind, name), f"{other}.{name} has this name already; choose another", name)
 
 
-def _check_door(known: Collection[str], name: str, door: Door, lanes: SegmentGrid, lost: Lost) -> Iterator[Finding]:
+def _check_door(known: Collection[str], name: str, door: Door, lost: Lost) -> Iterator[Finding]:
     path: Path = ("doors", name)
     if distance(*door.at) <= SAME_PLACE:
         yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
         return
-    if lanes.first_crossing(*door.at) is None and not lost:
-        yield warning((*path, "at"), "no lane leads through it", [*map(list, door.at)])
     for i, opener in enumerate(door.opens_for or ()):
         if opener not in known and not lost.has(opener, "robots", "robot_types"):
             message = f"no robot or robot type {opener!r}{instead(opener, known)}"

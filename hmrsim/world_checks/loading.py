@@ -21,7 +21,7 @@ from hmrsim.world.merging import Merged, Source
 from hmrsim.world.model import Lane, PlainLanes, Waypoint
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.overlays.overlay import Overlay, lay_all
-from hmrsim.world_checks.checks import check
+from hmrsim.world_checks.checks import check, check_errors
 from hmrsim.world_checks.validation import Lost, validate
 
 if TYPE_CHECKING:
@@ -139,10 +139,19 @@ class BaseWorld:
         return _checked(self._merged.copied(), self.path, overlays)
 
 
-def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()) -> World:
+def world_of(
+    data: dict[str, Any],
+    source: str,
+    overlays: Sequence[Overlay] = (),
+    first: Callable[[World], Iterable[Finding]] = lambda _world: (),
+) -> World:
     """Return the world that plain values describe, checked; includes are not looked for.
 
-    The *data* are as in a native file; *source* is what they come from, for errors. The *overlays* are laid over them.
+    Args:
+        data: The world, as in a native file.
+        source: What it comes from, for errors.
+        overlays: Changes that are laid over it, in this order.
+        first: A check that precedes all others; a world with errors of it is not given to them.
 
     Raises:
         WorldError: Something is wrong; it has all errors.
@@ -152,7 +161,8 @@ def world_of(data: dict[str, Any], source: str, overlays: Sequence[Overlay] = ()
     valid = validate(merged.data)
     findings = list(valid.findings)
     if valid.world is not None:
-        findings += [valid.original_of(finding) for finding in check(valid.world, valid.lost)]
+        found = [*first(valid.world)] or check_errors(valid.world, valid.lost)
+        findings += [valid.original_of(finding) for finding in found]
     problems = [*merged.problems, *(merged.problem(finding) for finding in findings)]
     errors = [each for each in problems if each.severity == "error"]
     if valid.world is None or errors:

@@ -63,18 +63,15 @@ def near_slots(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], rea
         ends: By slot, the waypoints at its ends; twice the same for a waypoint.
         reach: The greatest sum of two vehicles' radii.
     """
-    margin = max(SAME_PLACE, reach) / 2
-    shapes = [_shape(slot, points, two, margin) for slot, two in ends.items()]
-    long = [max(shape.right - shape.left, shape.high - shape.low) for shape in shapes if shape.start != shape.end]
-    size = max(math.fsum(long) / max(1, len(long)), 2 * margin)
-    cells: defaultdict[tuple[int, int], list[_Shape]] = defaultdict(list)
-    for shape in shapes:
-        for cell in _cells(shape, size, margin):
-            cells[cell].append(shape)
     found: defaultdict[int, dict[int, float]] = defaultdict(dict)
-    for inside in cells.values():
+    for inside in _by_cell(points, ends, reach).values():
         _compare(inside, reach, found)
     return {slot: dict(sorted(near.items())) for slot, near in sorted(found.items())}
+
+
+def comparisons(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], reach: float) -> int:
+    """Return how many pairs of slots :func:`near_slots` compares for the same arguments."""
+    return sum(math.comb(len(inside), 2) for inside in _by_cell(points, ends, reach).values())
 
 
 def slots_around(lanes: Lanes, point: Point, capacities: Sequence[float], reach: float) -> dict[int, float]:
@@ -97,6 +94,21 @@ def slots_around(lanes: Lanes, point: Point, capacities: Sequence[float], reach:
             found[edge.leg.slots[0]] = away
         found[edge.start], found[edge.end] = distance(point, a), distance(point, b)
     return {slot: away for slot, away in sorted(found.items()) if capacities[slot] < math.inf and touch(away, reach)}
+
+
+def _by_cell(
+    points: Sequence[Point], ends: Mapping[int, tuple[int, int]], reach: float
+) -> dict[tuple[int, int], list[_Shape]]:
+    """Return the shapes in each square cell: slots that touch have a cell in common."""
+    margin = max(SAME_PLACE, reach) / 2
+    shapes = [_shape(slot, points, two, margin) for slot, two in ends.items()]
+    long = [max(shape.right - shape.left, shape.high - shape.low) for shape in shapes if shape.start != shape.end]
+    size = max(math.fsum(long) / max(1, len(long)), 2 * margin)
+    cells: defaultdict[tuple[int, int], list[_Shape]] = defaultdict(list)
+    for shape in shapes:
+        for cell in _cells(shape, size, margin):
+            cells[cell].append(shape)
+    return cells
 
 
 def _shape(slot: int, points: Sequence[Point], ends: tuple[int, int], margin: float) -> _Shape:

@@ -278,3 +278,16 @@ class TestAvailable:
 def test_a_world_of_json(run):
     """It is YAML, too."""
     assert 1 == load(run, resource_string=json.dumps({"name": "plain", "robots": {"a": {"at": [1, 2]}}})).result.result
+
+
+def test_a_world_of_too_many_pairs_is_refused(run):
+    """Other clients would wait for its checks; the world before goes on."""
+    docks = {f"d{i}": {"at": "a"} for i in range(2_100)}
+    robots = {f"r{i}": {"at": [i, 1]} for i in range(2_100)}
+    text = json.dumps({"name": "big", "waypoints": {"a": [0, 0]}, "docks": docks, "robots": robots})
+
+    answer = load(run, resource_string=text)
+
+    assert answer.result.result == 103
+    assert "is too large to be sent by a client: 4,410,000 pairs" in answer.result.error_message
+    assert run.simulator.world.name != "big"

@@ -1,0 +1,156 @@
+"""The limit of worlds that clients send: how many pairs of parts are compared to check a world and to begin it."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.diagnostics import Finding
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies._nearness import comparisons, widest
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import World
+
+MAX_PAIRS: Final = 4_000_000
+"""Maximum number of pairs in the world of a client: a few seconds, in which other clients wait."""
+
+_SLOW: Final = 5
+"""As how many pairs those count that take longer: all with lanes."""
+
+
+_HIDDEN: Final = 10
+"""Walls as which a lane itself counts that a dock does not see."""
+
+
+def check_pairs(world: World) -> Iterator[Finding]:
+    """Yield an error if the parts of a world make more pairs than those of a client's may."""
+    counts = {
+        "robots with walls": len(world.robots) * _sides(world),
+        "robots with docks": len(world.robots) * len(world.docks),
+        "robots with doors": len(world.robots) * len(world.doors),
+        "doors with lanes": _SLOW * len(world.doors) * len(world.lanes),
+        "docks beside lanes with lanes": _SLOW * len(_beside(world)) * len(world.lanes),
+        "robots with settings of their types": _settings(world),
+        "starts of robots with each other": _starts(world),
+        "robots beside lanes with these and with lanes": _standing(world),
+        "lanes and waypoints with each other": _SLOW * _slots(world),
+    }
+    if sum(counts.values()) <= MAX_PAIRS:
+        counts["robots in obstacles with lanes"] = _inside(world) * len(world.lanes)
+        counts["walls with lanes that docks may not see"] = _hidden(world)
+    total = sum(counts.values())
+    if total > MAX_PAIRS:
+        most = max(counts, key=counts.__getitem__)
+        text = (
+            f"is too large to be sent by a client: {total:,} pairs would be compared, {counts[most]:,} of them {most},"
+            f" and the limit is {MAX_PAIRS:,}; start a simulator with it as a file"
+        )
+        yield Finding((), text, total)
+
+
+def _sides(world: World) -> int:
+    return sum(len(wall) - 1 if isinstance(wall, tuple) else len(wall.solid) for wall in world.walls)
+
+
+def _settings(world: World) -> int:
+    """Return how many values all robots have of their types."""
+    sizes = {name: _size(kind.components) for name, kind in world.robot_types.items()}
+    return sum(sizes.get(robot.type, 0) for robot in world.robots.values())
+
+
+def _size(value: Any) -> int:
+    """Return the number of values in a value."""
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return 1 + sum(map(_size, parts))
+
+
+def _beside(world: World) -> list[Point]:
+    """Return where docks are that are not at the end of a lane."""
+    ends, beside = {end for lane in _lanes(world) for end in lane}, []
+    for name in world.docks:
+        try:
+            point = world.dock_point(name)
+        except KeyError:
+            continue
+        if point not in ends:
+            beside.append(point)
+    return beside
+
+
+def _inside(world: World) -> int:
+    """Return how many robots start inside an obstacle, where they have to be on a lane."""
+    solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
+    return sum(map(solids.occupy, _starting(world)))
+
+
+def _starting(world: World) -> Iterator[Point]:
+    """Yield where robots start; those at unknown places are left out."""
+    for robot in world.robots.values():
+        try:
+            yield world.point(robot.at)
+        except KeyError:
+            continue
+
+
+def _hidden(world: World) -> int:
+    """Return what looking for a lane that each dock beside them sees counts as, or a number above the limit."""
+    sides = _sides(world) + len(world.doors)
+    obstacles = Obstacles(
+        [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
+        [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+    )
+    count, lanes = 0, _lanes(world)
+    for point in _beside(world) if sides else ():
+        for at in sorted((foot(point, *lane) for lane in lanes), key=lambda at: distance(point, at)):
+            count += _SLOW * (sides + _HIDDEN)
+            if count > MAX_PAIRS or not obstacles.block(point, at):
+                break
+    return count
+
+
+def _lanes(world: World) -> list[tuple[Point, Point]]:
+    """Return the ends of the lanes; those of unknown waypoints are left out."""
+    points = world.points
+    return [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
+
+
+def _reserves(world: World) -> bool:
+    policy = policies().get(world.policy)
+    return policy is not None and policy.rule is not None
+
+
+def _starts(world: World) -> int:
+    """Return how many pairs of robots start so near in x that the distance between them is looked at."""
+    if not _reserves(world):
+        return 0
+    xs = sorted(x for x, _ in _starting(world))
+    reach = max(SAME_PLACE, widest(world))
+    return sum(i - bisect_left(xs, x - reach) for i, x in enumerate(xs))
+
+
+def _standing(world: World) -> int:
+    """Return as how many pairs robots count that start at no end of a lane; each takes little."""
+    if not _reserves(world):
+        return 0
+    lanes = _lanes(world)
+    ends = {end for lane in lanes for end in lane}
+    count = sum(point not in ends for point in _starting(world))
+    return count * (count + len(lanes)) // 2
+
+
+def _slots(world: World) -> int:
+    """Return how many pairs of lanes and waypoints are looked at, to know which of them exclude each other."""
+    if not _reserves(world):
+        return 0
+    number = {name: i for i, name in enumerate(world.points)}
+    tracks = dict.fromkeys(
+        frozenset((number[lane.from_], number[lane.to]))
+        for lane in world.lanes
+        if lane.from_ in number and lane.to in number and lane.from_ != lane.to
+    )
+    ends = [*((i, i) for i in number.values()), *((min(track), max(track)) for track in tracks)]
+    return comparisons([*world.points.values()], dict(enumerate(ends)), widest(world))
