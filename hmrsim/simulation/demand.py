@@ -67,6 +67,8 @@ class Demand:
         self._coming: dict[str, Timeout] = {}
         self._held_back: dict[str, DemandSpec] = {}
         self._placed: Counter[str] = Counter()
+        # How many orders of each demand are open.
+        self._open_of: Counter[str] = Counter()
         self._numbers: Counter[str] = Counter()
 
     @property
@@ -109,6 +111,7 @@ class Demand:
             self._coming,
             self._held_back,
             self._placed,
+            self._open_of,
             self._numbers,
         ):
             known.clear()
@@ -153,6 +156,7 @@ class Demand:
         now = self._env.now
         order = Order(name, demand, item, at, to, spec.priority, now, None if within is None else now + within)
         self.open[order.name] = self._by_item[item] = order
+        self._open_of[demand] += 1
         self.totals.placed += 1
         self._roster.spawn_item(item, spec.weight, world.point(at))
         self._publisher.publish(lambda: OrderPlaced(order.name, item, at, to, spec.priority, within))
@@ -174,7 +178,7 @@ class Demand:
         number = self._placed[spec.name] + 1
         if spec.count is not None and number > spec.count:
             return
-        if sum(order.demand == spec.name for order in self.open.values()) >= spec.most_open:
+        if self._open_of[spec.name] >= spec.most_open:
             self._held_back[spec.name] = spec
             return
         first = number == 1 and spec.first is not None
@@ -237,6 +241,7 @@ class Demand:
         if state is OrderState.LOST:
             self.totals.lost += 1
         del self.open[order.name], self._by_item[order.item]
+        self._open_of[order.demand] -= 1
         self.closed.append(order)
         if order.name in self._due:
             self._env.cancel(self._due.pop(order.name))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections import Counter
 from typing import Any
 
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from hmrsim.errors import WorldError
 from hmrsim.testing import Run, simulation
 from hmrsim.world_checks.loading import world_of
+from tests.simulation import simulate
 
 WORLD: dict[str, Any] = {
     "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0]},
@@ -118,6 +121,24 @@ def test_orders_come_as_often_and_as_long_as_the_world_says() -> None:
         ended = run.now
         run.client.sleep(40)
         assert pytest.approx(ended + 30) == run.happened("order_placed")[2].at
+
+
+def test_an_order_costs_the_same_however_many_are_open() -> None:
+    """By the calls of Python functions: demands must not be counted by a look at all open orders."""
+
+    def calls(demands: int) -> int:
+        said = [{"name": f"d{number}", "at": "b", "to": "c", "arrives": 1, "count": 2} for number in range(demands)]
+        run = simulate({**WORLD, "demand": said}, topics=frozenset())
+        counted = Counter[str]()
+        sys.setprofile(lambda _frame, event, _argument: counted.update([event]) if event == "call" else None)
+        try:
+            run.simulator.run(3.0)
+        finally:
+            sys.setprofile(None)
+        assert 2 * demands == run.simulator.demand.totals.placed
+        return counted["call"]
+
+    assert calls(400) < 5 * calls(100)
 
 
 def test_a_reset_takes_all_orders_away_and_they_come_again() -> None:
