@@ -59,7 +59,7 @@ for generation in range(GENERATIONS):
     mean, spread = kept.mean(axis=0), 0.8 * kept.std(axis=0) + 0.2 * spread
     print(f"generation {generation + 1}: the best of {TRIED} cost {min(shares):.0%} of what the nearest order does")
 
-seeds = range(12)
+seeds = range(30)
 before, after = [cost(nearest, seed) for seed in seeds], [cost(learned(mean), seed) for seed in seeds]
 interval, verdict = paired_difference(before, after).interval, compare(before, after, Criterion(larger_is_better=False))
 print(f"weights {mean.round(2)}")

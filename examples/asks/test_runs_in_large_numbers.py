@@ -10,7 +10,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 
 DOORS = {"doors.kitchen.opening_time": {"triangular": {"low": 1, "mode": 2, "high": 8}}}
-SEEDS = range(20)
+SEEDS = range(40)
 
 
 def duration(seed: int, speed: float) -> float:

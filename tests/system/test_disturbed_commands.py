@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 
 import pytest
 
@@ -16,7 +15,6 @@ from hmrsim.trace.replay import replay
 from hmrsim.world_checks.loading import load_world
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.options import SessionOptions
-from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.system
 
@@ -66,7 +64,7 @@ def disturbed(tmp_path):
         with Host(loaded, options, settings, sinks=[trace], watchers=watchers) as host:
             host.start()
             command = Command([sys.executable, "controller.py"], tmp_path)
-            ended = run_command_controller(host, command, disturber, time.monotonic() + PATIENCE)
+            ended = run_command_controller(host, command, disturber)
             host.stop()
             text = trace.whole(host.simulator.now)
         assert replay(text.splitlines(keepends=True)).difference is None
