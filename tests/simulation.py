@@ -14,7 +14,7 @@ from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.timing.lockstep import LockstepCoordinator
+from hmrsim.timing.lockstep import Lockstep
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world.model import World
 
@@ -175,12 +175,12 @@ def in_lockstep(
     topics: frozenset[Topic] = frozenset(Topic),
     traced: bool = False,
     **settings: Any,
-) -> tuple[Run, LockstepCoordinator]:
-    """Return a simulation of a world, and what grants its time; *settings* are those of `LockstepCoordinator`."""
-    made: list[LockstepCoordinator] = []
+) -> tuple[Run, Lockstep]:
+    """Return a simulation of a world, and what grants its time; *settings* are those of `Lockstep`."""
+    made: list[Lockstep] = []
 
-    def grant(simulator: Simulator) -> list[LockstepCoordinator]:
-        made.append(LockstepCoordinator(simulator, **settings))
+    def grant(simulator: Simulator) -> list[Lockstep]:
+        made.append(Lockstep(simulator, **settings))
         return made
 
     run = simulate(world, topics=topics, traced=traced, watchers=grant)

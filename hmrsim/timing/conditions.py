@@ -39,6 +39,9 @@ class Conditions:
 
     Args:
         on_met: Called when one is met.
+
+    Attributes:
+        watched: The conditions of each participant that has any, by name.
     """
 
     def __init__(self, simulator: Simulator, on_met: Callable[[], None]) -> None:
@@ -48,7 +51,7 @@ class Conditions:
         self._compared: dict[tuple[Topic, str], dict[ConditionId, Watch]] = {}
         # Those on the level of a battery, by robot.
         self._levels: dict[str, dict[ConditionId, Watch]] = {}
-        self._names: dict[str, dict[str, Watch]] = {}
+        self.watched: dict[str, dict[str, Watch]] = {}
         self._met: dict[str, dict[str, None]] = {}
         # How many conditions need a topic's messages, and the topics of which that was told.
         self._needed: Counter[Topic] = Counter()
@@ -57,10 +60,6 @@ class Conditions:
         self._batteries: dict[str, BatteryLevels] = {}
         self._next: dict[str, float] = {}
         self._heap: list[tuple[float, str]] = []
-
-    def __bool__(self) -> bool:
-        """Return whether there is a condition."""
-        return bool(self._names)
 
     @property
     def met(self) -> tuple[str, ...]:
@@ -86,7 +85,7 @@ class Conditions:
 
     def watch(self, participant: str, watch: Watch) -> Watching | Refused:
         """Watch a condition until it is met; it may be met at once."""
-        names = self._names.get(participant, {})
+        names = self.watched.get(participant, {})
         if watch.name not in names and len(names) >= MAX_WATCHED:
             return Refused("watch", watch.name, f"{participant!r} watches {MAX_WATCHED} conditions; there are no more")
         try:
@@ -98,7 +97,7 @@ class Conditions:
         if any(map(watch.holds, found)):
             self._note_met(ours)
             return Watching(watching=True)
-        self._names.setdefault(participant, {})[watch.name] = watch
+        self.watched.setdefault(participant, {})[watch.name] = watch
         if _needs_messages(watch):
             self._compared.setdefault(_place(watch), {})[ours] = watch
             self._needed[watch.topic] += 1
@@ -109,7 +108,7 @@ class Conditions:
 
     def unwatch(self, participant: str, name: str) -> Watching:
         """Watch a condition no longer."""
-        names = self._names.get(participant, {})
+        names = self.watched.get(participant, {})
         if watch := names.pop(name, None):
             ours = participant, name
             if _needs_messages(watch):
@@ -121,7 +120,7 @@ class Conditions:
             if _has_levels(watch):
                 self._unwatch_level(ours, watch.robot)
             if not names:
-                del self._names[participant]
+                del self.watched[participant]
         if met := self._met.get(participant):
             met.pop(name, None)
             if not met:
@@ -130,7 +129,7 @@ class Conditions:
 
     def drop(self, participant: str) -> None:
         """Forget all conditions of a participant."""
-        for name in list(self._names.get(participant, ())):
+        for name in list(self.watched.get(participant, ())):
             self.unwatch(participant, name)
         self._met.pop(participant, None)
 

@@ -5,54 +5,93 @@ applied in order of (participant's name, index), then events are taken up to the
 to the end of the first instant with an event that a participant wants to be woken for. So neither
 the order of messages on the network nor a participant's thinking time affects the run.
 
-This module uses neither network nor wall clock: `hmrsim.timing.pacing` passes requests to it and calls `proceed`.
+This module uses neither network nor wall clock: `hmrsim.timing.pacing` passes requests to it and has it `proceed`.
 """
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
-from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Collection, Iterable
+from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.protocol.answers import Refused
+from hmrsim.engine.sim_time import end_of_instant, stamp
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.answers import Refused, ResultResponse
+from hmrsim.protocol.commands import CancelGoal, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
+from hmrsim.protocol.conditions import Unwatch, Watch
+from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.outputs import (
+    Answered,
+    FeedbackSent,
+    GoalChanged,
+    GoalTold,
+    Granted,
+    PlanWanted,
+    RosterChanged,
+    TimeRestarted,
+)
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
-from hmrsim.timing.absences import Absences
-from hmrsim.timing.grants import ENDED, Grants
-from hmrsim.timing.participants import Participants
+from hmrsim.protocol.topics import Topic
+from hmrsim.timing.conditions import Conditions
+from hmrsim.timing.participants import NO_KINDS, Participants, Slot, State, Told, kinds_wanted
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance
     from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.participants import Participant
 
 _log = logging.getLogger(__name__)
 
+_ENDED: Final = "the simulation has ended"
+"""What ended a run of which nobody has said."""
 
-class LockstepCoordinator:
+
+class Lockstep:
     """Grants time to participants; a sink of the simulation, so that it receives the events that they wait for.
+
+    A grant collects what participants are told of with it: answers to their commands, events of goals, conditions
+    that were met.
 
     Args:
         awaited: How many participants have to join before time moves for the first time, or their names.
         until: When the run ends, in simulated seconds.
 
     Attributes:
+        epoch: The next grant.
+        granting: Whether time is being granted just now.
         lost: Which participant was dropped last, and why; empty if none was.
     """
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
+        self.epoch = 0
+        self.granting = False
+        self.lost = ""
         self._simulator = simulator
         self._end = until
-        self.lost = ""
+        self._over = ""
         self._participants = Participants(awaited)
-        self._absences = Absences()
-        self._grants = Grants(simulator, self._participants, self._absences, until=until, on_over=self._end_in_time)
-
-    @property
-    def epoch(self) -> int:
-        """The next grant."""
-        return self._grants.epoch
+        self._conditions = Conditions(simulator, self._note_met)
+        # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
+        self._horizon = math.inf
+        self._wake = NO_KINDS
+        self._woken = False
+        # The events since the last grant, of the kinds that somebody wants to be told of.
+        self._events: list[Told] = []
+        self._kinds = NO_KINDS
+        # Changes of goals of robots that clients can't reach.
+        self._withheld: list[GoalChanged] = []
+        self._noting: dict[type, Callable[[Any], None]] = {
+            Answered: self._note_answer,
+            GoalChanged: self._note_change,
+            GoalTold: lambda told: self._note_news(told.change),
+            FeedbackSent: self._note_feedback,
+            TimeRestarted: lambda restarted: self._participants.shift(restarted.ended / NANOSECONDS),
+            RosterChanged: self._note_roster,
+            PlanWanted: self._note_plan,
+        }
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -62,33 +101,43 @@ class LockstepCoordinator:
     @property
     def thinks(self) -> bool:
         """Whether a participant has yet to ask to advance."""
-        return bool(self._grants.thinking)
+        return bool(self._participants.thinking)
 
     @property
     def waiting_for(self) -> tuple[str, ...]:
-        """The participants that have yet to ask to advance, or to join for the first time."""
-        thinking = [each.name for each in self._grants.thinking]
-        return tuple(sorted((*thinking, *self._participants.missing, *self._absences.awaited)))
+        """The participants that have yet to ask to advance, or to join."""
+        there = self._participants
+        return tuple(sorted((*there.thinking, *there.missing, *there.awaited)))
+
+    @property
+    def expects(self) -> bool:
+        """Whether time goes on, or stands, for the sake of a participant that is not there."""
+        there = self._participants
+        return there.later or bool(there.awaited) or any(each.state.stalled for each in there.all)
+
+    @property
+    def over(self) -> bool:
+        """Whether it is the time at which the run ends."""
+        return self._end < math.inf and stamp(self._simulator.now) >= stamp(self._end)
+
+    @property
+    def _next(self) -> int:
+        """The epoch that may be asked for: the one after that which is being granted."""
+        return self.epoch + self.granting
 
     def join(self, command: Join, wall: float) -> None:
         """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
         name, participants = command.name, self._participants
         there = participants.get(name)
-        if there is not None:
-            if command.token and command.token == there.joined_with and there.last is None:
-                self._welcome(command)
-                return
+        if there is None:
+            participants.add(name, wall, command.token)
+            waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
+            _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
+        elif not command.token or command.token != there.joined_with or there.last is not None:
             self._refuse(command.reply_to, "name", name, f"participant {name!r} has joined already; take another name")
             return
-        participants.add(name, wall, command.token)
-        self._absences.forget(name)
-        waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
-        _log.info("sim %.3f | participant %s has joined%s", self._simulator.now, name, waiting)
-        self._welcome(command)
-
-    def _welcome(self, command: Join) -> None:
-        goals = self._participants.goals_of(command.name)
-        self._simulator.answer(command.reply_to, Joined(command.name, self._grants.next, self._simulator.now, goals))
+        joined = Joined(name, self._next, self._simulator.now, participants.goals_of(name))
+        self._simulator.answer(command.reply_to, joined)
 
     def leave(self, command: Leave) -> None:
         """Remove a participant on its own request."""
@@ -100,19 +149,33 @@ class LockstepCoordinator:
         self._remove(name, "left")
         self._simulator.answer(command.reply_to, HasLeft(name))
 
+    def drop(self, name: str, why: str) -> None:
+        """Drop a participant; its goals continue to execute."""
+        _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
+        self.lost = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}"
+        error = f"{self.lost}; join again"
+        participant = self._participants.get(name)
+        if participant is not None:
+            self._stop_waiting(participant)
+            for reply_to in participant.drop_request():
+                self._refuse(reply_to, "participant", name, error)
+        self._remove(name, "dropped", why, error=error)
+        self._reconsider()
+
     def token_seen(self, name: str, *, alive: bool) -> None:
         """Record whether a participant has its liveliness token; a participant that has lost its token is dropped."""
         if self._participants.lost_token(name, alive=alive):
             self.drop(name, "its liveliness token is gone")
 
     def overdue(self, before: float) -> list[str]:
-        """Return participants that have been thinking since before *before*, by the watchdog's clock.
+        """Return participants that have been thinking since before *before*, by the watchdog's clock; from any thread.
 
         There are none while time is granted or the simulation is paused.
         """
-        if self._grants.under_way or self._simulator.paused:
+        if self.granting or self._simulator.paused:
             return []
-        return sorted(each.name for each in self._grants.thinking if each.since < before)
+        here = list(self._participants.all)
+        return [each.name for each in here if each.state is State.THINKING and each.since < before]
 
     def stall(self, name: str, until: float) -> None:
         """Let time go on without a participant until some time: it hears nothing, and what it says is not heard.
@@ -124,17 +187,9 @@ class LockstepCoordinator:
             name: Who is stalled.
             until: Simulated seconds; it may be stalled for longer already.
         """
-        participant = self._participants.get(name)
-        if participant is None:
-            return
-        if participant.open is not None:
-            participant.early = True
-        elif participant.behind is None:
-            participant.behind = self._grants.next
-        for slot in participant.slots:
-            slot.wakes = slot.woke = False
-        self._absences.stall(name, until)
-        self._grants.reconsider()
+        if participant := self._participants.get(name):
+            participant.stall(until, self._next)
+            self._reconsider()
 
     def expect(self, name: str, at: float = 0.0, on_due: Callable[[], None] = lambda: None) -> None:
         """Let time go on until some time, also without any participant, and wait there for one to join.
@@ -144,40 +199,204 @@ class LockstepCoordinator:
             at: Simulated seconds; infinite to let time go on as far as anything is scheduled.
             on_due: Called when it is that time.
         """
-        self._absences.expect(name, at, on_due)
-        self._absences.end(self._simulator.now)
-        self._grants.reconsider()
+        self._participants.expect(name, at, on_due)
+        self._participants.arrive(self._simulator.now)
+        self._reconsider()
 
     def expect_no_more(self, name: str) -> None:
         """Do not wait for a participant that was expected."""
-        self._absences.forget(name)
+        self._participants.expect_no_more(name)
 
     def keep(self, name: str) -> None:
         """Whenever a participant goes, wait for it to join again, unless something else is said of it then."""
-        self._absences.keep(name)
+        self._participants.keep(name)
 
     def expect_nobody(self) -> None:
         """Wait for nobody that is not there, also not for those that were to be kept."""
-        self._absences.clear()
+        self._participants.expect_nobody()
+
+    def advance(self, command: Advance, wall: float) -> None:
+        """Take a participant's request to advance; a repeated request gets the same answer."""
+        name, epoch = command.participant, command.epoch
+        participant = self._participants.get(name)
+        if participant is None:
+            self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
+            return
+        request = participant.request
+        if request is not None and request.epoch == epoch:
+            participant.askers.append(command.reply_to)
+        elif participant.last is not None and participant.last[0] == epoch != self._next:
+            self._simulator.answer(command.reply_to, participant.last[1])
+        elif request is None and epoch in (self._next, participant.behind):
+            participant.ask(command, wall)
+        else:
+            text = f"epoch {epoch} is not the current one, which is {self._next}"
+            if request is not None:
+                text = f"epoch {request.epoch} is being waited for; its answer says which is next"
+            self._refuse(command.reply_to, "epoch", epoch, text)
 
     @property
-    def expects(self) -> bool:
-        """Whether time goes on, or stands, for the sake of a participant that is not there."""
-        return bool(self._absences or self._absences.awaited)
+    def ready(self) -> bool:
+        """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
+        there = self._participants
+        if self.granting or self._simulator.paused or there.missing or there.awaited:
+            return False
+        for participant in there.all:
+            if participant.state is State.THINKING:
+                return False
+        return bool(there.all) or there.later
 
-    def drop(self, name: str, why: str) -> None:
-        """Drop a participant; its goals continue to execute."""
-        _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
-        self.lost = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}"
-        error = f"{self.lost}; join again"
-        participant = self._participants.get(name)
-        if participant and participant.open is not None:
-            for reply_to in participant.askers:
-                self._refuse(reply_to, "participant", name, error)
-            self._grants.stop_waiting(participant)
-            participant.open = None
-        self._remove(name, "dropped", why, error=error)
-        self._grants.reconsider()
+    def begin(self) -> None:
+        """Begin a grant: apply the commands of this epoch."""
+        self.granting, self._woken = True, False
+        self._submit_changes()
+        asked, kinds = [], NO_KINDS
+        for participant in self._participants.all:
+            if participant.state.begins:
+                asked.append((participant, participant.begin()))
+            kinds |= participant.kinds
+        self._limit_grant()
+        if kinds != self._kinds:
+            self._record(kinds)
+        if self._has_news:
+            # A client that does not take part has caused an event meanwhile, or a stalled participant has missed it.
+            self._halt()
+        for participant, request in asked:
+            self._apply(participant, request)
+        self._conditions.refresh()
+
+    def _limit_grant(self) -> None:
+        """Let the grant go as far as those allow who ask for it, and end with the kinds of events that wake them."""
+        horizon, wake = self._participants.due, NO_KINDS
+        for participant in self._participants.all:
+            if participant.state is State.GRANTED and (request := participant.request):
+                horizon = min(horizon, request.until)
+                wake |= request.wake
+        self._horizon, self._wake = max(horizon, self._simulator.now), wake
+
+    @property
+    def _has_news(self) -> bool:
+        """Whether there is something to wake a participant that asks, or one is to join first."""
+        if self._participants.awaited:
+            return True
+        if self._events and any(kind in self._wake for kind, _, _ in self._events):
+            return True
+        met = self._conditions.met
+        for participant in self._participants.all:
+            if participant.state is State.GRANTED and (request := participant.request):
+                if participant.name in met or any(slot.woke for slot in participant.slots):
+                    return True
+                if any(kind in request.wake for kind, _, _ in participant.missed):
+                    return True
+        return False
+
+    def _reconsider(self) -> None:
+        """Let the grant under way go as far as those allow who are left."""
+        if self.granting:
+            self._woken = False
+            self._limit_grant()
+            if self._has_news:
+                self._halt()
+
+    def _apply(self, participant: Participant, request: Advance) -> None:
+        """Apply the commands of a participant in order."""
+        wakes = "result" in request.wake and not participant.state.stalled
+        name = participant.name
+        participant.slots = [Slot(wakes) for _ in request.commands]
+        for command, slot in zip(request.commands, participant.slots, strict=True):
+            match command:
+                case SendGoal(robot, action, goal, goal_id):
+                    number = self._participants.next_goal(name)
+                    goal_id = made_goal_id(name, number) if goal_id is None else goal_id
+                    self._simulator.submit(SendGoal(robot, action, goal, goal_id, slot), name)
+                case CancelGoal():
+                    self._simulator.submit(command._replace(reply_to=slot), name)
+                case GetResult():
+                    slot.wanted = command
+                    self._simulator.submit(command._replace(reply_to=slot), name)
+                case Watch():
+                    self._fill(slot, self._conditions.watch(name, command))
+                case Unwatch():
+                    slot.answer = self._conditions.unwatch(name, command.name)
+                case Unreadable(answer):
+                    # It may be a goal that its sender has numbered.
+                    self._participants.next_goal(name)
+                    self._fill(slot, answer)
+
+    def proceed(self, most: int, wall: float) -> bool:
+        """Process at most so many events of a grant; return whether more may be processed at once.
+
+        At the end of the grant every participant gets its answer.
+        """
+        simulator = self._simulator
+        plans = simulator.plans
+        if plans.awaited:
+            # All of this instant comes first, and time stands; it can't matter when, and in which order, they come.
+            return simulator.process_events(end_of_instant(simulator.now), most) or (
+                plans.all_kept and self._submit_plans()
+            )
+        stop = self._next_stop()
+        if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf) or stop != self._next_stop():
+            return True
+        if stop == self._conditions.due < math.inf:
+            simulator.advance_clock(stop)
+            self._conditions.look()
+            return True
+        if self._woken:
+            self._finish("event", wall)
+        elif simulator.limit < math.inf and stop == simulator.limit:
+            # A client has paused the simulation, or makes it step.
+            simulator.advance_clock(stop)
+        elif stop == self._horizon < math.inf:
+            simulator.advance_clock(stop)
+            self._finish("until", wall)
+        elif stop < math.inf:
+            simulator.advance_clock(stop)
+            self._finish("end", wall)
+        else:
+            if all(each.state is not State.GRANTED for each in self._participants.all):
+                self._participants.expect_only_those_that_come()
+            self._finish("idle", wall)
+        return False
+
+    def _next_stop(self) -> float:
+        """Return up to when time may move before something is to be decided."""
+        return min(self._horizon, self._simulator.limit, self._end, self._conditions.due)
+
+    def _finish(self, reason: str, wall: float) -> None:
+        self.granting = False
+        self.epoch += 1
+        self._participants.arrive(self._simulator.now, wall)
+        if self.over:
+            self.end(f"it was to last {self._end:g} s", _ENDED)
+            return
+        self._sort_events()
+        asked = [each for each in self._participants.all if each.state is State.GRANTED]
+        sampled = self._sampled(asked)
+        for participant in asked:
+            participant.since = wall
+            self._answer(participant, reason, sampled)
+        self._forget_events()
+
+    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Told] = ()) -> None:
+        """Answer one participant, which thinks from now on."""
+        request = participant.request
+        if request is None:
+            raise AssertionError(f"{participant.name} has asked for nothing")
+        now = self._simulator.now
+        if reason == "until" and request.until > now and stamp(request.until) == stamp(now):
+            # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
+            now = request.until
+        wanted = kinds_wanted(request)
+        events = tuple([each for each in (*participant.missed, *self._events) if each[0] in wanted])
+        if sampled and "feedback" in request.report - request.wake:
+            events = (*events, *sampled)
+        accepted = tuple([slot.answer for slot in participant.slots])
+        met = self._conditions.take_met(participant.name)
+        granted = Granted(self.epoch, now, reason, accepted, events, met, self._over)
+        self._stop_waiting(participant)
+        for reply_to in participant.answer(granted):
+            self._simulator.answer(reply_to, granted)
 
     def end(self, why: str, reason: str) -> None:
         """End the run: abort every goal, and remove all participants, which are told how their goals have ended.
@@ -188,103 +407,187 @@ class LockstepCoordinator:
             why: What ended the run.
             reason: The message in the results of the goals.
         """
-        if self._grants.why_over:
+        if self._over:
             return
-        self._grants.close(why)
-        self._absences.clear()
-        asked = [participant for participant, _ in self._participants.asking]
+        self._over, self.granting = why, False
+        self._participants.expect_nobody()
+        asked = [each for each in self._participants.all if each.request is not None]
         for name in self.participants:
             self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
-        self._grants.submit_kept()
+        self._submit_kept()
         self._simulator.stop(reason)
-        self._grants.tell_ended(asked)
+        self._sort_events()
+        for participant in asked:
+            self._answer(participant, "end")
 
     def tell_end(self, command: Advance) -> None:
         """Answer a participant that asks to advance after the end of the run."""
-        self._grants.tell_end(command)
+        wanted = kinds_wanted(command)
+        events = tuple(each for each in self._events if each[0] in wanted)
+        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self._over or _ENDED)
+        self._simulator.answer(command.reply_to, granted)
 
     def dismiss(self, why: str) -> None:
         """Remove all participants, as the clock is no longer lockstep."""
-        self._grants.abandon()
+        self.granting = False
         for name in self.participants:
             self._remove(name, "left", why, error=f"participant {name!r} was removed: {why}; join again")
-        self._grants.dismiss()
+        self._submit_kept()
+        self._events.clear()
+        self._record(NO_KINDS)
 
     def restart(self) -> None:
         """Restart at epoch 0; a participant that waits for a grant receives the changes of its goals by the reset."""
-        self._grants.restart()
+        self.granting = False
+        self.epoch = 0
+        thinks = self.thinks
+        for participant in self._participants.all:
+            participant.behind = None
+            if participant.request is not None and not participant.state.stalled:
+                self._answer(participant, "event")
+        if not thinks:
+            self._forget_events()
 
     def _remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         participant = self._participants.get(name)
-        if participant and participant.open is not None:
-            self._grants.answer(participant, "end")
+        if participant and participant.request is not None:
+            self._answer(participant, "end")
         self._participants.remove(name, change, why, error=error)
-        self._absences.note_gone(name)
-        self._grants.forget(name)
-        if not self._participants:
-            self._grants.abandon()
+        self._conditions.drop(name)
+        if not self._participants.all:
+            self.granting = False
             if not self._participants.missing:
-                self._grants.submit_changes()
+                self._submit_changes()
 
-    def advance(self, command: Advance, wall: float) -> None:
-        """Record a participant's request to advance; a repeated request gets the same answer."""
-        name = command.participant
-        participant = self._participants.get(name)
-        if participant is None:
-            self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
-            return
-        if participant.open is not None and participant.open.epoch == command.epoch:
-            participant.askers.append(command.reply_to)
-        elif participant.last is not None and participant.last[0] == command.epoch != self._grants.next:
-            self._simulator.answer(command.reply_to, participant.last[1])
-        elif command.epoch in (self._grants.next, participant.behind) and participant.open is None:
-            participant.open, participant.since = command, wall
-            participant.askers = [command.reply_to]
-            participant.begun = participant.early = False
-        else:
-            text = f"epoch {command.epoch} is not the current one, which is {self._grants.next}"
-            if participant.open is not None:
-                text = f"epoch {participant.open.epoch} is being waited for; its answer says which is next"
-            self._refuse(command.reply_to, "epoch", command.epoch, text)
+    def _submit_changes(self) -> None:
+        """Submit the changes of participation since the last grant."""
+        for change in self._participants.take_changes():
+            self._simulator.submit(change, change.participant)
 
-    @property
-    def ready(self) -> bool:
-        """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
-        if self._grants.under_way or self._simulator.paused or not (self._participants or self._absences):
-            return False
-        return not (self._grants.thinking or self._participants.missing or self._absences.awaited)
+    def _submit_plans(self) -> bool:
+        answers = self._simulator.plans.take_kept()
+        for answer in answers:
+            self._simulator.submit(answer)
+        return bool(answers)
 
-    @property
-    def granting(self) -> bool:
-        """Whether time is being granted just now."""
-        return self._grants.under_way
+    def _submit_kept(self) -> None:
+        """Submit the changes of participation, and the plans that are kept for the end of an instant."""
+        self._submit_changes()
+        self._submit_plans()
 
-    @property
-    def over(self) -> bool:
-        """Whether it is the time at which the run ends."""
-        return self._grants.over
+    def _stop_waiting(self, participant: Participant) -> None:
+        """Wait no longer for results that a participant wanted and that are not there yet."""
+        for slot in participant.slots:
+            if slot.wanted is not None and slot.answer is None:
+                self._simulator.submit(StopWaiting(*slot.wanted[:3], reply_tos=(slot,)))
 
-    def begin(self) -> None:
-        """Begin a grant: apply the commands of this epoch."""
-        self._grants.begin()
-
-    def proceed(self, most: int, wall: float) -> bool:
-        """Process at most so many events of a grant; return whether more may be processed at once.
-
-        At the end of the grant every participant gets its answer.
-        """
-        return self._grants.proceed(most, wall)
+    # What participants are told of
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
-        return self._grants.wants(topic)
+        return (topic is Topic.FEEDBACK and "feedback" in self._kinds) or self._conditions.wants(topic)
 
     def emit(self, output: Output) -> None:
         """Record an event that a participant waits for."""
-        self._grants.emit(output)
+        note = self._noting.get(type(output))
+        if note is not None:
+            note(output)
+        if self._conditions.watched:
+            self._conditions.emit(output)
 
-    def _end_in_time(self) -> None:
-        self.end(f"it was to last {self._end:g} s", ENDED)
+    def _record(self, kinds: frozenset[str]) -> None:
+        """Record events of these kinds from now on."""
+        changed = (kinds ^ self._kinds) & {"feedback"}
+        self._kinds = kinds
+        if changed:
+            self._simulator.submit(InterestChanged())
+
+    def _note_answer(self, answered: Answered) -> None:
+        if type(answered.reply_to) is Slot:
+            self._fill(answered.reply_to, answered.answer)
+
+    def _fill(self, slot: Slot, answer: Any) -> None:
+        slot.answer = answer
+        if slot.wakes and not _goes_on(answer):
+            # It counts as the result: no later event could wake the participant that sent the command.
+            slot.woke = True
+            self._halt()
+
+    def _note_change(self, change: GoalChanged) -> None:
+        if change.robot not in self._simulator.dispatcher.news:
+            self._note_news(change)
+
+    def _note_news(self, change: GoalChanged) -> None:
+        """Record a change of a goal when participants may know it."""
+        if change.robot in self._simulator.dispatcher.cut_off:
+            self._withheld.append(change)
+            return
+        if "status" in self._kinds:
+            self._note("status", change.stamp, change)
+        if change.result is not None and "result" in self._kinds:
+            self._note("result", change.stamp, change)
+
+    def _note_feedback(self, feedback: FeedbackSent) -> None:
+        if "feedback" in self._kinds:
+            self._note("feedback", stamp(self._simulator.now), feedback)
+
+    def _note_roster(self, _changed: RosterChanged) -> None:
+        """Record the withheld changes of goals of robots that are connected again."""
+        withheld, self._withheld = self._withheld, []
+        for change in withheld:
+            self._note_news(change)
+        self._conditions.follow()
+
+    def _note_plan(self, _wanted: PlanWanted) -> None:
+        if self.granting:
+            self._simulator.halt()
+
+    def _note(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
+        self._events.append((kind, at, event))
+        if self.granting and not self._woken and kind in self._wake:
+            self._halt()
+
+    def _note_met(self) -> None:
+        if self.granting and not self._woken and self._has_news:
+            self._halt()
+
+    def _halt(self) -> None:
+        """Grant no more than this instant."""
+        self._woken = True
+        self._horizon = self._simulator.now
+        self._simulator.halt()
+
+    def _sampled(self, asked: Iterable[Participant]) -> list[Told]:
+        """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
+        requests = [each.request for each in asked if each.request and each.request.report]
+        if not any("feedback" in request.report - request.wake for request in requests):
+            return []
+        now = stamp(self._simulator.now)
+        return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback.current()]
+
+    def _sort_events(self) -> None:
+        """Put samples of one instant into the order of robots, as other subscribers could change theirs."""
+        if "feedback" not in self._kinds:
+            return
+        ordered: list[Told] = []
+        for (kind, _), group in itertools.groupby(self._events, key=lambda event: event[:2]):
+            found = list(group)
+            if kind == "feedback":
+                found.sort(key=lambda event: (event[2].robot, event[2].action, event[2].goal_id))
+            ordered += found
+        self._events = ordered
+
+    def _forget_events(self) -> None:
+        """Forget the events, other than those that stalled participants would be told of now."""
+        for each in self._participants.all:
+            if each.state.stalled or each.behind is not None:
+                each.missed += [event for event in self._events if event[0] in each.kinds]
+        self._events.clear()
 
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
+
+
+def _goes_on(answer: Any) -> bool:
+    """Return whether a command has an effect of which an event will tell."""
+    return not isinstance(answer, (Refused, ResultResponse, bytes)) and getattr(answer, "accepted", True)

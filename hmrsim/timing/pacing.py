@@ -30,7 +30,7 @@ from hmrsim.protocol.time import (
 )
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
-from hmrsim.timing.lockstep import LockstepCoordinator
+from hmrsim.timing.lockstep import Lockstep
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
@@ -95,7 +95,7 @@ class Pacing:
         preparations: Iterator[object] = iter(()),  # noqa: B008 - empty
         lockstep_only: bool = False,
     ) -> None:
-        self.lockstep = LockstepCoordinator(simulator, awaited=settings.participants, until=settings.duration)
+        self.lockstep = Lockstep(simulator, awaited=settings.participants, until=settings.duration)
         self.clock: str = settings.clock
         self.real_time_factor = settings.real_time_factor
         self.lag = 0.0

@@ -1,11 +1,29 @@
-"""The participants in lockstep: joins and leaves, requests to advance, and the participants that time waits for."""
+"""The participants in lockstep: the states of each, and the one table of transitions between them.
+
+::
+
+                 ┌───────────────────────────answer──────────────────────────┐
+                 ▼                                                            │
+    join ──► THINKING ──ask──► ASKING ────────────begin──────────────► GRANTED
+              ▲   │             ▲  ▲ │                                  ▲   │
+           resume stall     resume │ stall                           resume stall
+              │   ▼             │  │ ▼                                  │   ▼
+             STALLED ──ask──► UNHEARD  STALLED_ASKING ────begin────► STALLED_GRANTED
+
+Time stands while a participant is THINKING. A stalled participant holds nothing up and is told nothing. What it asked
+before the stall is done; what it asks during the stall is heard when the stall is over.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import bisect
+import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.commands import Participation
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged
 
@@ -16,8 +34,91 @@ if TYPE_CHECKING:
 Told = tuple[str, int, GoalChanged | FeedbackSent]
 """An event that participants are told of with a grant: its kind, when it was in nanoseconds, and what it is."""
 
+NO_KINDS: Final[frozenset[str]] = frozenset()
+"""No kind of event."""
 
-@dataclass
+_FEEDBACK: Final = frozenset({"feedback"})
+
+
+class State(Enum):
+    """What lockstep waits for at a participant, or the participant at lockstep.
+
+    Attributes:
+        stalled: Whether time goes on without it.
+        begins: Whether its commands are applied when the next grant begins.
+    """
+
+    THINKING = "thinking"
+    """It has yet to ask; time stands."""
+    ASKING = "asking"
+    """It has asked to advance, and its commands go with the next grant."""
+    GRANTED = "granted"
+    """Its commands were applied; it is answered at the end of the grant."""
+    STALLED = "stalled"
+    """It has yet to ask, and time goes on."""
+    UNHEARD = "unheard"
+    """It asked during its stall, and is heard afterwards."""
+    STALLED_ASKING = "stalled_asking"
+    """It had asked before its stall, and its commands go with the next grant."""
+    STALLED_GRANTED = "stalled_granted"
+    """Its commands were applied; it is answered at the end of the first grant after its stall."""
+
+    stalled: bool
+    begins: bool
+
+    __hash__ = object.__hash__
+    """Enum's own is written in Python."""
+
+    def __init__(self, name: str) -> None:
+        self.stalled = name.startswith("stalled") or name == "unheard"
+        self.begins = name.endswith("asking")
+
+
+class Event(Enum):
+    """What can happen to a participant."""
+
+    __hash__ = object.__hash__
+
+    ASK = "ask"
+    """It asks to advance."""
+    BEGIN = "begin"
+    """A grant begins, with its commands."""
+    ANSWER = "answer"
+    """It is answered."""
+    STALL = "stall"
+    """Time goes on without it for a while."""
+    RESUME = "resume"
+    """Its stall is over."""
+
+
+TRANSITIONS: Final[Mapping[tuple[State, Event], State]] = {
+    (State.THINKING, Event.ASK): State.ASKING,
+    (State.THINKING, Event.STALL): State.STALLED,
+    (State.ASKING, Event.BEGIN): State.GRANTED,
+    # A reset, or the end of lockstep, answers before a grant begins.
+    (State.ASKING, Event.ANSWER): State.THINKING,
+    (State.ASKING, Event.STALL): State.STALLED_ASKING,
+    (State.GRANTED, Event.ANSWER): State.THINKING,
+    (State.GRANTED, Event.STALL): State.STALLED_GRANTED,
+    (State.STALLED, Event.ASK): State.UNHEARD,
+    (State.STALLED, Event.STALL): State.STALLED,
+    (State.STALLED, Event.RESUME): State.THINKING,
+    (State.UNHEARD, Event.STALL): State.UNHEARD,
+    (State.UNHEARD, Event.RESUME): State.ASKING,
+    (State.STALLED_ASKING, Event.BEGIN): State.STALLED_GRANTED,
+    (State.STALLED_ASKING, Event.STALL): State.STALLED_ASKING,
+    (State.STALLED_ASKING, Event.RESUME): State.ASKING,
+    (State.STALLED_GRANTED, Event.STALL): State.STALLED_GRANTED,
+    (State.STALLED_GRANTED, Event.RESUME): State.GRANTED,
+    # The end of the run tells also those that are stalled.
+    (State.UNHEARD, Event.ANSWER): State.STALLED,
+    (State.STALLED_ASKING, Event.ANSWER): State.STALLED,
+    (State.STALLED_GRANTED, Event.ANSWER): State.STALLED,
+}
+"""All transitions; an event that is not here can't happen in that state."""
+
+
+@dataclass(slots=True, eq=False)
 class Slot:
     """Where the answer to a command of an advance goes.
 
@@ -34,20 +135,20 @@ class Slot:
     woke: bool = False
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Participant:
     """A participant.
 
     Attributes:
         since: When it last got an answer, by the watchdog's clock.
-        open: Its open request to advance; None while it thinks.
+        token: Whether its liveliness token was ever seen.
+        joined_with: The token of its request to join; empty for none.
+        state: What is waited for.
+        stalled_until: Simulated seconds at which its stall is over; infinite if it is not stalled.
+        request: Its open request to advance; None while it thinks.
         askers: The senders to answer: more than one if the request was repeated.
         slots: The answers to its commands.
         last: Its last epoch, and the grant of that epoch.
-        token: Whether its liveliness token was ever seen.
-        joined_with: The token of its request to join; empty for none.
-        begun: Whether the commands of its open request were applied, so that it gets the next grant.
-        early: Whether its open request came before it was stalled.
         kinds: The kinds of events that it wants to be told of, as it last said.
         missed: The events of grants that it did not get, as it is stalled.
         behind: The epoch that it may ask for though there have been later ones; None if there is none.
@@ -55,43 +156,114 @@ class Participant:
 
     name: str
     since: float
-    open: Advance | None = None
+    token: bool = False
+    joined_with: str = ""
+    state: State = State.THINKING
+    stalled_until: float = math.inf
+    request: Advance | None = None
     askers: list[Any] = field(default_factory=list)
     slots: list[Slot] = field(default_factory=list)
     last: tuple[int, Granted] | None = None
-    token: bool = False
-    joined_with: str = ""
-    begun: bool = False
-    early: bool = False
-    kinds: frozenset[str] = frozenset()
+    kinds: frozenset[str] = NO_KINDS
     missed: list[Told] = field(default_factory=list)
     behind: int | None = None
 
+    def ask(self, request: Advance, wall: float) -> None:
+        """Take its request to advance."""
+        self._enter(Event.ASK)
+        self.request, self.since, self.askers = request, wall, [request.reply_to]
+
+    def begin(self) -> Advance:
+        """Return the request whose commands are applied now."""
+        self._enter(Event.BEGIN)
+        request = self._open
+        self.behind, self.kinds = None, kinds_wanted(request)
+        return request
+
+    def answer(self, granted: Granted) -> list[Any]:
+        """Take its answer, and return the senders to give it to."""
+        self._enter(Event.ANSWER)
+        self.last = (self._open.epoch, granted)
+        askers, self.askers = self.askers, []
+        self.request, self.behind = None, None
+        self.slots, self.missed = [], []
+        return askers
+
+    def stall(self, until: float, epoch: int) -> None:
+        """Let time go on without it until some time, if it is not stalled for longer; *epoch* is the next one."""
+        if self.state is State.THINKING and self.behind is None:
+            self.behind = epoch
+        self.stalled_until = max(until, self.stalled_until) if self.state.stalled else until
+        self._enter(Event.STALL)
+        for slot in self.slots:
+            slot.wakes = slot.woke = False
+
+    def resume(self, wall: float | None) -> None:
+        """End its stall."""
+        self._enter(Event.RESUME)
+        self.stalled_until = math.inf
+        if wall is not None:
+            self.since = wall
+
+    def drop_request(self) -> list[Any]:
+        """Forget its open request, as it will be removed; return the senders, which get no other answer."""
+        askers, self.askers, self.request = self.askers, [], None
+        return askers
+
+    @property
+    def _open(self) -> Advance:
+        if self.request is None:
+            raise AssertionError(f"{self.name} is {self.state.value}, and has asked for nothing")
+        return self.request
+
+    def _enter(self, event: Event) -> None:
+        self.state = TRANSITIONS[self.state, event]
+
+
+@dataclass(slots=True)
+class _Expected:
+    """Somebody who is to join: time goes on until then, and waits from then on."""
+
+    at: float
+    on_due: Callable[[], None]
+    due: bool = False
+
 
 class Participants:
-    """All participants.
+    """All participants, and those that are to join.
 
     Args:
         awaited: How many have to join before time moves for the first time, or their names.
+
+    Attributes:
+        all: The participants, in the order of their names.
+        missing: Those that have yet to join for the first time; a number in place of names that are not known.
+        awaited: Who is to join now, by name.
     """
 
     def __init__(self, awaited: int | Collection[str]) -> None:
-        self._awaited = awaited
+        self._wanted = awaited
+        self.all: list[Participant] = []
+        self.awaited: list[str] = []
         self._here: dict[str, Participant] = {}
         self._known: dict[str, None] = {}
         self._gone: dict[str, str] = {}
         self._goals: dict[str, int] = {}
         self._tokens: dict[str, None] = {}
         self._changes: list[Participation] = []
-
-    def __bool__(self) -> bool:
-        """Return whether there is a participant."""
-        return bool(self._here)
+        self._expected: dict[str, _Expected] = {}
+        self._kept: dict[str, None] = {}
+        self.missing = self._missing()
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the participants, in order."""
-        return tuple(sorted(self._here))
+        return tuple(each.name for each in self.all)
+
+    @property
+    def thinking(self) -> list[str]:
+        """The names of those that time waits for, as they have yet to ask; from any thread."""
+        return [each.name for each in list(self.all) if each.state is State.THINKING]
 
     def get(self, name: str) -> Participant | None:
         """Return the participant of a name; None if there is none."""
@@ -103,24 +275,31 @@ class Participants:
 
     def add(self, name: str, since: float, joined_with: str = "") -> None:
         """Add a participant; its name must be free."""
-        self._here[name] = Participant(name, since, token=name in self._tokens, joined_with=joined_with)
+        participant = self._here[name] = Participant(name, since, name in self._tokens, joined_with)
+        bisect.insort(self.all, participant, key=lambda each: each.name)
         self._known[name] = None
         self._gone.pop(name, None)
         self._changes.append(Participation(name, "joined"))
+        self.missing = self._missing()
+        self.expect_no_more(name)
 
     def remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
-        """Remove a participant.
+        """Remove a participant, and wait for it at once if it is to be kept.
 
         *change* says how it left, as in `Participation`; *error* is the error for its later requests, empty for the
         one that says to join first.
         """
-        del self._here[name]
+        self.all.remove(self._here.pop(name))
         if error:
             self._gone[name] = error
         if change == "left":
             # The loss of its token may be reported after it has joined again with another token.
             self._tokens.pop(name, None)
         self._changes.append(Participation(name, change, why))
+        self.expect_no_more(name)
+        if name in self._kept:
+            self._expected[name] = _Expected(0.0, lambda: None, due=True)
+            self._note_awaited()
 
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
@@ -144,30 +323,86 @@ class Participants:
 
     def next_goal(self, name: str) -> int:
         """Count one more goal; return its number."""
-        number = self._goals[name] = self.goals_of(name) + 1
+        number = self._goals[name] = self._goals.get(name, 0) + 1
         return number
 
-    @property
-    def all(self) -> list[Participant]:
-        """All of them, in the order in which they have joined."""
-        return list(self._here.values())
+    def expect(self, name: str, at: float, on_due: Callable[[], None]) -> None:
+        """Expect that a participant joins at some time, which waits for that from then on; *on_due* is called then.
+
+        Args:
+            name: Who joins; empty for nobody, so that time goes on from there.
+            at: When; infinite for never.
+            on_due: Must not change who is expected.
+        """
+        self._expected[name] = _Expected(at, on_due)
+
+    def expect_no_more(self, name: str) -> None:
+        """Do not wait for a participant that was expected."""
+        if self._expected.pop(name, None):
+            self._note_awaited()
+
+    def keep(self, name: str) -> None:
+        """Expect a participant again at once whenever it goes."""
+        self._kept[name] = None
+
+    def expect_nobody(self) -> None:
+        """Wait for nobody that is not here, also not for those that were to be kept."""
+        self._expected.clear()
+        self._kept.clear()
+        self._note_awaited()
+
+    def expect_only_those_that_come(self) -> None:
+        """Let time stand where only those are missing that never come."""
+        self._expected = {name: each for name, each in self._expected.items() if each.at < math.inf}
 
     @property
-    def missing(self) -> list[str]:
-        """The participants that have yet to join for the first time; a number in place of names that are not known."""
-        if isinstance(self._awaited, int):
-            more = self._awaited - len(self._known)
+    def later(self) -> bool:
+        """Whether time may go on for the sake of one that is expected later, though nobody asks for it."""
+        return any(not each.due for each in self._expected.values())
+
+    @property
+    def due(self) -> float:
+        """When the next stall is over, or the next one is to join; infinite if there is neither."""
+        due = math.inf
+        for participant in self.all:
+            due = min(due, participant.stalled_until)
+        for expected in self._expected.values():
+            if not expected.due:
+                due = min(due, expected.at)
+        return due
+
+    def arrive(self, now: float, wall: float | None = None) -> None:
+        """End the stalls that are over, and have those awaited that are to join now."""
+        if stamp(self.due) > stamp(now):
+            return
+        for participant in self.all:
+            if stamp(participant.stalled_until) <= stamp(now):
+                participant.resume(wall)
+        for name, each in sorted(self._expected.items()):
+            if not each.due and each.at < math.inf and stamp(each.at) <= stamp(now):
+                each.due = True
+                each.on_due()
+                if not name:
+                    del self._expected[name]
+        self._note_awaited()
+
+    def shift(self, seconds: float) -> None:
+        """Take note that time has gone back by so many seconds: what is left of a stall is left."""
+        for participant in self.all:
+            participant.stalled_until -= seconds
+        for each in self._expected.values():
+            each.at -= seconds
+
+    def _missing(self) -> list[str]:
+        if isinstance(self._wanted, int):
+            more = self._wanted - len(self._known)
             return [f"{more} more to join"] if more > 0 else []
-        return [name for name in self._awaited if name not in self._known]
+        return [name for name in self._wanted if name not in self._known]
 
-    @property
-    def thinking(self) -> list[Participant]:
-        """The participants that have yet to ask to advance."""
-        # Copied, as the watchdog reads it in a thread of its own.
-        return [each for each in list(self._here.values()) if each.open is None]
+    def _note_awaited(self) -> None:
+        self.awaited = sorted(name for name, each in self._expected.items() if each.due)
 
-    @property
-    def asking(self) -> list[tuple[Participant, Advance]]:
-        """The participants that have asked to advance, with their requests, in the order of names."""
-        found = [(each, each.open) for each in self._here.values() if each.open is not None]
-        return sorted(found, key=lambda pair: pair[0].name) if len(found) > 1 else found
+
+def kinds_wanted(request: Advance) -> frozenset[str]:
+    """Return the kinds of events that a participant is told of as they come."""
+    return request.wake | (request.report - _FEEDBACK) if request.report else request.wake
