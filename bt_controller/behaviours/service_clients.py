@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.link import Answer
+    from hmrsim_zenoh.client.queries import Reply
 
 _TIMEOUT: Final = 10.0
 """The response's timeout in wall seconds."""
@@ -54,7 +54,7 @@ class FromBlackboard(Behaviour):
         self._client: Client | None = None
         self._wake: Callable[[], None] = lambda: None
         self._topics: Topics | None = None
-        self._answers: list[Answer | HmrsimError] | None = None
+        self._answers: list[Reply | HmrsimError] | None = None
         self.blackboard = self.attach_blackboard_client()
         if key_request:
             self.blackboard.register_key(key_request, Access.READ)
@@ -81,12 +81,12 @@ class FromBlackboard(Behaviour):
             raise RuntimeError(f"{self.name!r} was ticked before it was set up")
         key, payload = self._client.keys.world(self._service), request.model_dump_json().encode()
         # A leaf that was interrupted and starts again ignores the response to an older request.
-        answers: list[Answer | HmrsimError] = []
+        answers: list[Reply | HmrsimError] = []
         self._answers = answers
         self.feedback_message = "sent request"
         if self._client.lockstep is None:
 
-            def answered(answer: Answer) -> None:
+            def answered(answer: Reply) -> None:
                 answers.append(answer)
                 self._wake()
 
@@ -126,7 +126,7 @@ class FromBlackboard(Behaviour):
         self.feedback_message = "successfully completed"
         return Status.SUCCESS
 
-    def _response(self, answer: Answer | HmrsimError) -> Message:
+    def _response(self, answer: Reply | HmrsimError) -> Message:
         if isinstance(answer, HmrsimError):
             raise answer
         if answer is None:

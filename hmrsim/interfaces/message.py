@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args, get_origin
+from operator import attrgetter
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Iterator
 
     from pydantic.fields import FieldInfo
 
@@ -74,6 +75,47 @@ def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
         return _is_of_ros(get_args(annotation)[0], ())
     is_message = isinstance(annotation, type) and issubclass(annotation, Message)
     return is_message or any(isinstance(mark, Primitive) for mark in metadata)
+
+
+def complete(message: Message) -> None:
+    """Let all fields of a message count as set, as they do once it was sent whole over a network."""
+    shape = _shape(type(message))
+    message.__pydantic_fields_set__.update(shape.names)
+    for at, names in shape.inner:
+        at(message).__pydantic_fields_set__.update(names)
+    for at in shape.lists:
+        for each in at(message):
+            complete(each)
+
+
+class _Shape(NamedTuple):
+    """The names of a message's fields, the messages in it with theirs, and its lists of messages."""
+
+    names: frozenset[str]
+    inner: list[tuple[Callable[[Any], Any], frozenset[str]]]
+    lists: list[Callable[[Any], Any]]
+
+
+@cache
+def _shape(kind: type[Message]) -> _Shape:
+    shape = _Shape(frozenset(kind.model_fields), [], [])
+    for path, of in _messages_in(kind):
+        if get_origin(of) is list:
+            shape.lists.append(attrgetter(path))
+        else:
+            shape.inner.append((attrgetter(path), frozenset(of.model_fields)))
+    return shape
+
+
+def _messages_in(kind: type[Message], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the path and the type of each message, and of each list of messages, in a message."""
+    for name, field in kind.model_fields.items():
+        of = field.annotation
+        item = get_args(of)[0] if get_origin(of) is list else of
+        if isinstance(item, type) and issubclass(item, Message):
+            yield path + name, of
+            if item is of:
+                yield from _messages_in(item, f"{path}{name}.")
 
 
 def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:

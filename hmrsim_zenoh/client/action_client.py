@@ -5,24 +5,24 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Mapping
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Generic
-
-from pydantic_core import to_json
 
 from hmrsim.actions import F, G, R
 from hmrsim.diagnostics import shown
+from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
+from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.goal_ids import parse_goal_id
-from hmrsim_zenoh.client.goal_exchange import ActionPorts, GoalExchange
+from hmrsim_zenoh.client.connection import ActionTarget, Answer, message_of
+from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
-from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, FeedbackMessage, UnreadableError, around, read
-from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action
     from hmrsim_zenoh.client.goal_handle import GoalHandle
-    from hmrsim_zenoh.client.link import Answer, Link, Wire
+    from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
@@ -41,8 +41,7 @@ class ActionClient(Generic[G, R, F]):
         self.action = action
         self._link = link
         self._lockstep = lockstep
-        self._ports = ActionPorts.of(link.keys, robot, action)
-        self._feedback_key = link.keys.action(robot, action.name, Verb.FEEDBACK)
+        self._target = ActionTarget(robot, action)
         self._lock = threading.Lock()
         self._listening: dict[str, GoalExchange[R, F]] = {}
         self._listens = False
@@ -79,8 +78,7 @@ class ActionClient(Generic[G, R, F]):
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """
-        wire = self._lockstep() or self._link
-        exchange = self._exchange(wire, goal, goal_id, on_feedback, on_change)
+        exchange = self._exchange(self._lockstep(), goal, goal_id, on_feedback, on_change)
         exchange.start(adopt=adopt, read_result=read_result)
         return exchange
 
@@ -102,7 +100,7 @@ class ActionClient(Generic[G, R, F]):
             ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
         """
         lockstep = self._lockstep()
-        exchange = self._exchange(lockstep or self._link, goal, goal_id, on_feedback, on_change)
+        exchange = self._exchange(lockstep, goal, goal_id, on_feedback, on_change)
         if lockstep:
             exchange.start(read_result=read_result)
         else:
@@ -111,34 +109,31 @@ class ActionClient(Generic[G, R, F]):
 
     def _exchange(
         self,
-        wire: Link | Lockstep,
+        lockstep: Lockstep | None,
         goal: G | Mapping[str, Any],
         goal_id: str | None,
         on_feedback: Callable[[F], None] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> GoalExchange[R, F]:
         """Return a goal's handle, which is to be started."""
-        if isinstance(goal, Mapping):
-            body = to_json(goal)
-        elif isinstance(goal, self.action.goal):
-            body = encoding.message(goal)
-        else:
+        if not isinstance(goal, (self.action.goal, Mapping)):
             raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {_kind(goal)}")
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
-        next_id = wire.next_goal_id()
+        next_id = (lockstep or self._link).next_goal_id()
+        # Plain values become a message where they enter the simulator.
+        sent: Any = goal
         exchange: GoalExchange[R, F] = GoalExchange(
             self._link,
-            wire,
-            self._ports,
-            body,
-            wanted_id or next_id,
+            lockstep,
+            self._target,
+            SendGoal(self.robot, self.action.name, sent, wanted_id or next_id),
             on_feedback=on_feedback,
             on_change=on_change,
             on_done=self._forget,
         )
         self._link.enter(exchange)
         if on_feedback is not None:
-            self._listen(exchange, wire)
+            self._listen(exchange, lockstep)
         return exchange
 
     def cancel_all(self) -> None:
@@ -154,44 +149,49 @@ class ActionClient(Generic[G, R, F]):
             RequestTimeout: It does not answer.
         """
         self._link.check_open()
-        payload = CancelGoalRequest().model_dump_json().encode()
-        lockstep = self._lockstep()
+        lockstep, answers = self._lockstep(), SimpleQueue[Answer]()
+        all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
-            lockstep.ask(self._ports.cancel_goal, payload, timeout=_PATIENCE, then=self._on_cancel_answer)
+            lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=_PATIENCE)
             return
         self._link.presence.start()
-        call = self._link.call(self._ports.cancel_goal, payload, timeout=_PATIENCE)
-        call.wait(_PATIENCE)
-        if isinstance(call.answer, RequestError):
-            raise call.answer
-        if call.answer is None:
-            raise self._link.absence() or RequestTimeout(f"{self._ports.name}: no answer to a cancel")
+        self._link.connection.cancel(self._target, all_goals, answers.put, timeout=_PATIENCE)
+        try:
+            answer = answers.get(timeout=_PATIENCE)
+        except Empty:
+            answer = None
+        if isinstance(answer, HmrsimError):
+            raise answer
+        if answer is None:
+            raise self._link.absence() or RequestTimeout(f"{self._target.name}: no answer to a cancel")
 
     def _on_cancel_answer(self, answer: Answer) -> None:
         if isinstance(answer, RequestError):
-            _log.warning("%s: goals can't be canceled: %s", self._ports.name, answer)
+            _log.warning("%s: goals can't be canceled: %s", self._target.name, answer)
 
     def _forget(self, exchange: GoalExchange[R, F]) -> None:
         self._link.leave(exchange)
         self._listening.pop(exchange.goal_id, None)
 
-    def _listen(self, exchange: GoalExchange[R, F], wire: Wire) -> None:
+    def _listen(self, exchange: GoalExchange[R, F], lockstep: Lockstep | None) -> None:
         self._listening[exchange.goal_id] = exchange
         with self._lock:
             if not self._listens:
-                wire.listen(self._feedback_key, self._on_feedback, lambda: bool(self._listening))
+                (lockstep or self._link.connection).listen(self._target, self)
                 self._listens = True
 
-    def _on_feedback(self, payload: bytes) -> None:
-        if not self._listening:
-            return
-        try:
-            message: FeedbackMessage[F] = read(around(FeedbackMessage, self.action.feedback), payload)
-        except UnreadableError as error:
-            _log.warning("%s: feedback that can't be read: %s", self._feedback_key, error)
-            return
-        if exchange := self._listening.get(message.goal_id):
-            exchange.take_feedback(message.feedback)
+    @property
+    def wanted(self) -> bool:
+        """Whether there is a goal whose feedback matters."""
+        return bool(self._listening)
+
+    def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
+        """Take a sample of feedback."""
+        if exchange := self._listening.get(goal_id):
+            try:
+                exchange.take_feedback(message_of(self.action.feedback, feedback))
+            except UnreadableError as error:
+                _log.warning("%s: feedback that can't be read: %s", self._target.name, error)
 
 
 def _kind(goal: object) -> str:

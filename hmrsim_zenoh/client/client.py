@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 import zenoh
 
 from hmrsim_zenoh.client.action_client import ActionClient
-from hmrsim_zenoh.client.link import Answer, Link, Port
+from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
 from hmrsim_zenoh.client.places import NamedPlaces
@@ -48,6 +48,7 @@ from hmrsim_zenoh.wire.session import enclave_of, open_client
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim.errors import HmrsimError
+    from hmrsim_zenoh.client.queries import Reply
     from hmrsim_zenoh.client.subscription import Subscription
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
@@ -342,7 +343,7 @@ class Client:
             raise ClientClosed("the client is closed") from None
         return {str(reply.ok.key_expr): reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None}
 
-    def ask(self, key: str, payload: bytes, then: Callable[[Answer], None], *, timeout: float) -> None:
+    def ask(self, key: str, payload: bytes, then: Callable[[Reply], None], *, timeout: float) -> None:
         """Call a service and return at once; *then* receives the answer, in a thread of the client or of Zenoh.
 
         The answer is the reply, the `RequestError` that was replied, or None if nothing comes back within *timeout*
@@ -354,7 +355,7 @@ class Client:
         """
         self._link.check_open()
         _check_key(key)
-        self._link.ask(Port(key), payload, timeout=timeout, then=then)
+        self._link.queries.ask(key, payload, then, timeout=timeout, latest=True)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
         """Call back with the key and payload of each sample, in the subscription's own thread, until it is closed.
@@ -389,11 +390,12 @@ class Client:
         if self._owns_session:
             self.session.close()
 
-    def _answer(self, key: str, payload: bytes | None, until: float) -> Answer:
+    def _answer(self, key: str, payload: bytes | None, until: float) -> Reply:
         left = max(until - time.monotonic(), _PAUSE)
-        call = self._link.call(Port(key), payload, timeout=left)
+        call = self._link.queries.call(key, payload, timeout=left, latest=True)
         call.wait(left + _PAUSE)
-        return call.answer
+        answer: Reply = call.answer
+        return answer
 
     def _simulators_clock(self) -> ClockChoice:
         """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
-
-from pydantic_core import to_json
+from typing import Literal, NamedTuple
 
 Operator = Literal["==", "!=", "<", "<=", ">", ">="]
 
@@ -25,6 +23,13 @@ class Condition:
     key: str
     when: Sequence[tuple[str, Operator, Value]] = ()
 
-    def to_json(self, name: str) -> bytes:
-        """Return the command that has it watched, called *name*."""
-        return to_json({"watch": name, "key": self.key, "when": self.when})
+
+class Watched(NamedTuple):
+    """The command of an advance that has a condition watched.
+
+    Attributes:
+        name: What its sender calls it.
+    """
+
+    name: str
+    condition: Condition

@@ -12,34 +12,22 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Generic
 
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
+from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client.connection import message_of
 from hmrsim_zenoh.client.goal_handle import F, GoalHandle, R
-from hmrsim_zenoh.client.link import Answer, Link, Port, Wire
-from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, RequestError, ResultExpired, SimulatorGone
-from hmrsim_zenoh.wire.envelopes import (
-    CancelGoalRequest,
-    CancelGoalResponse,
-    Ending,
-    GoalInfo,
-    ResultStatus,
-    SendGoalResponse,
-    UnreadableError,
-    around,
-    plain,
-    read,
-)
-from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, ResultExpired, SimulatorGone
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
-    from hmrsim.actions import Action
-    from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.wire.keys import Keys
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Commands
+    from hmrsim_zenoh.client.link import Link
+    from hmrsim_zenoh.client.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
 
@@ -54,36 +42,6 @@ _FIRST_PAUSE = 0.05
 _MAX_PAUSE = 0.4
 _PAUSE_FACTOR = 1.5
 
-_STATUSES: Mapping[int | None, GoalStatus] = MappingProxyType({int(status): status for status in GoalStatus})
-
-
-@dataclass(frozen=True)
-class ActionPorts:
-    """The request keys of a robot's action and the decoder of its results."""
-
-    name: str
-    send_goal: Port
-    execute: Port
-    cancel_goal: Port
-    get_result: Port
-    result: type[Message]
-
-    @classmethod
-    def of(cls, keys: Keys, robot: str, action: Action[Any, Any, Any]) -> ActionPorts:
-        """Return the ports of one robot's action."""
-
-        def port(verb: Verb, ros_type: str) -> Port:
-            return Port(keys.action(robot, action.name, verb), f"application/json;{ros_type}_Request", at_once=True)
-
-        return cls(
-            name=f"/{robot}/{action.name}",
-            send_goal=port(Verb.SEND_GOAL, f"{action.ros_type}_SendGoal"),
-            execute=port(Verb.EXECUTE, f"{action.ros_type}_SendGoal"),
-            cancel_goal=port(Verb.CANCEL_GOAL, "action_msgs/srv/CancelGoal"),
-            get_result=port(Verb.GET_RESULT, f"{action.ros_type}_GetResult"),
-            result=action.result,
-        )
-
 
 class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     """A goal handle that sends, queries and cancels its goal and retries by itself."""
@@ -91,24 +49,24 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def __init__(
         self,
         link: Link,
-        wire: Wire,
-        ports: ActionPorts,
-        goal: bytes,
-        goal_id: str,
+        lockstep: Lockstep | None,
+        target: ActionTarget,
+        command: SendGoal,
         *,
         on_feedback: Callable[[F], None] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
         on_done: Callable[[GoalExchange[R, F]], None],
     ) -> None:
-        super().__init__(ports.name, goal_id, on_feedback=on_feedback, on_change=on_change)
+        super().__init__(target.name, command.goal_id or "", on_feedback=on_feedback, on_change=on_change)
         self._link = link
-        self._wire = wire
-        self._ports = ports
+        self._lockstep = lockstep
+        self._commands: Commands = lockstep or link.connection
+        self._target = target
+        self._command = command
         self._on_done = on_done
         self._adopt = False
         self._ended_before: GoalStatus | None = None
         self._read_result = True
-        self._payload = b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), goal)
         self._sends = 0
         self._replied = False
         self._deadline = 0.0
@@ -122,7 +80,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._adopt = adopt
         self._read_result = read_result
         # In lockstep no reply comes before time advances.
-        self._deadline = math.inf if self._wire.ordered else self._patience_from_now()
+        self._deadline = math.inf if self._commands.ordered else self._patience_from_now()
         self._send_goal()
         # Whether the goal is an older one has to be known before its result arrives.
         if not self._adopt:
@@ -135,15 +93,16 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._sends = 1
         self._result_asked = True
         self._link.rounds.add(self._send_unanswered)
-        self._link.ask_often(
-            self._ports.execute,
-            self._payload,
+        self._link.connection.execute(
+            self._target,
+            self._command,
             timeout=_FOR_EVER,
-            on_reply=self._on_execution,
+            on_answer=self._on_execution,
             on_end=self._on_execution_end,
+            read=read_result,
         )
 
-    def _on_execution(self, answer: bytes | RequestError) -> None:
+    def _on_execution(self, answer: Answer) -> None:
         if not self._replied:
             self._replied = True
             self._on_goal_answer(answer)
@@ -185,29 +144,27 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._give_up()
             return
         self._sends += 1
-        self._ask(self._ports.send_goal, self._payload, self._on_goal_answer, timeout=min(patience, _ONE_TRY))
+        timeout = min(patience, _ONE_TRY)
+        self._commands.send_goal(self._target, self._command, self._on_goal_answer, timeout=timeout)
 
     def _on_goal_answer(self, answer: Answer) -> None:
         if answer is None:
             self._deadline = min(self._deadline, self._patience_from_now())
             self._again(self._send_goal)
             return
-        try:
-            response: SendGoalResponse = read(plain(SendGoalResponse), _payload(answer))
-        except (RequestError, UnreadableError) as error:
-            self.fail(error)
-            return
-        if response.accepted:
+        if not isinstance(answer, GoalResponse):
+            self.fail(answer)
+        elif answer.accepted:
             self._on_accepted(GoalStatus.ACCEPTED)
-        elif response.reason == _DUPLICATE and (self._adopt or self._sends > 1):
+        elif answer.reason == _DUPLICATE and (self._adopt or self._sends > 1):
             # An earlier attempt arrived. At the first attempt the id is another client's, or of an earlier process.
-            status = _status(response.status)
+            status = GoalStatus.UNKNOWN if answer.status is None else answer.status
             self._found = status if self._adopt else None
             self._ended_before = status if status.terminal else None
             self._on_accepted(status)
         else:
-            reason, code = response.reason or "rejected", response.error_code or 0
-            if self._fail(GoalRejectedError(reason, code, response.error_msg or ""), rejected=True):
+            reason = answer.reason or "rejected"
+            if self._fail(GoalRejectedError(reason, answer.error_code, answer.error_msg), rejected=True):
                 self._on_done(self)
 
     def _on_accepted(self, status: GoalStatus) -> None:
@@ -222,7 +179,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
         # The goal may have been accepted all the same; a goal without a client should not go on.
-        self._ask(self._ports.cancel_goal, self._cancel_payload(), lambda _answer: None)
+        self._commands.cancel(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
         self.fail(
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
         )
@@ -233,9 +190,13 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
                 return
             self._result_asked = True
             accepted = bool(self._accepted)
-        payload = b'{"goal_id":"%b"}' % self._goal_id.encode()
-        ask = self._wire.ask if self._ended_before is None else self._wire.look_up
-        ask(self._ports.get_result, payload, timeout=_FOR_EVER, then=partial(self._on_result_answer, accepted))
+        command = GetResult(self._target.robot, self._target.action.name, self._goal_id)
+        then = partial(self._on_result_answer, accepted)
+        if self._ended_before is None:
+            read = self._read_result
+            self._commands.get_result(self._target, command, then, timeout=_FOR_EVER, read=read)
+        else:
+            self._commands.look_up(self._target, command, then, timeout=_FOR_EVER)
 
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
         with self._lock:
@@ -244,19 +205,18 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if self._done:
             return
         error: Exception | None = None
-        try:
-            if answer is not None:
-                status, result, cause = self._ending(_payload(answer))
-                if status.terminal:
-                    if self._end(status, result, cause):
-                        self._on_done(self)
+        if isinstance(answer, ResultResponse):
+            if answer.status.terminal:
+                error = self._take_end(answer)
+                if error is None:
                     return
-                if self._ended_before is not None:
-                    self._expire(self._ended_before)
-                    return
+            elif self._ended_before is not None:
+                self._expire(self._ended_before)
+                return
+            else:
                 error = SimulatorGone(f"{self._name}: the simulator does not know goal {self._goal_id} any more")
-        except (RequestError, UnreadableError) as caught:
-            error = caught
+        elif answer is not None:
+            error = answer
         if not accepted:
             # Requested too early, or lost along with the goal: requested again when the goal is accepted.
             return
@@ -267,25 +227,30 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         else:
             self.fail(error)
 
-    def _ending(self, payload: bytes) -> tuple[GoalStatus, R | None, str]:
-        if not self._read_result:
-            status = _status(read(plain(ResultStatus), payload).status)
-            if status is GoalStatus.SUCCEEDED:
-                return status, None, ""
-        response: Ending[R] = read(around(Ending, self._ports.result), payload)
-        return _status(response.status), response.result, response.cause
+    def _take_end(self, answer: ResultResponse) -> Exception | None:
+        """End with a result; return why it can't be read, if that is so."""
+        result: R | None = None
+        if self._read_result or answer.status is not GoalStatus.SUCCEEDED:
+            try:
+                result = message_of(self._target.action.result, answer.result)
+            except UnreadableError as error:
+                return error
+        if self._end(answer.status, result, answer.cause):
+            self._on_done(self)
+        return None
 
     def _expire(self, status: GoalStatus) -> None:
         error = ResultExpired(f"goal {self._goal_id} is {status.name}, but its result is not kept any longer")
         if self._fail(error, status=status):
             self._on_done(self)
 
-    def _cancel_payload(self) -> bytes:
-        return CancelGoalRequest(goal_info=GoalInfo(goal_id=self._goal_id)).model_dump_json().encode()
+    @property
+    def _cancel(self) -> CancelGoal:
+        return CancelGoal(self._target.robot, self._target.action.name, self._goal_id)
 
     def _cancel_if_due(self) -> None:
         with self._lock:
-            possible = self._accepted or self._wire.ordered
+            possible = self._accepted or self._commands.ordered
             if not (self._cancel_wanted and possible) or self._cancel_sent or self._done:
                 return
             self._cancel_sent = True
@@ -298,7 +263,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _send_cancel(self) -> None:
         if not self._done:
-            self._ask(self._ports.cancel_goal, self._cancel_payload(), self._on_cancel_answer)
+            self._commands.cancel(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
 
     def _on_cancel_answer(self, answer: Answer) -> None:
         if self._done:
@@ -306,27 +271,26 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if answer is None:
             self._again(self._send_cancel)
             return
-        try:
-            response: CancelGoalResponse = read(plain(CancelGoalResponse), _payload(answer))
-        except (RequestError, UnreadableError) as error:
-            _log.warning("%s: goal %s can't be canceled: %s", self._name, self._goal_id, error)
+        if not isinstance(answer, CancelResponse):
+            _log.warning("%s: goal %s can't be canceled: %s", self._name, self._goal_id, answer)
             self._cancel_refused()
-            return
-        if response.return_code == _CANCEL_REJECTED:
+        elif answer.return_code == _CANCEL_REJECTED:
             self._cancel_refused()
-        elif response.goals_canceling:
+        elif answer.goals_canceling:
             self._progress(GoalStatus.CANCELING)
         # Otherwise the goal has ended, is canceling or is unknown: its result will tell.
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+        if self._lockstep is None:
+            return condition() or super()._wait(condition, timeout)
         limit = None if timeout is None else time.monotonic() + timeout
-        if self._wire.drive(condition, timeout, at_once=at_once):
+        if self._lockstep.drive(condition, timeout, at_once=at_once):
             return True
         return super()._wait(condition, None if limit is None else limit - time.monotonic())
 
     def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:
         limit = None if timeout is None else time.monotonic() + timeout
-        left = self._wire.drive_within(condition, timeout, sim_timeout)
+        left = self._lockstep.drive_within(condition, timeout, sim_timeout) if self._lockstep else sim_timeout
         if condition() or left <= 0.0:
             return condition()
         over = threading.Event()
@@ -343,9 +307,6 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             alarm.close()
         return condition()
 
-    def _ask(self, port: Port, payload: bytes, then: Callable[[Answer], None], *, timeout: float = _ONE_TRY) -> None:
-        self._wire.ask(port, payload, timeout=timeout, then=then)
-
     def _again(self, step: Callable[[], None]) -> None:
         """Retry a step after a delay, while an answer is still possible."""
         if absence := self._link.absence():
@@ -353,14 +314,3 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         self._link.worker.after(self._pause, step)
         self._pause = min(self._pause * _PAUSE_FACTOR, _MAX_PAUSE)
-
-
-def _payload(answer: bytes | RequestError) -> bytes:
-    if isinstance(answer, RequestError):
-        raise answer
-    return answer
-
-
-def _status(number: int | None) -> GoalStatus:
-    """Return a status from the wire; UNKNOWN for an invalid one."""
-    return _STATUSES.get(number, GoalStatus.UNKNOWN)

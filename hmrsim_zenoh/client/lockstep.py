@@ -12,52 +12,45 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Final
-
-from pydantic_core import from_json, to_json
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.errors import HmrsimError
+from hmrsim.protocol.answers import ResultResponse
+from hmrsim.protocol.commands import CancelGoal
+from hmrsim.protocol.conditions import Unwatch
 from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.outputs import FeedbackSent
+from hmrsim_zenoh.client.condition import Watched
 from hmrsim_zenoh.client.participant import Participant, Wish
 from hmrsim_zenoh.client.single_flight import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
-from hmrsim_zenoh.wire.keys import ActionKey, Verb
 
 if TYPE_CHECKING:
+    from hmrsim.protocol.commands import GetResult, SendGoal
+    from hmrsim.protocol.outputs import GoalChanged, Granted
     from hmrsim_zenoh.client.condition import Condition
-    from hmrsim_zenoh.client.link import Answer, Link, Port
-    from hmrsim_zenoh.client.participant import Grant, Happening, Kind
-    from hmrsim_zenoh.wire.keys import Keys
-
-MAX_BYTES: Final = 2**19
-"""Bytes of commands that go with one advance: half of what a simulator takes by default."""
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim_zenoh.client.link import Link
+    from hmrsim_zenoh.client.participant import Kind
 
 _LAST_WORDS: Final = 1.0
 _LATEST: Final = 2.0**31
 """The largest time in seconds that ROS can represent."""
+_RESULT: Final[tuple[Kind, ...]] = ("result",)
+_RESULT_OR_FEEDBACK: Final[tuple[Kind, ...]] = ("result", "feedback")
 _SURE: Final = 2
 """Idle grants in a row after which waiting fails: all participants were told and none sent a command."""
 
 
-@dataclass(frozen=True)
-class _Command:
-    """A command of the next advance, what takes its answer, and the request that it stands for, if there is one."""
+class _Given(NamedTuple):
+    """A command of the next advance, what takes its answer, and the action that it is for, if there is one."""
 
-    payload: bytes
+    command: Any
     then: Callable[[Answer], None]
-    port: Port | None = None
-    request: bytes = b""
-
-
-@dataclass(frozen=True)
-class _Listener:
-    """A subscriber to an action's feedback, and whether it wants feedback at the moment."""
-
-    on_payload: Callable[[bytes], None]
-    wanted: Callable[[], bool]
+    target: ActionTarget | None = None
 
 
 class Lockstep:
@@ -75,18 +68,19 @@ class Lockstep:
         self._link = link
         self._name = name
         self._participant = Participant(link, name)
-        self._parsed = cache(partial(_parsed, link.keys))
+        self._connection = link.connection
         self._turns = SingleFlight()
         self._lock = threading.Lock()
         self._untils: list[float | None] = []
-        self._queue: list[_Command] = []
-        self._sent: list[_Command] = []
-        self._results: dict[tuple[str, str, str], list[Callable[[Answer], None]]] = {}
+        self._queue: list[_Given] = []
+        self._sent: list[_Given] = []
+        # What waits for results, by the goal's id.
+        self._results: dict[str, list[Callable[[Answer], None]]] = {}
         self._watched: dict[str, Callable[[RequestError | None], None]] = {}
         self._watches = 0
         self._undelivered: deque[Callable[[], None]] = deque()
-        self._listeners: dict[str, _Listener] = {}
-        self._told: Happening | None = None
+        self._listeners: dict[tuple[str, str], tuple[ActionTarget, Listener]] = {}
+        self._told: FeedbackSent | None = None
         self._idle = 0
         self._over = False
         self._error: Exception | None = None
@@ -130,36 +124,63 @@ class Lockstep:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
 
-    def ask(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
-        """Send a request with the next advance; *timeout* does not count, as time stands still."""
+    def send_goal(
+        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
+        """Send a goal with the next advance; *timeout* does not count, as time stands still."""
+        if not self._give(target, command, then):
+            self._connection.send_goal(target, command, then, timeout=timeout)
+
+    def cancel(
+        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
+        """Cancel goals with the next advance; *timeout* does not count."""
+        if not self._give(target, command, then):
+            self._connection.cancel(target, command, then, timeout=timeout)
+
+    def get_result(
+        self,
+        target: ActionTarget,
+        command: GetResult,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,
+        read: bool = True,
+    ) -> None:
+        """Wait for the event that tells of a result."""
         with self._lock:
             if not self._over:
-                key = self._parsed(port.key)
-                if key.verb is Verb.GET_RESULT:
-                    goal = key.robot, key.action, from_json(payload)["goal_id"]
-                    self._results.setdefault(goal, []).append(then)
-                elif denial := self._link.denial(port.key):
-                    self._undelivered.append(partial(then, denial))
-                else:
-                    self._queue.append(_Command(_command(key, payload), then, port, payload))
+                self._results.setdefault(command.goal_id, []).append(then)
                 return
-        self._link.ask(port, payload, timeout=timeout, then=then)
+        self._connection.get_result(target, command, then, timeout=timeout, read=read)
 
-    def look_up(self, port: Port, payload: bytes, *, timeout: float, then: Callable[[Answer], None]) -> None:
+    def look_up(
+        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
         """Ask for an earlier result, of which no event will tell, with the next advance, which ends at once."""
-        with self._lock:
-            if not self._over:
-                self._queue.append(_Command(_command(self._parsed(port.key), payload), then, port, payload))
-                return
-        self._link.ask(port, payload, timeout=timeout, then=then)
+        if not self._give(target, command, then):
+            self._connection.look_up(target, command, then, timeout=timeout)
 
-    def listen(self, key: str, on_payload: Callable[[bytes], None], wanted: Callable[[], bool]) -> None:
-        """Call a function for each feedback on a key; *wanted* says whether to be woken for it."""
+    def listen(self, target: ActionTarget, listener: Listener) -> None:
+        """Have a listener told of the feedback of an action, and woken for it while it wants any."""
         with self._lock:
             if not self._over:
-                self._listeners[key] = _Listener(on_payload, wanted)
+                self._listeners[target.robot, target.action.name] = target, listener
                 return
-        self._link.listen(key, on_payload, wanted)
+        self._connection.listen(target, listener)
+
+    def _give(
+        self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult, then: Callable[[Answer], None]
+    ) -> bool:
+        """Have a command go with the next advance; return whether there will be one."""
+        with self._lock:
+            if self._over:
+                return False
+            if denial := self._connection.denial(target, command):
+                self._undelivered.append(partial(then, denial))
+            else:
+                self._queue.append(_Given(command, then, target))
+        return True
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         """Advance time until a condition holds; return whether it does.
@@ -242,12 +263,12 @@ class Lockstep:
             self._watches += 1
             name = str(self._watches)
             self._watched[name] = then
-            self._queue.append(_Command(condition.to_json(name), partial(self._note_watched, name)))
+            self._queue.append(_Given(Watched(name, condition), partial(self._note_watched, name)))
 
         def unwatch() -> None:
             with self._lock:
                 if self._watched.pop(name, None) is not None:
-                    self._queue.append(_Command(b'{"unwatch":"%b"}' % name.encode(), lambda _answer: None))
+                    self._queue.append(_Given(Unwatch(name), lambda _answer: None))
 
         return unwatch
 
@@ -295,17 +316,20 @@ class Lockstep:
     def _take_last(self) -> bool:
         return self._participant.asking and self._step(None, (), (), time.monotonic() + _LAST_WORDS)
 
-    def _flush(self, unsent: Sequence[_Command]) -> None:
-        calls = []
-        for command in unsent:
-            if command.port is None:
+    def _flush(self, unsent: Sequence[_Given]) -> None:
+        answered: SimpleQueue[Answer] = SimpleQueue()
+        canceled = 0
+        for command, then, target in unsent:
+            if target is None:
                 continue
-            if command.port.key.endswith(Verb.CANCEL_GOAL.value):
-                calls.append(self._link.call(command.port, command.request, timeout=_LAST_WORDS))
+            if isinstance(command, CancelGoal):
+                canceled += 1
+                self._connection.cancel(target, command, answered.put, timeout=_LAST_WORDS)
             else:
-                command.then(RequestError("the client was closed before the goal could be sent"))
-        for call in calls:
-            call.wait(_LAST_WORDS)
+                then(RequestError("the client was closed before the goal could be sent"))
+        with suppress(Empty):
+            for _ in range(canceled):
+                answered.get(timeout=_LAST_WORDS)
 
     def _drive(self, condition: Callable[[], bool], timeout: float | None, until: float | None) -> bool:
         limit = math.inf if timeout is None else time.monotonic() + timeout
@@ -335,8 +359,10 @@ class Lockstep:
         return min((until for until in list(self._untils) if until is not None), default=None)
 
     def _kinds(self) -> tuple[Kind, ...]:
-        listeners = list(self._listeners.values())
-        return ("result", "feedback") if any(each.wanted() for each in listeners) else ("result",)
+        for _, listener in list(self._listeners.values()):
+            if listener.wanted:
+                return _RESULT_OR_FEEDBACK
+        return _RESULT
 
     def _step(self, until: float | None, wake: Sequence[Kind], report: Sequence[Kind], limit: float) -> bool:
         """Request an advance, unless one is pending, and process the grant; return whether there was one."""
@@ -348,10 +374,11 @@ class Lockstep:
             with self._lock:
                 # What is left there was taken from the queue, and an interrupt came before it was asked for.
                 waiting = [*self._sent, *self._queue]
-                most = _fitting(waiting)
+                most = self._connection.fitting([each.command for each in waiting])
                 self._sent, self._queue = waiting[:most], waiting[most:]
             until = until if most == len(waiting) else self.now
-            self._participant.ask(Wish(until, wake, report, [command.payload for command in self._sent]))
+            commands = tuple([each.command for each in self._sent])
+            self._participant.ask(Wish(until, frozenset(wake), frozenset(report), commands))
         try:
             grant = self._participant.take(limit - time.monotonic())
         except (Dropped, SimulatorNotFound, SimulatorGone) as error:
@@ -361,7 +388,7 @@ class Lockstep:
         except RequestError as error:
             if not self._sent:
                 raise
-            self._undelivered.extend(partial(command.then, error) for command in self._sent)
+            self._undelivered.extend(partial(each.then, error) for each in self._sent)
             self._sent = []
             self._hand_out()
             return True
@@ -369,15 +396,14 @@ class Lockstep:
             self._deliver(grant)
         return grant is not None
 
-    def _deliver(self, grant: Grant) -> None:
+    def _deliver(self, grant: Granted) -> None:
         """Run the callbacks of a grant. Only its acceptance, the first of them, makes that the next one is taken."""
-        answers = [_answer(item) for item in grant.accepted]
-        applied = self._sent[: len(answers)]
+        applied = self._sent[: len(grant.accepted)]
         self._undelivered.extend(
             [
                 partial(self._accept, grant, idle=self._idle + 1 if grant.reason == "idle" and not applied else 0),
-                *(partial(each.then, answer) for each, answer in zip(applied, answers, strict=True)),
-                *(partial(self._tell, event) for event in grant.events),
+                *(partial(each.then, answer) for each, answer in zip(applied, grant.accepted, strict=True)),
+                *(partial(self._tell, kind, event) for kind, _, event in grant.events),
                 *(partial(self._end_watch, name, None) for name in grant.met),
             ]
         )
@@ -403,24 +429,24 @@ class Lockstep:
                 raise
             self._undelivered.popleft()
 
-    def _accept(self, grant: Grant, *, idle: int) -> None:
+    def _accept(self, grant: Granted, *, idle: int) -> None:
         self._idle = idle
         with self._lock:
             # The simulation was reset before the rest of the commands was applied.
             self._sent, self._queue = [], [*self._sent[len(grant.accepted) :], *self._queue]
         self._participant.accept(grant)
 
-    def _tell(self, event: Happening) -> None:
-        if event.kind == "result":
-            goal = event.robot, event.action, event.goal_id
-            for then in tuple(self._results.get(goal, ())):
-                then(to_json({"status": event.status, "result": event.result, "cause": event.cause}))
-            self._results.pop(goal, None)
-        elif event.kind == "feedback" and event is not self._told:
-            self._told = event
-            key = self._link.keys.action(event.robot, event.action, Verb.FEEDBACK)
-            if listener := self._listeners.get(key):
-                listener.on_payload(to_json({"goal_id": event.goal_id, "feedback": event.feedback}))
+    def _tell(self, kind: str, event: GoalChanged | FeedbackSent) -> None:
+        if isinstance(event, FeedbackSent):
+            if event is not self._told:
+                self._told = event
+                if listening := self._listeners.get((event.robot, event.action)):
+                    listening[1].take(event.goal_id, event.feedback)
+        elif kind == "result" and event.result is not None:
+            ended = ResultResponse(event.status, event.result, event.cause)
+            for then in tuple(self._results.get(event.goal_id, ())):
+                then(ended)
+            self._results.pop(event.goal_id, None)
 
     def _note_watched(self, name: str, answer: Answer) -> None:
         if isinstance(answer, RequestError):
@@ -434,11 +460,11 @@ class Lockstep:
         """Go on without lockstep: unanswered requests count as lost, so that goal handles send them again."""
         with self._lock:
             self._over = True
-            unanswered = [*chain.from_iterable(self._results.values()), *(command.then for command in self._queue)]
+            unanswered = [*chain.from_iterable(self._results.values()), *(each.then for each in self._queue)]
             self._results, self._queue = {}, []
         self._participant.close()
-        for key, listener in self._listeners.items():
-            self._link.listen(key, listener.on_payload, listener.wanted)
+        for target, listener in self._listeners.values():
+            self._connection.listen(target, listener)
         for then in unanswered:
             then(None)
         self._end_watches("lockstep is over; subscribe to the topic")
@@ -452,37 +478,3 @@ def _note_end(
     ended: list[tuple[Condition, RequestError | None]], condition: Condition, error: RequestError | None
 ) -> None:
     ended.append((condition, error))
-
-
-def _parsed(keys: Keys, key: str) -> ActionKey:
-    parsed = keys.parse(key)
-    if not isinstance(parsed, ActionKey):
-        raise TypeError(f"{key!r} is no key of an action")
-    return parsed
-
-
-def _fitting(commands: Sequence[_Command]) -> int:
-    """Return how many of the commands go with one advance; one at least."""
-    size = 0
-    for number, command in enumerate(commands):
-        size += len(command.payload)
-        if number and size > MAX_BYTES:
-            return number
-    return len(commands)
-
-
-def _command(key: ActionKey, request: bytes) -> bytes:
-    """Return a request as a command of an advance."""
-    head = b'{"robot":"%b","action":"%b",' % (key.robot.encode(), key.action.encode())
-    if key.verb is Verb.SEND_GOAL:
-        return head + request[1:]
-    if key.verb is Verb.GET_RESULT:
-        return head + b'"result":"%b"}' % from_json(request)["goal_id"].encode()
-    return head + b'"cancel":"%b"}' % from_json(request)["goal_info"]["goal_id"].encode()
-
-
-def _answer(item: dict[str, object] | None) -> Answer:
-    """Return an item of *accepted* as the reply to a request on its own key."""
-    if item is None:
-        return None
-    return RequestError.from_json(to_json(item)) if "error" in item else to_json(item)

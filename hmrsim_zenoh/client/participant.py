@@ -9,22 +9,21 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-import zenoh
-from pydantic import BaseModel, Field, ValidationError
-from pydantic_core import to_json
+from hmrsim.protocol.commands import Advance
+from hmrsim.protocol.outputs import Granted
+from hmrsim.protocol.time import Join, Joined, Leave, ReadTime, TimeState
+from hmrsim_zenoh.errors import Dropped, NameTaken, RequestError
 
-from hmrsim_zenoh.client.link import Call, Link, Port
-from hmrsim_zenoh.errors import ClientClosed, Dropped, NameTaken, RequestError
-from hmrsim_zenoh.wire.envelopes import dump, unreadable
+if TYPE_CHECKING:
+    from hmrsim_zenoh.client.connection import Call
+    from hmrsim_zenoh.client.link import Link
 
 Kind = Literal["result", "feedback", "status"]
 """Kinds of events that can wake a participant or be reported to it."""
-
-M = TypeVar("M", bound=BaseModel)
 
 _NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -36,68 +35,21 @@ _PAUSE: Final = 0.1
 _LOCKSTEP: Final = "lockstep"
 
 
-class Happening(BaseModel):
-    """An event of a goal of any client; its kind determines which of *status*, *result* and *feedback* it has."""
-
-    kind: str
-    robot: str
-    action: str
-    goal_id: str
-    status: int = 0
-    result: dict[str, Any] | None = None
-    cause: str = ""
-    feedback: dict[str, Any] | None = None
-
-
-class Grant(BaseModel):
-    """The reply to an advance: how far time went, and the events on the way.
-
-    Attributes:
-        epoch: The epoch of the next request.
-        now: Simulated seconds.
-        reason: ``event``, ``until``, ``idle`` or ``end``.
-        accepted: The reply to each applied command, as on its own key; None for a result that there is not yet.
-        events: In order.
-        met: The names of the conditions that were met.
-        over: What ended the run, in words, if that is why; empty if time moves by itself from now on.
-    """
-
-    epoch: int
-    now: float
-    reason: str
-    accepted: list[dict[str, Any] | None] = Field(default_factory=list)
-    events: list[Happening] = Field(default_factory=list)
-    met: list[str] = Field(default_factory=list)
-    over: str = ""
-
-
-class _Joined(BaseModel):
-    epoch: int
-    now: float
-    goals: int = 0
-
-
-class _State(BaseModel):
-    epoch: int
-    now: float
-    clock: str
-
-
 @dataclass(frozen=True)
 class Wish:
-    """The request of an advance.
+    """What an advance asks for.
 
     Attributes:
         until: Simulated seconds; None for as far as anything is scheduled.
         wake: The kinds of events that end the advance.
         report: Further kinds of events to report; of feedback only the latest of each goal.
-        commands: The commands to apply first, in this order; JSON objects.
+        commands: The commands to apply first, in this order.
     """
 
     until: float | None = None
-    wake: Sequence[Kind] = ()
-    report: Sequence[Kind] = ()
-    commands: Sequence[bytes] = ()
+    wake: frozenset[Kind] = frozenset()
+    report: frozenset[Kind] = frozenset()
+    commands: tuple[Any, ...] = ()
 
 
 class Participant:
@@ -112,7 +64,8 @@ class Participant:
         self.epoch = 0
         self.now = 0.0
         self._link = link
-        self._token: zenoh.LivelinessToken | None = None
+        self._connection = link.connection
+        self._withdraw: Callable[[], None] | None = None
         self._wish: Wish | None = None
         self._call: Call | None = None
         self._resynchronised = False
@@ -133,10 +86,8 @@ class Participant:
         """
         self._link.enter(self)
         try:
-            self._token = self._link.session.liveliness().declare_token(self._link.keys.participant(self.name))
+            self._withdraw = self._connection.announce(self.name)
             joined = self._join()
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
         except BaseException:
             self.close()
             raise
@@ -148,7 +99,7 @@ class Participant:
         self._resynchronised = False
         self._wish, self._call = wish, None
 
-    def take(self, timeout: float = math.inf) -> Grant | None:
+    def take(self, timeout: float = math.inf) -> Granted | None:
         """Wait for the answer; None if it does not come within *timeout* wall seconds: the caller may wait again.
 
         An interrupt loses nothing: this returns the same answer until the caller has called `accept` with it.
@@ -163,8 +114,8 @@ class Participant:
             self._call = self._advance()
         while self._answered(self._call, limit - time.monotonic()):
             answer = self._call.answer
-            if isinstance(answer, bytes):
-                return _read(Grant, answer)
+            if isinstance(answer, Granted):
+                return answer
             if isinstance(answer, RequestError):
                 if (grant := self._ended(answer)) is not None:
                     return grant
@@ -172,7 +123,7 @@ class Participant:
             self._call = self._advance()
         return None
 
-    def accept(self, grant: Grant) -> None:
+    def accept(self, grant: Granted) -> None:
         """Go on from where a grant leaves off; the next advance may be requested."""
         self.epoch, self.now = grant.epoch, grant.now
         self._wish = None
@@ -185,16 +136,16 @@ class Participant:
 
     def leave(self) -> None:
         """Leave, and tell the simulator if it is there."""
-        if self._token is not None:
-            self._send("leave", dump({"participant": self.name}), _LAST_WORDS).wait(_LAST_WORDS)
+        if self._withdraw is not None:
+            self._connection.call(Leave(self.name), timeout=_LAST_WORDS).wait(_LAST_WORDS)
         self.close()
 
     def close(self) -> None:
         """Leave without telling the simulator."""
         self._link.leave(self)
-        token, self._token = self._token, None
-        if token is not None and not self._link.closed:
-            token.undeclare()
+        withdraw, self._withdraw = self._withdraw, None
+        if withdraw is not None and not self._link.closed:
+            withdraw()
 
     def fail(self, error: Exception) -> None:
         """Fail the pending request; from any thread."""
@@ -202,30 +153,22 @@ class Participant:
         if (call := self._call) is not None:
             call.give_up()
 
-    def _join(self) -> _Joined:
-        payload = dump({"name": self.name, "token": str(self._link.session.new_timestamp())})
+    def _join(self) -> Joined:
+        command = Join(self.name, token=self._connection.token())
         while True:
-            self._call = call = self._send("join", payload, _ONE_TRY)
+            self._call = call = self._connection.call(command, timeout=_ONE_TRY)
             self._answered(call, math.inf)
-            if isinstance(answer := call.answer, RequestError):
-                raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer
-            if answer is not None:
-                return _read(_Joined, answer)
+            match call.answer:
+                case Joined() as joined:
+                    return joined
+                case RequestError() as error:
+                    raise NameTaken(str(error), error.details) if _field(error) == "name" else error
 
     def _advance(self) -> Call:
         wish = self._wish or Wish()
-        head = {
-            "participant": self.name,
-            "epoch": self.epoch,
-            "until": wish.until,
-            "wake": list(wish.wake),
-            "report": list(wish.report),
-        }
-        payload = b'%b,"commands":[%b]}' % (to_json(head)[:-1], b",".join(wish.commands))
-        return self._send("advance", payload, _FOR_EVER)
-
-    def _send(self, request: str, payload: bytes, timeout: float) -> Call:
-        return self._link.call(Port(self._link.time_key(request), at_once=True), payload, timeout=timeout)
+        until = math.inf if wish.until is None else wish.until
+        command = Advance(self.name, self.epoch, until, wish.wake, wish.report, wish.commands)
+        return self._connection.call(command, timeout=_FOR_EVER)
 
     def _answered(self, call: Call, timeout: float) -> bool:
         """Wait for the answer; an answer of None was lost, and the request may be repeated."""
@@ -244,7 +187,7 @@ class Participant:
         if self._failure is not None:
             raise self._failure
 
-    def _ended(self, error: RequestError) -> Grant | None:
+    def _ended(self, error: RequestError) -> Granted | None:
         """Return the last grant if time moves by itself now; None to repeat the request after a reset.
 
         Raises:
@@ -257,7 +200,7 @@ class Participant:
             self._wish = None
             raise error
         if state.clock != _LOCKSTEP:
-            return Grant(epoch=state.epoch, now=state.now, reason="end")
+            return Granted(state.epoch, state.now, "end")
         if field == "epoch" and not self._resynchronised:
             # The simulation was reset before this request.
             if self._wish is not None and state.now < self.now:
@@ -268,10 +211,10 @@ class Participant:
         self._wish = None
         raise Dropped(str(error)) if field == "participant" else error
 
-    def _state(self) -> _State | None:
-        call = self._link.call(Port(self._link.time_key("state"), at_once=True), None, timeout=_ONE_TRY)
+    def _state(self) -> TimeState | None:
+        call = self._connection.call(ReadTime(), timeout=_ONE_TRY)
         call.wait(_ONE_TRY)
-        return _read(_State, call.answer) if isinstance(call.answer, bytes) else None
+        return call.answer if isinstance(call.answer, TimeState) else None
 
 
 def check_name(name: str) -> None:
@@ -289,10 +232,3 @@ def check_name(name: str) -> None:
 def _field(error: RequestError) -> object:
     """Return the mistake in a request; None if the simulator doesn't name it."""
     return error.details[0].get("field") if error.details else None
-
-
-def _read(kind: type[M], payload: bytes) -> M:
-    try:
-        return kind.model_validate_json(payload)
-    except ValidationError as error:
-        raise unreadable(error) from None

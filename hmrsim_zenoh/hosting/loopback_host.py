@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
+from hmrsim_zenoh.hosting.local_commands import LocalCommands
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
 from hmrsim_zenoh.loopback.exchange import Exchange
 from hmrsim_zenoh.loopback.session import LoopbackSession, open_session
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from hmrsim.timing.pacing import Pacing
     from hmrsim.world.model import World
     from hmrsim_zenoh.server.losses import Losses
+    from hmrsim_zenoh.server.server import Server
 
 
 class LoopbackHost:
@@ -58,7 +60,7 @@ class LoopbackHost:
         self._exchange = Exchange(self._run)
         self._session = open_session(self._exchange)
         self._served = ServedSimulation(
-            Wiring(self._session, Keys(prefix, world.remap), within(self._exchange)),
+            Wiring(self._session, Keys(prefix, world.remap), within(self._exchange), answers=self._answers),
             world,
             settings.model_copy(update={"clock": LOCKSTEP}),
             Observers(sinks, watchers),
@@ -87,7 +89,7 @@ class LoopbackHost:
 
         *waits* returns whether what the session wants to send has to wait, as another thread comes first.
         """
-        return open_session(self._exchange, waits)
+        return open_session(self._exchange, self._commands.send, waits)
 
     def cut(self, session: zenoh.Session, error: BaseException) -> None:
         """Cut a session off, as the end of its process would; also from within the simulation.
@@ -121,6 +123,10 @@ class LoopbackHost:
         self._exchange.settle()
         self._served.leave()
         self._session.close()
+
+    def _answers(self, server: Server) -> LocalCommands:
+        self._commands = LocalCommands(self._exchange, server)
+        return self._commands
 
     def _run(self) -> None:
         if self._begun and not self._ended and not self.pacing.run_until_idle():

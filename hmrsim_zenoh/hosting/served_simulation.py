@@ -48,6 +48,7 @@ class Wiring:
         intake: How queries are taken and subscribers are found.
         sessions: Who is connected, where certificates say so.
         wires: The ROS 2 wires to serve beside the JSON wire.
+        answers: Makes the sink that answers commands of this process; None where there are none.
     """
 
     session: zenoh.Session
@@ -55,6 +56,7 @@ class Wiring:
     intake: Intake
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
+    answers: Callable[[Server], Sink] | None = None
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,8 @@ class ServedSimulation:
                 preparations=iter(preparations(simulator)),
                 lockstep_only=lockstep_only,
             )
-            return [*self._servers, self.pacing.lockstep, *observers.watchers(simulator, self.pacing)]
+            answers = [wiring.answers(self.server)] if wiring.answers else []
+            return [*self._servers, *answers, self.pacing.lockstep, *observers.watchers(simulator, self.pacing)]
 
         self._tokens = LivelinessTokens(wiring.session, wiring.keys)
         try:

@@ -15,12 +15,21 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
 
-def open_session(exchange: Exchange, waits: Callable[[], bool] | None = None) -> zenoh.Session:
+Submit = Callable[[Any, Callable[[Any], object]], None]
+"""Takes a command of a client, and what receives its answer."""
+
+
+def open_session(
+    exchange: Exchange, submit: Submit | None = None, waits: Callable[[], bool] | None = None
+) -> zenoh.Session:
     """Return a session on an exchange: it passes for one of Zenoh's.
 
-    *waits* returns whether the session has to wait with what it wants to send, as others come first.
+    Args:
+        exchange: The exchange.
+        submit: Takes the commands of clients.
+        waits: Returns whether the session has to wait with what it wants to send, as others come first.
     """
-    return cast("zenoh.Session", LoopbackSession(exchange, waits))
+    return cast("zenoh.Session", LoopbackSession(exchange, submit, waits))
 
 
 class LoopbackSession:
@@ -30,8 +39,9 @@ class LoopbackSession:
         exchange: The exchange.
     """
 
-    def __init__(self, exchange: Exchange, waits: Callable[[], bool] | None = None) -> None:
+    def __init__(self, exchange: Exchange, submit: Submit | None, waits: Callable[[], bool] | None) -> None:
         self.exchange = exchange
+        self._take = submit
         self._waits = waits
         self._error: BaseException | None = None
         self._number = exchange.number()
@@ -74,6 +84,18 @@ class LoopbackSession:
     def declare_keyexpr(self, key: str) -> str:
         """Return a key: they need not be declared here."""
         return key
+
+    def submit(self, command: Any, then: Callable[[Any], object]) -> None:
+        """Give the simulation a command; *then* receives its answer, once, unless the session was cut off.
+
+        Raises:
+            zenoh.ZError: The session is closed.
+        """
+        self._check()
+        if self._take is None:
+            raise zenoh.ZError("the session is the simulator's own")
+        self._take(command, self._heard(then))
+        self._check_cut()
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
         """Publish."""

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.link import Answer
+    from hmrsim_zenoh.client.queries import Reply
     from hmrsim_zenoh.recording.recorder import Recorder
 
 _log = logging.getLogger(__name__)
@@ -64,7 +64,7 @@ class _Answered(NamedTuple):
     """The answer to a query of a topic."""
 
     topic: str
-    answer: Answer
+    answer: Reply
 
 
 class Listener:

@@ -24,6 +24,16 @@ class Losses:
         self._answers = 0
         self._requests = 0
 
+    @property
+    def active(self) -> bool:
+        """Whether anything is lost or repeated, or may be."""
+        return self._watching or self._requests > 0
+
+    @property
+    def watching(self) -> bool:
+        """Whether answers to requests that come now may get lost."""
+        return self._watching
+
     def watch(self) -> None:
         """Prepare to lose answers to requests that come from now on."""
         self._watching = True
@@ -38,16 +48,19 @@ class Losses:
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
-        if not (self._watching or self._requests):
+        if not self.active:
             return (query,)
         payload = query.payload
         if payload is None or not payload.to_bytes():
             return (query,)
         watched = cast("zenoh.Query", _Watched(query, self)) if self._watching else query
-        if not self._requests:
-            return (watched,)
-        self._requests -= 1
-        return watched, cast("zenoh.Query", _Repeated(query))
+        return (watched, cast("zenoh.Query", _Repeated(query))) if self.comes_twice() else (watched,)
+
+    def comes_twice(self) -> bool:
+        """Return whether a request that comes now comes twice, and count it."""
+        twice = self._requests > 0
+        self._requests -= twice
+        return twice
 
     def lost(self) -> bool:
         """Return whether an answer that is sent now is lost, and count it."""

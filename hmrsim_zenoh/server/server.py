@@ -87,6 +87,11 @@ class Server:
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
         intake: Makes the inbox, and what finds subscribers.
+
+    Attributes:
+        keys: How keys are spelled, with the aliases of actions.
+        inbox: The queries and commands for the simulation.
+        planner: The external planner.
     """
 
     def __init__(
@@ -104,7 +109,7 @@ class Server:
         self._submit = submit
         self._description = description
         self._declares = len(description.serves) <= MAX_TOKENS
-        self._keys = keys
+        self.keys = keys
         self._actions = all_actions()
         self._limiter = FeedbackLimiter()
         # The queries that await feedback, by robot, action and goal id.
@@ -169,14 +174,14 @@ class Server:
     def follow(self) -> None:
         """Serve the current robots and publish the latched topics to their subscribers."""
         serves = self._description.serves
-        before, self._keys = self._keys, replace(self._keys, aliases=self._description.aliases)
-        self._requests = self._read_by(self._keys, serves=serves)
+        before, self.keys = self.keys, replace(self.keys, aliases=self._description.aliases)
+        self._requests = self._read_by(self.keys, serves=serves)
         for known in (self._feedback_keys, self._status_keys):
-            again = before.aliases != self._keys.aliases
+            again = before.aliases != self.keys.aliases
             for target in [target for target in known if again or target[0] not in serves]:
                 self._undeclare(*known.pop(target))
         there = {*serves, WORLD}
-        for topic in [topic for topic in self._topic_keys if self._keys.owner(topic) not in there]:
+        for topic in [topic for topic in self._topic_keys if self.keys.owner(topic) not in there]:
             self._undeclare(self._topic_keys.pop(topic))
         for topic in self._fixed:
             self._put_fixed(topic)
@@ -184,8 +189,8 @@ class Server:
     def _put_fixed(self, topic: str) -> None:
         """Publish a latched topic of the world if it has subscribers."""
         mime, payload = self._fixed[topic]
-        if self._interest.in_key(self._keys.world(topic)):
-            self._put(self._key_of(self._keys.world(topic)), payload(), mime, reliable=True)
+        if self._interest.in_key(self.keys.world(topic)):
+            self._put(self._key_of(self.keys.world(topic)), payload(), mime, reliable=True)
 
     def close(self) -> None:
         """Accept no more queries; the simulation thread wakes and ends."""
@@ -212,6 +217,20 @@ class Server:
                 answer(command.reply_to, Refused("", None, _ENDED))
             else:
                 submit(command)
+
+    def before(self, command: AnyCommand) -> list[AnyCommand]:
+        """Return the commands that come before one of a client in this process: what has changed around it."""
+        first: list[AnyCommand] = []
+        if (changes := self._interest.look()) != self._changes_reported:
+            self._changes_reported = changes
+            first.append(InterestChanged())
+        return [*first, *self.planner.look()] if isinstance(command, (SendGoal, Advance)) else first
+
+    def refusal_of(self, command: AnyCommand) -> GoalResponse | Refused:
+        """Return the answer to a command of a client in this process after the end."""
+        if isinstance(command, SendGoal):
+            return self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
+        return Refused("", None, _ENDED)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         if self._finishing and "*" in str(query.key_expr):
@@ -330,7 +349,7 @@ class Server:
                 self._interest_changed()
         if event.goal is not None and self._interest[_LOG]:
             accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
-            self._put(self._key_of(self._keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
+            self._put(self._key_of(self.keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
     def _put_event(self, event: GoalChanged | EventStamped) -> None:
@@ -341,7 +360,7 @@ class Server:
             return
         payload = encoding.event_payload(event)
         for topic in ("events",) * watched + (_LOG,) * logged:
-            self._put(self._key_of(self._keys.world(topic)), payload, encoding.EVENT, reliable=True)
+            self._put(self._key_of(self.keys.world(topic)), payload, encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
         self._settle()
@@ -366,11 +385,11 @@ class Server:
         self._settle()
         if not self._interest[event.topic]:
             return
-        key = self._key_of(self._keys.topic(event.robot or WORLD, event.topic.value))
+        key = self._key_of(self.keys.topic(event.robot or WORLD, event.topic.value))
         self._put(key, encoding.message(event.message), encoding.of_message(event.message))
 
     def _emit_time(self, event: TimeState) -> None:
-        self._put(self._key_of(self._keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
+        self._put(self._key_of(self.keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
 
     def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; a best-effort message is dropped when a subscriber is slow."""
@@ -385,7 +404,7 @@ class Server:
         """Return the keys of one verb of a robot's action, one for each of its names."""
         target = (event.robot, event.action)
         if target not in known:
-            known[target] = [self._declared(self._keys.action(*name, verb)) for name in self._keys.names(*target)]
+            known[target] = [self._declared(self.keys.action(*name, verb)) for name in self.keys.names(*target)]
         return known[target]
 
     def _key_of(self, topic: str) -> zenoh.KeyExpr | str:

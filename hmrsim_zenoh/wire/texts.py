@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Sequence
+from functools import cache
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
 
@@ -14,6 +17,9 @@ if TYPE_CHECKING:
 MAX_TEXT: Final = 4096
 """Characters of a text in a request, such as a name."""
 
+_SHORT: Final = frozenset({bool, int, float})
+"""The types of fields that hold no text."""
+
 _LONG: Final = frozenset({"resource_string", "settings", "goal_id"})
 """The fields that hold a file, such as a world, and ids, which are checked as such."""
 
@@ -24,11 +30,44 @@ def check_texts(message: object, size: int) -> None:
     Raises:
         UnreadableError: One is too long.
     """
-    if size <= MAX_TEXT:
+    if size > MAX_TEXT:
+        check_texts_of(message)
+
+
+def check_texts_of(message: object) -> None:
+    """Check the texts of a message that did not come in a payload.
+
+    Raises:
+        UnreadableError: One is too long.
+    """
+    texts_in = _texts_in(type(message))
+    if texts_in is not None and max(map(len, texts_in(message)), default=0) <= MAX_TEXT:
         return
     for path, text in _texts(message):
         if len(text) > MAX_TEXT:
             raise unreadable_at(path, f"a text of {len(text)} characters; at most {MAX_TEXT} are taken", text)
+
+
+@cache
+def _texts_in(kind: type) -> Callable[[object], Sequence[str]] | None:
+    """Return what finds the texts in messages of a type without lists; None for one with lists, which are walked."""
+    paths = _paths(kind)
+    if paths is None:
+        return None
+    return attrgetter(*paths) if len(paths) > 1 else lambda message: [attrgetter(path)(message) for path in paths]
+
+
+def _paths(kind: Any) -> list[str] | None:
+    found: list[str] = []
+    for name, field in getattr(kind, "model_fields", {}).items():
+        of = field.annotation
+        if name in _LONG or of in _SHORT:
+            continue
+        inner = [""] if of is str else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
+        if inner is None:
+            return None
+        found += [f"{name}.{path}".rstrip(".") for path in inner]
+    return found
 
 
 def _texts(value: object) -> Iterator[tuple[str, str]]:

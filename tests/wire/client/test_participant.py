@@ -8,12 +8,15 @@ import threading
 import pytest
 import zenoh
 
+from hmrsim.protocol.commands import CancelGoal
+from hmrsim.protocol.outputs import Granted
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.participant import Grant, Participant, Wish, check_name
+from hmrsim_zenoh.client.participant import Participant, Wish, check_name
 from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.patience import PATIENCE
 
+CANCEL = CancelGoal("eve", "wait", "a" * 32)
 NOTHING = {"accepted": [], "events": []}
 
 
@@ -86,11 +89,11 @@ def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):
 def test_an_advance_says_what_is_wanted(keeper, participant):
     """Field by field; the commands come as they were given."""
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
-    participant.ask(Wish(3.0, ["result"], ["feedback"], [b'{"robot":"eve"}']))
+    participant.ask(Wish(3.0, frozenset({"result"}), frozenset({"feedback"}), (CANCEL,)))
     granted = participant.take(PATIENCE)
     participant.accept(granted)
 
-    assert (granted, participant.epoch, participant.now) == (Grant(epoch=5, now=3.0, reason="until"), 5, 3.0)
+    assert (granted, participant.epoch, participant.now) == (Granted(5, 3.0, "until"), 5, 3.0)
     assert keeper.of("advance") == [
         {
             "participant": "nurse",
@@ -98,7 +101,7 @@ def test_an_advance_says_what_is_wanted(keeper, participant):
             "until": 3.0,
             "wake": ["result"],
             "report": ["feedback"],
-            "commands": [{"robot": "eve"}],
+            "commands": [{"robot": "eve", "action": "wait", "cancel": "a" * 32}],
         }
     ]
 
@@ -106,7 +109,7 @@ def test_an_advance_says_what_is_wanted(keeper, participant):
 def test_a_lost_reply_is_asked_for_again(keeper, participant):
     """The same request, which gets the same answer."""
     keeper.answers["advance"] = [None, None, {"epoch": 5, "now": 3.0, "reason": "idle", **NOTHING}]
-    participant.ask(Wish(commands=[b'{"robot":"eve"}']))
+    participant.ask(Wish(commands=(CANCEL,)))
     granted = participant.take(PATIENCE)
 
     first, second, third = keeper.of("advance")
@@ -179,7 +182,7 @@ def test_a_clock_that_was_set_to_real_time_is_an_end(keeper, participant):
     keeper.answers["state"] = [{"epoch": 6, "now": 9.5, "clock": "realtime"}]
     participant.ask(Wish())
 
-    assert participant.take(PATIENCE) == Grant(epoch=6, now=9.5, reason="end")
+    assert participant.take(PATIENCE) == Granted(6, 9.5, "end")
 
 
 def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):

@@ -1,0 +1,168 @@
+"""The connection between a client and its simulator: typed commands there, typed answers back.
+
+Within one process a command goes to the simulator's inbox as it is. Over Zenoh it is encoded at this end and decoded
+at the server's. Nothing else in the client knows which, or what JSON looks like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from pydantic_core import to_json
+
+from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.wire.envelopes import plain, read
+
+if TYPE_CHECKING:
+    from hmrsim.actions import Action
+    from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
+    from hmrsim.protocol.time import Join, Leave, ReadTime
+    from hmrsim_zenoh.errors import Denied
+
+M = TypeVar("M", bound=Message)
+
+Answer = Any
+"""The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
+back, and the effect of the command is unknown."""
+
+
+@dataclass(frozen=True)
+class ActionTarget:
+    """An action of a robot."""
+
+    robot: str
+    action: Action[Any, Any, Any]
+
+    @property
+    def name(self) -> str:
+        """The name of the action in ROS."""
+        return f"/{self.robot}/{self.action.name}"
+
+
+class Call(Protocol):
+    """A request for whose answer one thread waits.
+
+    Attributes:
+        answer: The answer; None while there is none, too.
+    """
+
+    answer: Answer
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
+
+    def give_up(self) -> None:
+        """End the request without an answer; from any thread."""
+
+
+class Commands(Protocol):
+    """What takes the commands of a goal handle: a connection, or lockstep, which sends them with the next advance.
+
+    *then* receives the answer, once.
+
+    Attributes:
+        ordered: Whether commands arrive in the order in which they are sent.
+    """
+
+    ordered: bool
+
+    def send_goal(
+        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
+        """Send a goal; its message may be plain values, which the simulator checks. Answered by `GoalResponse`."""
+
+    def cancel(
+        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
+        """Cancel goals; answered by `CancelResponse`."""
+
+    def get_result(
+        self,
+        target: ActionTarget,
+        command: GetResult,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,
+        read: bool = True,
+    ) -> None:
+        """Ask for a result, which may come much later; answered by `ResultResponse`.
+
+        Unless it is to be *read*, the result of a goal that succeeds is None.
+        """
+
+    def look_up(
+        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
+    ) -> None:
+        """Ask for the result of a goal that has ended before."""
+
+    def listen(self, target: ActionTarget, listener: Listener) -> None:
+        """Have a listener told of the feedback of an action."""
+
+
+class Listener(Protocol):
+    """Takes the feedback of an action."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether there is a goal whose feedback matters."""
+
+    def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
+        """Take one sample."""
+
+
+class Connection(Commands, Protocol):
+    """A way to one simulator.
+
+    Attributes:
+        in_process: Whether the simulator runs in this process: then time moves only while a client waits for it.
+    """
+
+    in_process: bool
+
+    def execute(
+        self,
+        target: ActionTarget,
+        command: SendGoal,
+        *,
+        timeout: float,
+        on_answer: Callable[[Any], None],
+        on_end: Callable[[], None],
+        read: bool = True,
+    ) -> None:
+        """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
+
+    def call(self, command: Join | Advance | Leave | ReadTime, *, timeout: float) -> Call:
+        """Send a command about time; answered as `hmrsim.protocol.time` says."""
+
+    def token(self) -> str:
+        """Return a text that no other connection has."""
+
+    def fitting(self, commands: list[Any]) -> int:
+        """Return how many of some commands go with one advance; one at least."""
+
+    def announce(self, name: str) -> Callable[[], None]:
+        """Show that a participant is there; return what takes that back.
+
+        Raises:
+            ClientClosed: The connection is closed.
+        """
+
+    def close(self) -> None:
+        """Tell no listener any more."""
+
+    def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+        """Return why a command to an action is denied; None if access control allows it, or there is none."""
+
+
+def message_of(kind: type[M], value: object) -> M:
+    """Return a message that came as such, or in plain values.
+
+    Raises:
+        UnreadableError: The values are not of the message's type.
+    """
+    if isinstance(value, kind):
+        return value
+    message: M = read(plain(kind), to_json(value))
+    return message

@@ -1,0 +1,162 @@
+"""The connection to a simulator in this process: commands go to its inbox, and answers come from its sinks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+
+from hmrsim_zenoh.errors import ClientClosed
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import Advance, AnyCommand, CancelGoal, GetResult, SendGoal
+    from hmrsim.protocol.time import Join, Leave, ReadTime
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim_zenoh.errors import Denied
+    from hmrsim_zenoh.loopback.session import LoopbackSession
+    from hmrsim_zenoh.wire.keys import Keys
+
+_LOOK: Final = 1.0
+"""Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
+
+
+class LocalCall:
+    """A request whose answer mostly is there when the call returns.
+
+    Attributes:
+        answer: The answer; None while there is none, too.
+    """
+
+    def __init__(self) -> None:
+        self.answer: Answer = None
+        self._ended = False
+        self._bell: SimpleQueue[None] | None = None
+
+    def take(self, answer: Answer) -> None:
+        """Take the answer; from any thread."""
+        if not self._ended:
+            self.answer, self._ended = answer, True
+            if self._bell is not None:
+                self._bell.put(None)
+
+    def give_up(self) -> None:
+        """End the request without an answer; from any thread."""
+        self.take(None)
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
+        if self._ended:
+            return True
+        # Another thread has yet to let time go on.
+        self._bell = self._bell or SimpleQueue()
+        limit = time.monotonic() + timeout
+        while not self._ended:
+            left = max(0.0, limit - time.monotonic())
+            try:
+                self._bell.get(timeout=min(left, _LOOK))
+            except Empty:
+                if left <= _LOOK:
+                    return self._ended
+        return True
+
+
+class LocalConnection:
+    """A `Connection` within one process."""
+
+    ordered = False
+    in_process = True
+
+    def __init__(self, session: LoopbackSession, keys: Keys) -> None:
+        self._session = session
+        self._keys = keys
+
+    def send_goal(
+        self,
+        _target: ActionTarget,
+        command: SendGoal,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,  # noqa: ARG002 - it is answered at once
+    ) -> None:
+        """Send a goal."""
+        self._send(command, then)
+
+    def execute(
+        self,
+        _target: ActionTarget,
+        command: SendGoal,
+        *,
+        timeout: float,  # noqa: ARG002 - likewise
+        on_answer: Callable[[Answer], None],
+        on_end: Callable[[], None],
+        read: bool = True,  # noqa: ARG002 - there is nothing to read
+    ) -> None:
+        """Send a goal; its result is to be asked for."""
+        self._send(command, on_answer)
+        on_end()
+
+    def cancel(
+        self,
+        _target: ActionTarget,
+        command: CancelGoal,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,  # noqa: ARG002 - likewise
+    ) -> None:
+        """Cancel goals."""
+        self._send(command, then)
+
+    def get_result(
+        self,
+        _target: ActionTarget,
+        command: GetResult,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,  # noqa: ARG002 - likewise
+        read: bool = True,  # noqa: ARG002 - likewise
+    ) -> None:
+        """Ask for a result."""
+        self._send(command, then)
+
+    look_up = get_result
+
+    def listen(self, target: ActionTarget, listener: Listener) -> None:
+        """Have a listener told of the feedback of an action; time moves in lockstep only, which tells of it."""
+
+    def call(self, command: Join | Advance | Leave | ReadTime, *, timeout: float) -> LocalCall:  # noqa: ARG002 - likewise
+        """Send a command about time."""
+        call = LocalCall()
+        self._send(command, call.take)
+        return call
+
+    def token(self) -> str:
+        """Return a text that no other connection has."""
+        return str(self._session.new_timestamp())
+
+    def fitting(self, commands: Sequence[Any]) -> int:
+        """Return how many of some commands go with one advance: all."""
+        return len(commands)
+
+    def announce(self, name: str) -> Callable[[], None]:
+        """Show that a participant is there; return what takes that back."""
+        try:
+            token = self._session.liveliness().declare_token(self._keys.participant(name))
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        return token.undeclare
+
+    def close(self) -> None:
+        """Do nothing: there are no listeners."""
+
+    def denial(self, _target: ActionTarget, _command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+        """Return None: there is no access control."""
+        return None
+
+    def _send(self, command: AnyCommand, then: Callable[[Answer], None]) -> None:
+        try:
+            self._session.submit(command, then)
+        except zenoh.ZError:
+            then(None)

@@ -1,0 +1,180 @@
+"""Commands of clients in the simulator's own process: they go to its inbox as they are, and answers come back so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+from pydantic_core import to_json
+
+from hmrsim.actions import registry as all_actions
+from hmrsim.errors import SimulationStopped
+from hmrsim.interfaces.message import Message, complete
+from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
+from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.outputs import Answered, Granted
+from hmrsim.protocol.time import Join, Leave, ReadTime
+from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.errors import RequestError
+from hmrsim_zenoh.loopback.exchange import Kind
+from hmrsim_zenoh.server.decode_conditions import WatchRequest, condition
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read_often, unreadable, unreadable_at
+from hmrsim_zenoh.wire.texts import check_texts, check_texts_of
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.topics import Topic
+    from hmrsim_zenoh.loopback.exchange import Exchange
+    from hmrsim_zenoh.server.server import Server
+
+
+ClientCommand = SendGoal | CancelGoal | GetResult | Join | Advance | Leave | ReadTime
+"""What clients in this process send as it is; all else they ask for on keys."""
+
+
+class _Asked:
+    """A command that awaits its answer, which may get lost."""
+
+    __slots__ = ("loses", "then")
+
+    def __init__(self, then: Callable[[Any], object], loses: Callable[[], bool] | None) -> None:
+        self.then = then
+        self.loses = loses
+
+
+class LocalCommands:
+    """Takes the commands of all clients of a process; a sink of the simulation, for the answers.
+
+    Args:
+        exchange: Delivers the answers while the simulation does not run.
+        server: The server of the same simulation.
+    """
+
+    def __init__(self, exchange: Exchange, server: Server) -> None:
+        self._exchange = exchange
+        self._server = server
+        self._inbox = server.inbox
+        self._losses = server.inbox.losses
+        self._actions = all_actions()
+
+    def send(self, command: ClientCommand, then: Callable[[Any], object]) -> None:
+        """Send a command; *then* receives its answer, once, while the simulation does not run.
+
+        It is None if the answer is lost, and a `RequestError` if the command can't be served.
+        """
+        try:
+            command = self._checked(command)
+        except UnreadableError as error:
+            self._exchange.deliver(then, RequestError(str(error), error.details))
+        else:
+            self._put(command, then)
+        self._exchange.settle()
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: answers come anyway."""
+        return False
+
+    def emit(self, output: Output) -> None:
+        """Pass an answer on to who has asked."""
+        if type(output) is Answered and type(output.reply_to) is _Asked:
+            asked = output.reply_to
+            lost = asked.loses is not None and asked.loses()
+            self._exchange.deliver(asked.then, None if lost else _as_told(output.answer))
+
+    def _put(self, command: ClientCommand, then: Callable[[Any], object]) -> None:
+        losses = self._losses
+        # Readings are left alone, which are repeated without a thought.
+        disturbed = losses.active and not isinstance(command, ReadTime)
+        asked = _Asked(then, losses.lost if disturbed and losses.watching else None)
+        repeated = disturbed and losses.comes_twice()
+        try:
+            for each in self._server.before(command):
+                self._inbox.put(each)
+            self._inbox.put(command._replace(reply_to=asked))
+            if repeated:
+                self._inbox.put(command)
+        except SimulationStopped:
+            served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
+            self._exchange.deliver(then, _as_told(self._server.refusal_of(command)) if served else None)
+
+    def _checked(self, command: ClientCommand) -> ClientCommand:
+        """Return a command with real names and with messages, whatever its sender has written.
+
+        Raises:
+            UnreadableError: It can't be understood.
+        """
+        match command:
+            case Advance(commands=commands):
+                return command._replace(commands=tuple(map(self._given, commands))) if commands else command
+            case SendGoal():
+                return self._goal(command)
+            case CancelGoal():
+                return self._named(command, "goal_info.goal_id")
+            case GetResult():
+                return self._named(command, "goal_id")
+        return command
+
+    def _given(self, command: Any) -> Any:
+        """Return a command of an advance, or why it can't be understood, which is its answer."""
+        try:
+            match command:
+                case SendGoal():
+                    command = self._goal(command)
+                case CancelGoal():
+                    command = self._named(command, "cancel")
+                case GetResult():
+                    command = self._named(command, "result")
+                case Watched(name, wanted):
+                    asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
+                    command = condition(plain(WatchRequest).validate_python(asked), self._server.keys)
+        except ValidationError as error:
+            return Unreadable(_error(unreadable(error)))
+        except UnreadableError as error:
+            return Unreadable(_error(error))
+        return command
+
+    def _named(self, command: CancelGoal | GetResult, field: str) -> CancelGoal | GetResult:
+        try:
+            goal_id = parse_goal_id(command.goal_id)
+        except ValueError as error:
+            raise unreadable_at(field, str(error), command.goal_id) from None
+        robot, action = self._server.keys.resolve(command.robot, command.action)
+        return command._replace(robot=robot, action=action, goal_id=goal_id)
+
+    def _goal(self, command: SendGoal) -> SendGoal:
+        robot, name = self._server.keys.resolve(command.robot, command.action)
+        action = self._actions.get(name)
+        # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
+        goal = None if action is None else _message(action.goal, command.goal)
+        return command._replace(robot=robot, action=name, goal=goal)
+
+
+def _message(kind: type[Message], goal: Any) -> Message:
+    """Return a goal as a message, with the checks that it has over the network."""
+    if isinstance(goal, kind):
+        check_texts_of(goal)
+        complete(goal)
+        return goal
+    payload = to_json(goal, inf_nan_mode="constants")
+    try:
+        message: Message = read_often(plain(kind), payload)
+        check_texts(message, len(payload))
+    except UnreadableError as error:
+        raise error.below("goal") from None
+    return message
+
+
+def _error(error: UnreadableError) -> RequestError:
+    return RequestError(str(error), error.details)
+
+
+def _as_told(answer: Any) -> Any:
+    """Return an answer as a client is told it: with errors in place of refusals."""
+    match answer:
+        case Refused(field, value, text):
+            return RequestError(text, [{"field": field, "message": text, "value": value}])
+        case Granted(accepted=accepted) if any(type(each) is Refused for each in accepted):
+            return answer._replace(accepted=tuple(map(_as_told, accepted)))
+    return answer
