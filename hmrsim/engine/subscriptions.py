@@ -35,6 +35,7 @@ class Interest:
     clock: bool
     events: bool
     motion: bool
+    time: bool
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = sinks

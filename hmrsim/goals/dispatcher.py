@@ -337,7 +337,7 @@ class Dispatcher:
         goal.server.robot.act(goal.server.action.name, begins=False)
         goal.end(self._stamp(), result, cause)
         self._change(goal, event)
-        late = name in self.news
+        late = name in self.news.late
         if late:
             self.news.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))
         self._tell(goal, inside=late or name in self.cut_off)
@@ -370,7 +370,7 @@ class Dispatcher:
         robot, action = server.robot.name, server.action.name
         change = GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result, goal.cause)
         self._emit(change)
-        if robot in self.news:
+        if robot in self.news.late:
             status = self._status(server)
             self.news.send(status, lambda: self._tell_change(change, status))
         elif self._interest.status:

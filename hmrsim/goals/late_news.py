@@ -39,35 +39,34 @@ class LateNews:
 
     Args:
         statuses: Returns the statuses of all goals that are kept of a robot.
+
+    Attributes:
+        late: The robots whose news are late, with what is under way.
     """
 
     def __init__(self, env: Environment, statuses: Callable[[str], Iterable[StatusChanged]]) -> None:
         self._env = env
         self._statuses = statuses
-        self._lines: dict[str, _Line] = {}
+        self.late: dict[str, _Line] = {}
         self._held: set[ServedGoal] = set()
-
-    def __contains__(self, robot: str) -> bool:
-        """Return whether a robot's news are late."""
-        return robot in self._lines
 
     def delay(self, robot: str, seconds: float) -> Callable[[], None]:
         """Let a robot's news be late from now on; return what ends that, and lets all arrive that is under way."""
-        if robot not in self._lines:
-            self._lines[robot] = _Line({status.action: status for status in self._statuses(robot)})
-        self._lines[robot].delays.append(seconds)
+        if robot not in self.late:
+            self.late[robot] = _Line({status.action: status for status in self._statuses(robot)})
+        self.late[robot].delays.append(seconds)
         return partial(self._end, robot, seconds)
 
     def known(self, robot: str, action: str) -> StatusChanged | None:
         """Return the statuses of an action's goals as clients know them; None if that is how they are."""
-        line = self._lines.get(robot)
+        line = self.late.get(robot)
         return None if line is None else line.known.get(action, StatusChanged(robot, action, ()))
 
     def send(self, status: StatusChanged, tell: Callable[[], None]) -> None:
         """Let clients know the statuses of an action's goals later; *tell* is called then."""
 
         def arrive() -> None:
-            line = self._lines.get(status.robot)
+            line = self.late.get(status.robot)
             if line is not None:
                 line.known[status.action] = status
             tell()
@@ -90,12 +89,12 @@ class LateNews:
 
     def flush(self, robot: str | None = None) -> None:
         """Let all arrive now that is under way from a robot, or from all."""
-        for name in [*self._lines] if robot is None else [robot]:
-            if name in self._lines:
-                self._arrive(self._lines[name])
+        for name in [*self.late] if robot is None else [robot]:
+            if name in self.late:
+                self._arrive(self.late[name])
 
     def _send(self, robot: str, arrive: Callable[[], None]) -> None:
-        line = self._lines[robot]
+        line = self.late[robot]
         timer = Timeout(self._env, math.fsum(line.delays))
         line.under_way.append((timer, arrive))
 
@@ -113,8 +112,8 @@ class LateNews:
             arrive()
 
     def _end(self, robot: str, seconds: float) -> None:
-        line = self._lines[robot]
+        line = self.late[robot]
         line.delays.remove(seconds)
         if not line.delays:
-            del self._lines[robot]
+            del self.late[robot]
         self._arrive(line)

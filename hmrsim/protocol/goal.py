@@ -24,9 +24,6 @@ from typing import Final
 WORLD: Final = "_world"
 """The name under which the world serves actions, as a robot does under its own."""
 
-_FIRST_TERMINAL: Final = 4
-"""Looked up much faster than the member that it stands for."""
-
 
 class Verdict(StrEnum):
     """What becomes of a goal that can't be executed."""
@@ -40,7 +37,13 @@ class Verdict(StrEnum):
 
 
 class GoalStatus(IntEnum):
-    """Where a goal is in its life."""
+    """Where a goal is in its life.
+
+    Attributes:
+        terminal: Whether the goal has ended.
+    """
+
+    terminal: bool
 
     UNKNOWN = 0
     ACCEPTED = 1
@@ -50,10 +53,9 @@ class GoalStatus(IntEnum):
     CANCELED = 5
     ABORTED = 6
 
-    @property
-    def terminal(self) -> bool:
-        """Whether the goal has ended."""
-        return self >= _FIRST_TERMINAL
+    def __init__(self, number: int) -> None:
+        # An attribute of the members: it is looked up several times a goal.
+        self.terminal = number >= 4  # noqa: PLR2004 - SUCCEEDED, which is not made yet
 
     @property
     def cancelable(self) -> bool:

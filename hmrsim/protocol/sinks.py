@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class Sink(Protocol):
-    """Receives the outputs; called in the simulation's thread, which it must not block."""
+    """Receives the outputs; called in the simulation's thread, which it must not block.
+
+    One that needs outputs of some types only may have them in an attribute ``takes``, a frozenset of those types.
+    """
 
     def emit(self, output: Output) -> None:
         """Take an output."""

@@ -8,6 +8,9 @@ from enum import Enum
 class Topic(Enum):
     """The topics that a sink may want."""
 
+    __hash__ = object.__hash__
+    """Enum's own is written in Python."""
+
     STATUS = "status"
     FEEDBACK = "feedback"
     ODOM = "odom"

@@ -144,6 +144,8 @@ class Simulator:
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._sinks: list[Sink] = []
+        # The sinks that take outputs of a type.
+        self._takers: dict[type, list[Sink]] = {}
         self._fatal: tuple[Sink, BaseException] | None = None
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
@@ -197,7 +199,7 @@ class Simulator:
         self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self.emit(self.readings.clock()))
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
-        self._sinks += [*sinks, *watchers(self)]
+        self._add_sinks(*sinks, *watchers(self))
         self._command_sinks = [sink for sink in self._sinks if isinstance(sink, CommandSink)]
         self._apply(InterestChanged())
 
@@ -229,9 +231,7 @@ class Simulator:
     def begin_chance(self) -> None:
         """Begin all random numbers of the seed, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
-        self._sinks[:] = [
-            sink for sink in self._sinks if sink is not self.demand and sink is not self.fault_injector.anchors
-        ]
+        self._remove_sinks(self.demand, self.fault_injector.anchors)
         self.fault_injector.begin(self.world, self.seed)
         self.demand.begin(self.world)
         if self.world.demand:
@@ -240,7 +240,7 @@ class Simulator:
     def watch_orders(self) -> None:
         """Let the demand see what becomes of its items; a world without any does not pay for that."""
         if self.demand not in self._sinks:
-            self._sinks.append(self.demand)
+            self._add_sinks(self.demand)
             self.interest.refresh()
 
     def _watch_anchors(self) -> None:
@@ -250,19 +250,19 @@ class Simulator:
         """
         anchors = self.fault_injector.anchors
         if anchors.waits and anchors not in self._sinks:
-            self._sinks.append(anchors)
+            self._add_sinks(anchors)
         self.interest.refresh()
 
     def end_scripts(self) -> None:
         """Let the robots do no more of what the world says that they do by themselves."""
         self.scripts.end()
-        self._sinks[:] = [sink for sink in self._sinks if sink is not self.scripts]
+        self._remove_sinks(self.scripts)
 
     def begin_scripts(self) -> None:
         """Let the robots do what the world says that they do by themselves."""
         self.scripts = Scripts(self.env, self.world, submit=self._apply, publisher=self.publisher)
         if self.scripts.all:
-            self._sinks.append(self.scripts)
+            self._add_sinks(self.scripts)
 
     def submit(self, command: Command, by: str = "") -> None:
         """Apply a command from outside, after all that is due at this instant; its outputs go to the sinks.
@@ -297,10 +297,14 @@ class Simulator:
         except BUGS as bug:
             # Whatever it is, it is this command's error.
             self._command_failed(command, bug, replayed=self._replayed(command))
-        # Goals that are sent while time stands start all the same.
-        while self.paused and isinstance(command, _BEGINNING) and self.process_events(self.now, _BATCH):
-            pass
+        self._begin(command)
         self._check_sinks()
+
+    def _begin(self, command: Command) -> None:
+        """Let goals that are sent while time stands start all the same."""
+        if self.gate.limit <= self.env.now and isinstance(command, _BEGINNING):
+            while self.process_events(self.env.now, _BATCH):
+                pass
 
     def _record(self, command: Command, by: str) -> None:
         for sink in self._command_sinks:
@@ -399,12 +403,24 @@ class Simulator:
         """Give an output to the sinks, unless its robot is cut off."""
         if self.dispatcher.cut_off and isinstance(output, _ROBOT_OUTPUTS) and output.robot in self.dispatcher.cut_off:
             return
-        for sink in self._sinks:
+        kind = type(output)
+        takers = self._takers.get(kind)
+        if takers is None:
+            takers = self._takers[kind] = [sink for sink in self._sinks if kind in getattr(sink, "takes", {kind})]
+        for sink in takers:
             try:
                 sink.emit(output)
             except BUGS as bug:
                 # The other sinks are to have it.
                 self._sink_failed(sink, bug)
+
+    def _add_sinks(self, *sinks: Sink) -> None:
+        self._sinks.extend(sinks)
+        self._takers = {}
+
+    def _remove_sinks(self, *sinks: Sink) -> None:
+        self._sinks[:] = [each for each in self._sinks if not any(each is sink for sink in sinks)]
+        self._takers = {}
 
     def _sink_failed(self, sink: Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):
@@ -419,7 +435,7 @@ class Simulator:
         if self._fatal is None:
             return
         (sink, bug), self._fatal = self._fatal, None
-        self._sinks[:] = [each for each in self._sinks if each is not sink]
+        self._remove_sinks(sink)
         self._command_sinks = [each for each in self._command_sinks if each is not sink]
         raise bug
 
@@ -488,39 +504,40 @@ class Simulator:
         Returns:
             Whether anything was due.
         """
-        return self._process(min(until, end_of_instant(self.gate.limit)), most, idle=idle)
+        limit = self.gate.limit
+        return self._process(until if limit == math.inf else min(until, end_of_instant(limit)), most, idle=idle)
 
     def _process(self, until: float, most: int, *, idle: bool) -> bool:
-        busy = self._busy
-        self.env.horizon, self._busy = until, True
+        """Process at most so many events and samples that are due at *until* or before; return whether any was."""
+        env, telemetry = self.env, self.telemetry
+        busy, taken = self._busy, 0
+        env.horizon, self._busy = until, True
         try:
-            return self._process_some(most, idle=idle) > 0
+            while taken < most:
+                sample, event = telemetry.next_due, env.peek()
+                due = min(sample, event) if idle or not env.idle else math.inf
+                if due > env.horizon or due == math.inf:
+                    break
+                # Each event may bring a sample that is due before the next one; each sample may halt us.
+                if sample < event:
+                    self._sample()
+                    taken += 1
+                else:
+                    taken += env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
+                if self._fatal is not None:
+                    self._check_sinks()
         finally:
             self._busy = busy
-
-    def _process_some(self, most: int, *, idle: bool) -> int:
-        """Process at most so many events and samples that are due at the horizon or before; return how many."""
-        taken = 0
-        while taken < most:
-            sample, event = self.telemetry.next_due, self.env.peek()
-            due = min(sample, event) if idle or not self.env.idle else math.inf
-            if due > self.env.horizon or due == math.inf:
-                break
-            # Each event may bring a sample that is due before the next one; each sample may halt us.
-            if sample < event:
-                self._sample()
-                taken += 1
-            else:
-                taken += self.env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
-            self._check_sinks()
-        return taken
+        return taken > 0
 
     def finish_instant(self) -> None:
         """Take all that is due in this nanosecond, also while time may not move on.
 
         A bug that makes events at one instant for ever does not keep commands out: one of them may end it.
         """
-        until = end_of_instant(self.now)
+        until = end_of_instant(self.env.now)
+        if self.env.peek() > until and self.telemetry.next_due > until:
+            return
         for _ in range(_MOST_OF_AN_INSTANT):
             if not self._process(until, _BATCH, idle=True):
                 return
@@ -534,7 +551,7 @@ class Simulator:
 
     def halt(self) -> None:
         """End the `process_events` under way after this instant, of which all is taken still."""
-        self.env.horizon = end_of_instant(self.now)
+        self.env.horizon = end_of_instant(self.env.now)
 
     def advance(self, until: float) -> None:
         """Take everything that is due at *until* or before, then let it be *until*."""

@@ -24,12 +24,14 @@ from hmrsim.protocol.conditions import Unwatch, Watch
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import (
     Answered,
+    EventStamped,
     FeedbackSent,
     GoalChanged,
     GoalTold,
     Granted,
     PlanWanted,
     RosterChanged,
+    Sampled,
     TimeRestarted,
 )
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
@@ -70,6 +72,9 @@ class Lockstep:
         self.granting = False
         self.lost = ""
         self._simulator = simulator
+        # Read several times a grant.
+        self._env = simulator.env
+        self._gate = simulator.gate
         self._end = until
         self._over = ""
         self._participants = Participants(awaited)
@@ -99,6 +104,11 @@ class Lockstep:
         return self._participants.names
 
     @property
+    def participates(self) -> bool:
+        """Whether there is a participant."""
+        return bool(self._participants.all)
+
+    @property
     def thinks(self) -> bool:
         """Whether a participant has yet to ask to advance."""
         return bool(self._participants.thinking)
@@ -118,7 +128,7 @@ class Lockstep:
     @property
     def over(self) -> bool:
         """Whether it is the time at which the run ends."""
-        return self._end < math.inf and stamp(self._simulator.now) >= stamp(self._end)
+        return self._end < math.inf and stamp(self._env.now) >= stamp(self._end)
 
     @property
     def _next(self) -> int:
@@ -239,7 +249,7 @@ class Lockstep:
     def ready(self) -> bool:
         """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
         there = self._participants
-        if self.granting or self._simulator.paused or there.missing or there.awaited:
+        if self.granting or there.missing or there.awaited or self._gate.limit <= self._env.now:
             return False
         for participant in there.all:
             if participant.state is State.THINKING:
@@ -249,7 +259,8 @@ class Lockstep:
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
         self.granting, self._woken = True, False
-        self._submit_changes()
+        if self._participants.changed:
+            self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
             if participant.state.begins:
@@ -262,7 +273,8 @@ class Lockstep:
             # A client that does not take part has caused an event meanwhile, or a stalled participant has missed it.
             self._halt()
         for participant, request in asked:
-            self._apply(participant, request)
+            if request.commands:
+                self._apply(participant, request)
         self._conditions.refresh()
 
     def _limit_grant(self) -> None:
@@ -272,7 +284,7 @@ class Lockstep:
             if participant.state is State.GRANTED and (request := participant.request):
                 horizon = min(horizon, request.until)
                 wake |= request.wake
-        self._horizon, self._wake = max(horizon, self._simulator.now), wake
+        self._horizon, self._wake = max(horizon, self._env.now), wake
 
     @property
     def _has_news(self) -> bool:
@@ -284,10 +296,14 @@ class Lockstep:
         met = self._conditions.met
         for participant in self._participants.all:
             if participant.state is State.GRANTED and (request := participant.request):
-                if participant.name in met or any(slot.woke for slot in participant.slots):
+                if participant.name in met:
                     return True
-                if any(kind in request.wake for kind, _, _ in participant.missed):
-                    return True
+                for slot in participant.slots:
+                    if slot.woke:
+                        return True
+                for kind, _, _ in participant.missed:
+                    if kind in request.wake:
+                        return True
         return False
 
     def _reconsider(self) -> None:
@@ -338,13 +354,13 @@ class Lockstep:
         stop = self._next_stop()
         if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf) or stop != self._next_stop():
             return True
-        if stop == self._conditions.due < math.inf:
+        if self._conditions.watched and stop == self._conditions.due < math.inf:
             simulator.advance_clock(stop)
             self._conditions.look()
             return True
         if self._woken:
             self._finish("event", wall)
-        elif simulator.limit < math.inf and stop == simulator.limit:
+        elif stop == self._gate.limit < math.inf:
             # A client has paused the simulation, or makes it step.
             simulator.advance_clock(stop)
         elif stop == self._horizon < math.inf:
@@ -361,12 +377,13 @@ class Lockstep:
 
     def _next_stop(self) -> float:
         """Return up to when time may move before something is to be decided."""
-        return min(self._horizon, self._simulator.limit, self._end, self._conditions.due)
+        due = self._conditions.due if self._conditions.watched else math.inf
+        return min(self._horizon, self._gate.limit, self._end, due)
 
     def _finish(self, reason: str, wall: float) -> None:
         self.granting = False
         self.epoch += 1
-        self._participants.arrive(self._simulator.now, wall)
+        self._participants.arrive(self._env.now, wall)
         if self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
@@ -383,7 +400,7 @@ class Lockstep:
         request = participant.request
         if request is None:
             raise AssertionError(f"{participant.name} has asked for nothing")
-        now = self._simulator.now
+        now = self._env.now
         if reason == "until" and request.until > now and stamp(request.until) == stamp(now):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = request.until
@@ -483,6 +500,10 @@ class Lockstep:
 
     # What participants are told of
 
+    takes: Final = frozenset(
+        {Answered, GoalChanged, GoalTold, FeedbackSent, TimeRestarted, RosterChanged, PlanWanted, Sampled, EventStamped}
+    )
+
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
         return (topic is Topic.FEEDBACK and "feedback" in self._kinds) or self._conditions.wants(topic)
@@ -514,7 +535,7 @@ class Lockstep:
             self._halt()
 
     def _note_change(self, change: GoalChanged) -> None:
-        if change.robot not in self._simulator.dispatcher.news:
+        if change.robot not in self._simulator.dispatcher.news.late:
             self._note_news(change)
 
     def _note_news(self, change: GoalChanged) -> None:
@@ -554,16 +575,16 @@ class Lockstep:
     def _halt(self) -> None:
         """Grant no more than this instant."""
         self._woken = True
-        self._horizon = self._simulator.now
+        self._horizon = self._env.now
         self._simulator.halt()
 
     def _sampled(self, asked: Iterable[Participant]) -> list[Told]:
         """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
-        requests = [each.request for each in asked if each.request and each.request.report]
-        if not any("feedback" in request.report - request.wake for request in requests):
-            return []
-        now = stamp(self._simulator.now)
-        return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback.current()]
+        for each in asked:
+            if each.request and each.request.report and "feedback" in each.request.report - each.request.wake:
+                now = stamp(self._env.now)
+                return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback.current()]
+        return []
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""

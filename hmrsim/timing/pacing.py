@@ -28,7 +28,6 @@ from hmrsim.protocol.time import (
     TimeState,
     TokenSeen,
 )
-from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import Lockstep
 
@@ -202,7 +201,7 @@ class Pacing:
     @property
     def hindrance(self) -> str:
         """Why time can't advance, even if a client requests it; empty if it can."""
-        if self.clock == LOCKSTEP and not self.lockstep.participants:
+        if self.clock == LOCKSTEP and not self.lockstep.participates:
             return "time stands, as lockstep has no participant; let a controller join, or set the clock to realtime"
         return ""
 
@@ -215,7 +214,8 @@ class Pacing:
             self._lockstep_round()
         elif simulator.paused:
             self._anchor = None
-            self._stand()
+            if not self._take_commands():
+                self._stand()
         elif self.real_time_factor == 0 or simulator.limit < math.inf:
             # Steps run as fast as possible, too.
             self._anchor = None
@@ -226,6 +226,7 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep = self.lockstep
         if self._take_commands():
+            # One of them may have reset the simulation, or ended the run.
             return
         if lockstep.granting:
             if lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()) or not lockstep.granting:
@@ -234,9 +235,10 @@ class Pacing:
             self._over = True
             return
         elif lockstep.ready:
+            # What a goal that begins brings about, such as an intervention, comes before time moves.
             lockstep.begin()
             return
-        elif not lockstep.participants and next(self._preparations, self) is not self:
+        elif not lockstep.participates and next(self._preparations, self) is not self:
             return
         self._stand()
 
@@ -284,9 +286,8 @@ class Pacing:
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""
-        if not self._take_commands():
-            self._simulator.settle()
-            self._wait(None)
+        self._simulator.settle()
+        self._wait(None)
 
     def _wait(self, timeout: float | None) -> None:
         self._idle = True
@@ -304,24 +305,20 @@ class Pacing:
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
 
-    def _take_command(self) -> bool:
-        """Submit the next command in the inbox; return whether there was one.
-
-        Only one: the next may be caused by its answer, and is later.
-        """
-        command = self._inbox.poll()
-        if command is None:
-            return False
-        self._retention.apply(self._simulator)
+    def _take(self, command: AnyCommand) -> None:
+        """Submit a command of the inbox."""
+        if self._retention.due:
+            self._retention.apply(self._simulator)
         self.submit(command)
-        return True
 
     def _take_commands(self) -> int:
         """Submit some commands; return how many."""
-        taken = 0
-        while taken < _EVENTS_BETWEEN_POLLS and self._take_command():
-            taken += 1
-        return taken
+        for taken in range(_EVENTS_BETWEEN_POLLS):
+            command = self._inbox.poll()
+            if command is None:
+                return taken
+            self._take(command)
+        return _EVENTS_BETWEEN_POLLS
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
@@ -330,7 +327,9 @@ class Pacing:
         """
         if self._simulator.next_due > target:
             self._simulator.advance(max(target, self._simulator.now))
-            self._take_command()
+            # Only one: the next may be caused by its answer, and is later.
+            if (command := self._inbox.poll()) is not None:
+                self._take(command)
         else:
             self._take_commands()
 
@@ -355,7 +354,7 @@ class Pacing:
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
         # Time stands while another thinks; it is told of the end when it asks to advance.
-        if self.loss and not lockstep.thinks:
+        if self._end_on_loss and lockstep.lost and not lockstep.thinks:
             self._over = True
 
     def _let_move(self, command: Join | Advance) -> None:
@@ -393,7 +392,7 @@ class Pacing:
 
     def _tell(self) -> None:
         """Publish the time state, if it has changed and has a subscriber."""
-        if not self._simulator.interest.in_(Topic.TIME):
+        if not self._simulator.interest.time:
             self._last_state = None
             return
         state = self.state

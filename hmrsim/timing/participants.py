@@ -170,19 +170,19 @@ class Participant:
 
     def ask(self, request: Advance, wall: float) -> None:
         """Take its request to advance."""
-        self._enter(Event.ASK)
+        self.state = TRANSITIONS[self.state, Event.ASK]
         self.request, self.since, self.askers = request, wall, [request.reply_to]
 
     def begin(self) -> Advance:
         """Return the request whose commands are applied now."""
-        self._enter(Event.BEGIN)
+        self.state = TRANSITIONS[self.state, Event.BEGIN]
         request = self._open
         self.behind, self.kinds = None, kinds_wanted(request)
         return request
 
     def answer(self, granted: Granted) -> list[Any]:
         """Take its answer, and return the senders to give it to."""
-        self._enter(Event.ANSWER)
+        self.state = TRANSITIONS[self.state, Event.ANSWER]
         self.last = (self._open.epoch, granted)
         askers, self.askers = self.askers, []
         self.request, self.behind = None, None
@@ -194,13 +194,13 @@ class Participant:
         if self.state is State.THINKING and self.behind is None:
             self.behind = epoch
         self.stalled_until = max(until, self.stalled_until) if self.state.stalled else until
-        self._enter(Event.STALL)
+        self.state = TRANSITIONS[self.state, Event.STALL]
         for slot in self.slots:
             slot.wakes = slot.woke = False
 
     def resume(self, wall: float | None) -> None:
         """End its stall."""
-        self._enter(Event.RESUME)
+        self.state = TRANSITIONS[self.state, Event.RESUME]
         self.stalled_until = math.inf
         if wall is not None:
             self.since = wall
@@ -215,9 +215,6 @@ class Participant:
         if self.request is None:
             raise AssertionError(f"{self.name} is {self.state.value}, and has asked for nothing")
         return self.request
-
-    def _enter(self, event: Event) -> None:
-        self.state = TRANSITIONS[self.state, event]
 
 
 @dataclass(slots=True)
@@ -301,6 +298,11 @@ class Participants:
             self._expected[name] = _Expected(0.0, lambda: None, due=True)
             self._note_awaited()
 
+    @property
+    def changed(self) -> bool:
+        """Whether there are changes that were not taken."""
+        return bool(self._changes)
+
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
         changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
@@ -373,7 +375,8 @@ class Participants:
 
     def arrive(self, now: float, wall: float | None = None) -> None:
         """End the stalls that are over, and have those awaited that are to join now."""
-        if stamp(self.due) > stamp(now):
+        due = self.due
+        if due == math.inf or stamp(due) > stamp(now):
             return
         for participant in self.all:
             if stamp(participant.stalled_until) <= stamp(now):

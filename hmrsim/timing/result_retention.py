@@ -28,6 +28,8 @@ class Retention:
         keep_results: Results that are kept per robot anyway: of more goals none needs to be dropped.
     """
 
+    takes: Final = frozenset({GoalChanged})
+
     def __init__(self, timeout: float, keep_results: int = 1000) -> None:
         self._timeout = timeout
         self._keep_results = keep_results
@@ -46,6 +48,11 @@ class Retention:
     def wants(self, _topic: Topic) -> bool:
         """Return False: ends of goals are delivered without it."""
         return False
+
+    @property
+    def due(self) -> bool:
+        """Whether a result may be dropped by now."""
+        return self._next < math.inf
 
     def apply(self, simulator: Simulator) -> None:
         """Submit the commands that drop expired results."""

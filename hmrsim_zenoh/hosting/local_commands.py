@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 from pydantic_core import to_json
@@ -52,6 +52,8 @@ class LocalCommands:
         server: The server of the same simulation.
     """
 
+    takes: Final = frozenset({Answered})
+
     def __init__(self, exchange: Exchange, server: Server) -> None:
         self._exchange = exchange
         self._server = server
@@ -78,7 +80,7 @@ class LocalCommands:
 
     def emit(self, output: Output) -> None:
         """Pass an answer on to who has asked."""
-        if type(output) is Answered and type(output.reply_to) is _Asked:
+        if isinstance(output, Answered) and type(output.reply_to) is _Asked:
             asked = output.reply_to
             lost = asked.loses is not None and asked.loses()
             self._exchange.deliver(asked.then, None if lost else _as_told(output.answer))

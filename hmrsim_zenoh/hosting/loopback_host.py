@@ -128,7 +128,9 @@ class LoopbackHost:
         self._commands = LocalCommands(self._exchange, server)
         return self._commands
 
-    def _run(self) -> None:
+    def _run(self, again: bool) -> None:  # noqa: FBT001 - as the exchange calls it
+        if again and not self._served.server.inbox.waiting:
+            return
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
             self._served.finish(self._reason)

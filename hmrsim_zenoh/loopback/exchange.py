@@ -61,13 +61,14 @@ class Exchange:
     """The declarations of all sessions of a process, and what waits to be delivered to them.
 
     Args:
-        run: Runs the simulation until it can't go on without a message.
+        run: Runs the simulation until it can't go on without a message; it is told whether it has run just before, so
+            that only a message could make a difference.
 
     Attributes:
         version: Changes with each declaration.
     """
 
-    def __init__(self, run: Callable[[], None]) -> None:
+    def __init__(self, run: Callable[[bool], None]) -> None:
         self.version = 0
         self._run = run
         self._declared: dict[Kind, list[Declaration]] = {kind: [] for kind in Kind}
@@ -112,7 +113,9 @@ class Exchange:
 
     def settle(self) -> None:
         """Have the simulation run and deliver what waits, until there is no more to do; not while it runs."""
-        while self._has_run():
+        again = False
+        while self._has_run(again=again):
+            again = True
             while self._waiting:
                 try:
                     call = self._waiting.popleft()
@@ -146,7 +149,7 @@ class Exchange:
             with self._settled:
                 self._settled.notify_all()
 
-    def _has_run(self) -> bool:
+    def _has_run(self, *, again: bool) -> bool:
         """Have the simulation run, and return whether that leaves something to deliver."""
         with self._lock:
             if self._running:
@@ -154,7 +157,7 @@ class Exchange:
                 return False
             self._running = True
             try:
-                self._run()
+                self._run(again)
             finally:
                 self._running = False
         return bool(self._waiting)

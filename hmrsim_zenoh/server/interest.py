@@ -22,7 +22,13 @@ _JOIN_SECONDS: Final = 1.0
 
 
 class Interest(Protocol[K_contra]):
-    """Whether there are subscribers, for each kind of keys."""
+    """Whether there are subscribers, for each kind of keys.
+
+    Attributes:
+        any: Whether there is one for any kind.
+    """
+
+    any: bool
 
     def __getitem__(self, kind: K_contra, /) -> bool:
         """Return whether a kind of keys has a subscriber."""
@@ -61,6 +67,9 @@ class SubscriberWatch(Generic[K]):
         patterns: A key expression for each kind.
         anything: A key expression that includes all others.
         changed: Called in a thread of its own after a kind got its first subscriber or lost its last.
+
+    Attributes:
+        any: Whether there is one for any kind.
     """
 
     def __init__(
@@ -76,6 +85,7 @@ class SubscriberWatch(Generic[K]):
         self._listened: dict[K, bool] = {}
         self._publishers: dict[K, zenoh.Publisher] = {}
         self._listeners: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
+        self.any = False
         self._changes = 0
         # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
         self._ended = threading.Event()
@@ -165,6 +175,7 @@ class SubscriberWatch(Generic[K]):
         listened = _matched(self._publishers[kind])
         self._changes += listened != self._listened[kind]
         self._listened[kind] = listened
+        self.any = listened or True in self._listened.values()
 
 
 def _matched(publisher: zenoh.Publisher) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from hmrsim.errors import SimulationStopped
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 
 if TYPE_CHECKING:
@@ -48,6 +49,22 @@ class LocalInbox(QueryInbox):
             reader.refuse(query)
         else:
             self._queries.append((reader, query))
+
+    def put(self, command: AnyCommand) -> None:
+        """Add a command.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        if self._closed:
+            raise SimulationStopped("the simulation has ended")
+        self._commands.append(command)
+
+    def poll(self) -> AnyCommand | None:
+        """Return the next command; None when there is none now."""
+        if self._commands:
+            return self._commands.popleft()
+        return super().poll() if self._queries else None
 
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
         """Prepare for the next query, and return."""

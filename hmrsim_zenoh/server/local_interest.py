@@ -19,12 +19,16 @@ class LocalInterest(Generic[K]):
     Args:
         exchange: Where they are.
         patterns: A key expression for each kind.
+
+    Attributes:
+        any: Whether any kind of keys had a subscriber at the last look.
     """
 
     def __init__(self, exchange: Exchange, patterns: Mapping[K, str]) -> None:
         self._exchange = exchange
         self._patterns = patterns
         self._listened = dict.fromkeys(patterns, False)
+        self.any = False
         self._version = -1
         self._changes = 0
 
@@ -40,6 +44,7 @@ class LocalInterest(Generic[K]):
                 listened = bool(self._exchange.matching(Kind.SUBSCRIBER, pattern))
                 self._changes += listened != self._listened[kind]
                 self._listened[kind] = listened
+            self.any = any(self._listened.values())
         return self._changes
 
     def in_key(self, key: str) -> bool:

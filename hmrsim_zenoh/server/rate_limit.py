@@ -29,3 +29,7 @@ class FeedbackLimiter:
     def forget(self, goal_id: str) -> None:
         """Forget a goal that has ended."""
         self._sent.pop(goal_id, None)
+
+    def forget_all(self) -> None:
+        """Forget all goals."""
+        self._sent.clear()

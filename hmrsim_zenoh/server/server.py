@@ -73,6 +73,9 @@ _CHANGES_ROSTER: Final = re.compile(r"/(spawn|delete)_entity(/|$)")
 _OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic.EVENTS, Topic.MOTION, _LOG)
 """The topics on which a goal's events are published as soon as it is accepted."""
 
+_UNHEARD: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
+"""The outputs that nobody hears without a subscriber."""
+
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
@@ -287,13 +290,19 @@ class Server:
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has a subscriber."""
-        if topic is Topic.FEEDBACK and self._followed:
-            return True
+        if topic is Topic.FEEDBACK:
+            if self._followed:
+                return True
+            if not self._interest.any:
+                # It will not be told of the ends of goals.
+                self._limiter.forget_all()
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
     def emit(self, output: Output) -> None:
         """Send an event as replies and publications."""
-        self._emitters[type(output)](output)
+        kind = type(output)
+        if kind not in _UNHEARD or self._interest.any or self._followed:
+            self._emitters[kind](output)
 
     def _emit_answer(self, event: Answered) -> None:
         asked = event.reply_to
