@@ -259,8 +259,7 @@ class Lockstep:
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
         self.granting, self._woken = True, False
-        if self._participants.changed:
-            self._submit_changes()
+        self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
             if participant.state.begins:

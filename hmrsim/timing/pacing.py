@@ -307,8 +307,7 @@ class Pacing:
 
     def _take(self, command: AnyCommand) -> None:
         """Submit a command of the inbox."""
-        if self._retention.due:
-            self._retention.apply(self._simulator)
+        self._retention.apply(self._simulator)
         self.submit(command)
 
     def _take_commands(self) -> int:

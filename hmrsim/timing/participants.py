@@ -298,11 +298,6 @@ class Participants:
             self._expected[name] = _Expected(0.0, lambda: None, due=True)
             self._note_awaited()
 
-    @property
-    def changed(self) -> bool:
-        """Whether there are changes that were not taken."""
-        return bool(self._changes)
-
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
         changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []

@@ -49,15 +49,9 @@ class Retention:
         """Return False: ends of goals are delivered without it."""
         return False
 
-    @property
-    def due(self) -> bool:
-        """Whether a result may be dropped by now."""
-        return self._next < math.inf
-
     def apply(self, simulator: Simulator) -> None:
         """Submit the commands that drop expired results."""
-        now = wall_time()
-        if now < self._next:
+        if self._next == math.inf or (now := wall_time()) < self._next:
             return
         for robot, ended in self._ended.items():
             while ended and ended[0][0] <= now:

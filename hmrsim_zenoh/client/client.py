@@ -227,6 +227,8 @@ class Client:
             SimulationEnded: The run in which it took part is over, and there is no other one.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
+        if self._lockstep is not None and self._lockstep.takes_part:
+            return self._lockstep
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
                 self._lockstep.close()

@@ -89,7 +89,7 @@ class Link:
         Raises:
             ClientClosed: It is not.
         """
-        if self.closed:
+        if self._closed or self.queries.broken:
             raise ClientClosed("the client is closed")
 
     def enter(self, goal: Failing) -> None:

@@ -97,6 +97,11 @@ class Lockstep:
         return self._over
 
     @property
+    def takes_part(self) -> bool:
+        """Whether time waits for this client, as far as is known."""
+        return not self._over and self._error is None
+
+    @property
     def ended(self) -> SimulationEnded | None:
         """What ended the run; None if it is not over."""
         return self._error if isinstance(self._error, SimulationEnded) else None

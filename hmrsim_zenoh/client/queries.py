@@ -84,6 +84,9 @@ class Queries:
     Args:
         worker: Runs what must not run in Zenoh's threads.
         enclave: The identity of the client; None where sessions are open.
+
+    Attributes:
+        broken: Whether the session is known to be closed.
     """
 
     def __init__(self, session: zenoh.Session, worker: Worker, enclave: Enclave | None = None) -> None:
@@ -91,12 +94,7 @@ class Queries:
         self.enclave = enclave
         self._worker = worker
         # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
-        self._broken = False
-
-    @property
-    def broken(self) -> bool:
-        """Whether the session is known to be closed."""
-        return self._broken
+        self.broken = False
 
     def ask(
         self,
@@ -205,7 +203,7 @@ class Queries:
             self.session.get(key, handler, payload=payload, encoding=mime, timeout=timeout, consolidation=mode)
         except zenoh.ZError:
             # The keys are valid, so the session is at fault: its owner has closed it.
-            self._broken = True
+            self.broken = True
             raise
 
 

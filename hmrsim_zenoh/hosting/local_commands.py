@@ -108,8 +108,8 @@ class LocalCommands:
             UnreadableError: It can't be understood.
         """
         match command:
-            case Advance(commands=commands):
-                return command._replace(commands=tuple(map(self._given, commands))) if commands else command
+            case Advance(participant, epoch, until, wake, report, commands) if commands:
+                return Advance(participant, epoch, until, wake, report, tuple(map(self._given, commands)))
             case SendGoal():
                 return self._goal(command)
             case CancelGoal():
@@ -150,7 +150,7 @@ class LocalCommands:
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
         goal = None if action is None else _message(action.goal, command.goal)
-        return command._replace(robot=robot, action=name, goal=goal)
+        return SendGoal(robot, name, goal, command.goal_id)
 
 
 def _message(kind: type[Message], goal: Any) -> Message:

@@ -17,26 +17,21 @@ class Losses:
 
     Readings and wakeups are left alone, which are queries with an empty payload or none: they are repeated without a
     thought.
+
+    Attributes:
+        active: Whether anything may be lost or repeated.
+        watching: Whether answers to requests that come now may get lost.
     """
 
     def __init__(self) -> None:
-        self._watching = False
+        self.active = False
+        self.watching = False
         self._answers = 0
         self._requests = 0
 
-    @property
-    def active(self) -> bool:
-        """Whether anything is lost or repeated, or may be."""
-        return self._watching or self._requests > 0
-
-    @property
-    def watching(self) -> bool:
-        """Whether answers to requests that come now may get lost."""
-        return self._watching
-
     def watch(self) -> None:
         """Prepare to lose answers to requests that come from now on."""
-        self._watching = True
+        self.watching = self.active = True
 
     def lose_answers(self, count: int) -> None:
         """Lose the next answers, also to requests that have come since `watch`."""
@@ -45,6 +40,7 @@ class Losses:
     def repeat_requests(self, count: int) -> None:
         """Let the next requests come twice; only the answers to the first of both arrive."""
         self._requests += count
+        self.active = True
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
@@ -53,13 +49,14 @@ class Losses:
         payload = query.payload
         if payload is None or not payload.to_bytes():
             return (query,)
-        watched = cast("zenoh.Query", _Watched(query, self)) if self._watching else query
+        watched = cast("zenoh.Query", _Watched(query, self)) if self.watching else query
         return (watched, cast("zenoh.Query", _Repeated(query))) if self.comes_twice() else (watched,)
 
     def comes_twice(self) -> bool:
         """Return whether a request that comes now comes twice, and count it."""
         twice = self._requests > 0
         self._requests -= twice
+        self.active = self.watching or self._requests > 0
         return twice
 
     def lost(self) -> bool:

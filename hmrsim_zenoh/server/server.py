@@ -223,11 +223,11 @@ class Server:
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands that come before one of a client in this process: what has changed around it."""
-        first: list[AnyCommand] = []
+        first = self.planner.look() if isinstance(command, (SendGoal, Advance)) else []
         if (changes := self._interest.look()) != self._changes_reported:
             self._changes_reported = changes
             first.append(InterestChanged())
-        return [*first, *self.planner.look()] if isinstance(command, (SendGoal, Advance)) else first
+        return first
 
     def refusal_of(self, command: AnyCommand) -> GoalResponse | Refused:
         """Return the answer to a command of a client in this process after the end."""

@@ -1,0 +1,137 @@
+"""The work of a goal within one process, as exact counts: Python calls, modules, and passes from or to JSON."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from benchmarks._report import Row
+from hmrsim.actions import registry
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.testing import simulation
+from hmrsim.world.model import World
+from hmrsim_zenoh import Client
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+QUICK: dict[str, Any] = {}
+
+_WORLD: Final = {
+    "waypoints": {"a": [0, 0], "b": [4, 0]},
+    "lanes": [["a", "b"]],
+    "robots": {"eve": {"at": "a"}},
+}
+_TREE: Final = """
+<root BTCPP_format="4"><BehaviorTree ID="Rounds"><Sequence>
+  <NavigateToPose goal="b"/><NavigateToPose goal="a"/><NavigateToPose goal="b"/><NavigateToPose goal="a"/>
+</Sequence></BehaviorTree></root>
+"""
+_WARM: Final = 5
+"""Runs before the one that is counted: the first ones fill caches."""
+
+_PASSES: Final = frozenset({"validate_json", "validate_python", "to_json", "to_python", "from_json"})
+"""The functions of pydantic's core that make models of data, and data of models."""
+_JSON: Final = frozenset({("json.encoder", "encode"), ("json.decoder", "decode")})
+
+
+@dataclass
+class Counts:
+    """What was done.
+
+    Attributes:
+        calls: The calls of each module's Python functions.
+        passes: How often a model was made from data, or data from a model or from plain values.
+    """
+
+    calls: Counter[str] = field(default_factory=Counter)
+    passes: int = 0
+
+    @property
+    def total(self) -> int:
+        """All calls."""
+        return sum(self.calls.values())
+
+
+@contextmanager
+def counted() -> Iterator[Counts]:
+    """Count what the calling thread does; exact, and the same each time on one version of Python."""
+    counts = Counts()
+
+    def note(frame: FrameType, event: str, function: Any) -> None:
+        if event == "call":
+            module = frame.f_globals.get("__name__", "?")
+            counts.calls[module] += 1
+            counts.passes += (module, frame.f_code.co_name) in _JSON
+        elif event == "c_call":
+            counts.passes += getattr(function, "__name__", "") in _PASSES
+
+    sys.setprofile(note)
+    try:
+        yield counts
+    finally:
+        sys.setprofile(None)
+        # The end of this very context.
+        counts.calls["contextlib"] -= 1
+
+
+def goal() -> Counts:
+    """Return what one warm goal takes over one lane, from `send_goal` to its result."""
+    navigate = registry()["navigate_to_pose"]
+    goals = [_to(x) for x in (4.0, 0.0)]
+    with LoopbackHost(World.model_validate(_WORLD)) as host, Client(session=host.open_session()) as client:
+        eve = client.action_client("eve", navigate)
+        for number in range(2 * _WARM):
+            eve.send_goal(goals[number % 2]).result()
+        with counted() as counts:
+            eve.send_goal(goals[0]).result()
+    return counts
+
+
+def tree() -> Counts:
+    """Return what a test takes that runs a tree of four goals, with its set-up and its end."""
+    world = World.model_validate(_WORLD)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "rounds.xml")
+        path.write_text(_TREE)
+
+        def run() -> None:
+            with simulation(world, tree=path) as whole:
+                whole.to_the_end()
+
+        return _warm(run)
+
+
+def _warm(run: Callable[[], None]) -> Counts:
+    for _ in range(_WARM):
+        run()
+    with counted() as counts:
+        run()
+    return counts
+
+
+def _to(x: float) -> NavigateToPose.Goal:
+    return NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": 0.0}}}})
+
+
+def run() -> list[Row]:
+    """Return the counts of each case."""
+    cases = {
+        "a goal, from `send_goal` to its result": (goal(), 260, 45, 0),
+        "a test of a tree of four goals, with set-up and end": (tree(), 1_900, None, 6),
+    }
+    rows = []
+    for name, (counts, calls, modules, passes) in cases.items():
+        rows += [
+            Row(name, counts.total, "calls", at_most=calls),
+            Row(name, len(counts.calls), "modules", at_most=modules),
+            Row(name, counts.passes, "passes", at_most=passes),
+        ]
+    return rows
