@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from operator import itemgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from py_trees.blackboard import Blackboard
 
@@ -70,6 +73,43 @@ def load_file(
     Raises:
         TreeError: The file is invalid; the text has one line for each mistake.
     """
+    key = (path, Path(path).absolute(), frozenset(nodes.items()), tree, frozenset(values.items()))
+    loaded = _loaded(*key)
+    if _contents(loaded.result.files) != loaded.contents:
+        _loaded.cache_clear()
+        loaded = _loaded(*key)
+    return loaded.result, loaded.unset, loaded.warnings
+
+
+class _Loaded(NamedTuple):
+    """A tree as it was loaded, and the contents of its files by then."""
+
+    result: FileTree
+    unset: tuple[str, ...]
+    warnings: tuple[str, ...]
+    contents: list[bytes | None]
+
+
+def _contents(files: Iterable[str]) -> list[bytes | None]:
+    found: list[bytes | None] = []
+    for file in files:
+        try:
+            found.append(Path(file).read_bytes())
+        except OSError:
+            found.append(None)
+    return found
+
+
+@lru_cache(64)
+def _loaded(
+    path: str,
+    _where: Path,
+    known: frozenset[tuple[str, type[Any]]],
+    tree: str | None,
+    texts: frozenset[tuple[str, str]],
+) -> _Loaded:
+    """Load a tree once for all runs of it; to check it takes ten times as long as to build it."""
+    nodes, values = dict(sorted(known, key=itemgetter(0))), dict(sorted(texts))
     root = read(path)
     faults = Faults()
     found = document(root, faults, tree=tree)
@@ -85,7 +125,7 @@ def load_file(
         raise TreeError(f"{path}: {described(error)}") from error
     unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
-    return result, unset, (*faults.warnings, *unknown)
+    return _Loaded(result, unset, (*faults.warnings, *unknown), _contents(result.files))
 
 
 def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> FileTree:

@@ -110,7 +110,7 @@ def _shape(kind: type[Message]) -> _Shape:
 def _messages_in(kind: type[Message], path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the path and the type of each message, and of each list of messages, in a message."""
     for name, field in kind.model_fields.items():
-        of = field.annotation
+        of: Any = field.annotation
         item = get_args(of)[0] if get_origin(of) is list else of
         if isinstance(item, type) and issubclass(item, Message):
             yield path + name, of

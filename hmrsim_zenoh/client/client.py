@@ -401,6 +401,8 @@ class Client:
 
     def _simulators_clock(self) -> ClockChoice:
         """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""
+        if self._link.connection.in_process:
+            return "lockstep"
         try:
             return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
         except (SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):

@@ -40,7 +40,8 @@ def check_texts_of(message: object) -> None:
     Raises:
         UnreadableError: One is too long.
     """
-    texts_in = _texts_in(type(message))
+    kind: Any = type(message)
+    texts_in = _texts_in(kind)
     if texts_in is not None and max(map(len, texts_in(message)), default=0) <= MAX_TEXT:
         return
     for path, text in _texts(message):
@@ -49,7 +50,7 @@ def check_texts_of(message: object) -> None:
 
 
 @cache
-def _texts_in(kind: type) -> Callable[[object], Sequence[str]] | None:
+def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str]] | None:
     """Return what finds the texts in messages of a type without lists; None for one with lists, which are walked."""
     paths = _paths(kind)
     if paths is None:

@@ -89,6 +89,17 @@ def test_a_path_through_a_loop_of_links_is_one_line(files):
 class TestInclude:
     """<include path="…"/>."""
 
+    def test_a_file_that_has_changed_is_read_again(self, files):
+        """Also where only an included file has; a tree is kept from one run to the next otherwise."""
+        main = '<include path="sub/b.xml"/><BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>'
+        files.write('<BehaviorTree ID="B"><Say name="one"/></BehaviorTree>', "sub/b.xml")
+        first, again = files.load(main, tree="A"), files.load(main, tree="A")
+        files.write('<BehaviorTree ID="B"><Say name="two"/></BehaviorTree>', "sub/b.xml")
+        changed = files.load(main, tree="A")
+
+        assert first is again
+        assert ["one", "two"] == [found.labels[0][0] for found in (first, changed)]
+
     @pytest.mark.parametrize("form", ['include path="sub/b.xml"', 'Import src="sub/b.xml"', 'Include file="sub/b.xml"'])
     def test_trees_come_from_the_included_file(self, files, form):
         """Both BehaviorTree.CPP's way and those of py_trees; the path is relative to the including file."""
