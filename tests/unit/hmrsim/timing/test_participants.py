@@ -10,7 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import Granted
-from hmrsim.timing.absences import Absences
+from hmrsim.timing.participants import Participants
 from tests.steps import RESULT, Steps
 
 
@@ -212,10 +212,11 @@ class TestExpected:
 
 def test_who_never_comes_is_waited_for_no_longer():
     """Once nobody is left who could bring it about; who comes later is still expected."""
-    absences = Absences()
-    absences.expect("ada", math.inf, lambda: None)
-    absences.expect("ben", 3.0, lambda: None)
-    absences.give_up()
-    absences.forget("ben")
+    participants = Participants(0)
+    participants.expect("ada", math.inf, lambda: None)
+    participants.expect("ben", 3.0, lambda: None)
+    participants.expect_only_those_that_come()
+    later = participants.later
+    participants.expect_no_more("ben")
 
-    assert not absences
+    assert (True, False) == (later, participants.later)
