@@ -130,8 +130,8 @@ def run() -> list[Row]:
     rows = []
     for name, (counts, calls, modules, passes) in cases.items():
         rows += [
-            Row(name, counts.total, "calls", at_most=calls),
-            Row(name, len(counts.calls), "modules", at_most=modules),
-            Row(name, counts.passes, "passes", at_most=passes),
+            Row(f"{name}: calls", counts.total, "calls", at_most=calls),
+            Row(f"{name}: modules", len(counts.calls), "modules", at_most=modules),
+            Row(f"{name}: passes", counts.passes, "passes", at_most=passes),
         ]
     return rows

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import benchmarks
-from benchmarks import _browser, _report
+from benchmarks import _browser, _report, calls
 from benchmarks.__main__ import main
 from benchmarks._report import Row
 from benchmarks._spread import Spread
@@ -20,6 +20,7 @@ from benchmarks._timing import Rounds, Variant, interleaved
 from tests.paths import ROOT
 
 TINY = {
+    "calls": {},
     "comparison": {"experiments": 20, "pairs": 20, "powered": 20, "effects": (0.9,)},
     "controller": {"sizes": (1, 3), "results": 24, "polled": 6, "runs": 1, "side": 4},
     "density": {
@@ -63,6 +64,7 @@ TINY = {
 }
 
 MAY_BE_NOTHING = {
+    "passes",
     "% of experiments",
     "% of a core",
     "MB/1,000 robots",
@@ -113,6 +115,16 @@ def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
     assert module.QUICK.keys() <= TINY[name].keys()
     assert f"<!-- begin {name} -->" in document
     assert f"<!-- end {name} -->" in document
+
+
+def test_a_goal_within_one_process_takes_no_more_calls():
+    """Nor a pass through JSON. Counts are exact: whoever makes them smaller lowers the limits."""
+    one, four = calls.goal(), calls.tree()
+
+    assert one.total <= 430
+    assert one.passes == 0
+    assert four.total <= 7_100
+    assert four.passes <= 50
 
 
 @pytest.mark.parametrize(
