@@ -24,7 +24,7 @@ from hmrsim.world_checks.docks import check_docks, check_ways_to_docks
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.facilities import check_fixtures, check_lanes_through_doors
 from hmrsim.world_checks.faults import check_faults
-from hmrsim.world_checks.lanes import check_lanes
+from hmrsim.world_checks.lanes import check_lanes, lane_ends
 from hmrsim.world_checks.scripts import check_scripts
 from hmrsim.world_checks.traffic import check_traffic
 from hmrsim.world_checks.validation import Lost
@@ -235,12 +235,7 @@ class _OnLane:
 
     @cached_property
     def _lanes(self) -> list[tuple[Point, Point]]:
-        points = self._world.points
-        return [
-            (points[lane.from_], points[lane.to])
-            for lane in self._world.lanes
-            if lane.from_ in points and lane.to in points
-        ]
+        return lane_ends(self._world)
 
     @cached_property
     def _grid(self) -> SegmentGrid:

@@ -10,6 +10,7 @@ from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.segments import SegmentGrid
+from hmrsim.world_checks.lanes import known_lanes, lane_ends
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -81,8 +82,8 @@ class _Ways:
         self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
         points = world.points
         self._robots = [*world.robots.items()]
-        self._lanes = [(lane.from_, lane.to) for lane in world.lanes if {lane.from_, lane.to} <= points.keys()]
-        self._segments = SegmentGrid([(points[a], points[b]) for a, b in self._lanes])
+        self._lanes = [(lane.from_, lane.to) for lane in known_lanes(world)]
+        self._segments = SegmentGrid(lane_ends(world))
         self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
         self._part = self._parts()
         self._count = len({*self._part.values()})

@@ -11,6 +11,7 @@ from hmrsim.diagnostics import Finding, Path, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.segments import SegmentGrid
+from hmrsim.world_checks.lanes import lane_ends
 
 if TYPE_CHECKING:
     from hmrsim.world.model import Door, Lift, World
@@ -40,10 +41,7 @@ def check_lanes_through_doors(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield a warning for each door through which no lane leads."""
     if lost or not world.doors:
         return
-    points = world.points
-    lanes = SegmentGrid(
-        [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
-    )
+    lanes = SegmentGrid(lane_ends(world))
     for name, door in world.doors.items():
         if distance(*door.at) > SAME_PLACE and lanes.first_crossing(*door.at) is None:
             yield warning(("doors", name, "at"), "no lane leads through it", [*map(list, door.at)])

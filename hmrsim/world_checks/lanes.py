@@ -16,7 +16,7 @@ from hmrsim.world.segments import SegmentGrid, cells_around
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.world.model import World
+    from hmrsim.world.model import Lane, World
     from hmrsim.world_checks.validation import Lost
 
 _MAX_COMPARISONS = 5_000_000
@@ -39,6 +39,18 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
         pairs, joined = _pairs(world, good), [name for lane in lanes for name in (lane.from_, lane.to)]
     if not lost and lanes:
         yield from _check_connected(world, pairs, joined)
+
+
+def known_lanes(world: World) -> list[Lane]:
+    """Return the lanes between waypoints that are known; each of the others is an error already."""
+    points = world.points
+    return [lane for lane in world.lanes if lane.from_ in points and lane.to in points]
+
+
+def lane_ends(world: World) -> list[tuple[Point, Point]]:
+    """Return the points at the two ends of each of the `known_lanes`."""
+    points = world.points
+    return [(points[lane.from_], points[lane.to]) for lane in known_lanes(world)]
 
 
 def _check_each(world: World, lost: Lost, good: list[int]) -> Iterator[Finding]:

@@ -10,6 +10,7 @@ from hmrsim.diagnostics import Finding
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._nearness import comparisons, widest
+from hmrsim.world_checks.lanes import known_lanes, lane_ends
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -20,7 +21,6 @@ MAX_PAIRS: Final = 4_000_000
 
 _SLOW: Final = 5
 """As how many pairs those count that take longer: all with lanes."""
-
 
 _HIDDEN: Final = 10
 """Walls as which a lane itself counts that a dock does not see."""
@@ -70,7 +70,7 @@ def _size(value: Any) -> int:
 
 def _beside(world: World) -> list[Point]:
     """Return where docks are that are not at the end of a lane."""
-    ends, beside = {end for lane in _lanes(world) for end in lane}, []
+    ends, beside = {end for lane in lane_ends(world) for end in lane}, []
     for name in world.docks:
         try:
             point = world.dock_point(name)
@@ -103,19 +103,13 @@ def _hidden(world: World) -> int:
         [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
         [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
     )
-    count, lanes = 0, _lanes(world)
+    count, lanes = 0, lane_ends(world)
     for point in _beside(world) if sides else ():
         for at in sorted((foot(point, *lane) for lane in lanes), key=lambda at: distance(point, at)):
             count += _SLOW * (sides + _HIDDEN)
             if count > MAX_PAIRS or not obstacles.block(point, at):
                 break
     return count
-
-
-def _lanes(world: World) -> list[tuple[Point, Point]]:
-    """Return the ends of the lanes; those of unknown waypoints are left out."""
-    points = world.points
-    return [(points[lane.from_], points[lane.to]) for lane in world.lanes if lane.from_ in points and lane.to in points]
 
 
 def _reserves(world: World) -> bool:
@@ -136,7 +130,7 @@ def _standing(world: World) -> int:
     """Return as how many pairs robots count that start at no end of a lane; each takes little."""
     if not _reserves(world):
         return 0
-    lanes = _lanes(world)
+    lanes = lane_ends(world)
     ends = {end for lane in lanes for end in lane}
     count = sum(point not in ends for point in _starting(world))
     return count * (count + len(lanes)) // 2
@@ -148,9 +142,7 @@ def _slots(world: World) -> int:
         return 0
     number = {name: i for i, name in enumerate(world.points)}
     tracks = dict.fromkeys(
-        frozenset((number[lane.from_], number[lane.to]))
-        for lane in world.lanes
-        if lane.from_ in number and lane.to in number and lane.from_ != lane.to
+        frozenset((number[lane.from_], number[lane.to])) for lane in known_lanes(world) if lane.from_ != lane.to
     )
     ends = [*((i, i) for i in number.values()), *((min(track), max(track)) for track in tracks)]
     return comparisons([*world.points.values()], dict(enumerate(ends)), widest(world))

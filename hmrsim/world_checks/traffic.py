@@ -18,6 +18,7 @@ from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
 from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.explain import explain
+from hmrsim.world_checks.lanes import known_lanes
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -122,8 +123,7 @@ class _Rooms:
         points = self._world.points
         return [
             (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
-            for lane in self._world.lanes
-            if lane.from_ in points and lane.to in points
+            for lane in known_lanes(self._world)
         ]
 
     @cached_property
