@@ -81,6 +81,17 @@ class TestStalled:
 
         assert (7.0, ["eve"]) == (granted.now, robots(granted))
 
+    def test_a_further_stall_keeps_what_it_asks_unheard(self, steps):
+        """Until that one is over, too."""
+        steps.lockstep.stall("ada", 5.0)
+        asked = steps.ask("ada", 0, 20.0, wait("eve", 3))
+        steps.lockstep.stall("ada", 10.0)
+        ben = steps.advance("ben", 0, 15.0)
+        steps.advance("ben", 1, 15.0)
+
+        assert (10.0, ()) == (ben.now, ben.events)
+        assert (13.0, ["eve"]) == (steps.answers(asked).now, robots(steps.answers(asked)))
+
     def test_time_goes_on_while_all_are_stalled(self, steps):
         """To the end of the first stall."""
         held, asked = steps.ask("ada", 0, 2.0), steps.ask("ben", 0, 2.0)
