@@ -155,12 +155,12 @@ class LocalCommands:
 
 def _message(kind: type[Message], goal: Any) -> Message:
     """Return a goal as a message, with the checks that it has over the network."""
-    if isinstance(goal, kind):
-        check_texts_of(goal)
-        complete(goal)
-        return goal
-    payload = to_json(goal, inf_nan_mode="constants")
     try:
+        if isinstance(goal, kind):
+            check_texts_of(goal)
+            complete(goal)
+            return goal
+        payload = to_json(goal, inf_nan_mode="constants")
         message: Message = read_often(plain(kind), payload)
         check_texts(message, len(payload))
     except UnreadableError as error:

@@ -46,6 +46,19 @@ class TestGoals:
 
         assert ("CANCELED", 2.0) == (goal.status.name, client.now)
 
+    @pytest.mark.parametrize("lockstep", [False, True])
+    @pytest.mark.parametrize("kind", [dict, NavigateToPose.Goal])
+    def test_a_text_that_is_too_long(self, client, kind, lockstep):
+        """The error is that of the network, however the goal is sent."""
+        if lockstep:
+            client.sleep(1.0)
+        goal = client.action_client("ann", NAVIGATE).send_goal(kind(behavior_tree="x" * 4097))
+
+        with pytest.raises(
+            RequestError, match=r"^goal\.behavior_tree: a text of 4097 characters; at most 4096 are taken$"
+        ):
+            goal.wait_accepted()
+
     def test_a_commander_blocks(self, client):
         """As over Zenoh."""
         ann = Commander(client, "ann")
