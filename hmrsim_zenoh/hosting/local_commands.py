@@ -67,7 +67,7 @@ class LocalCommands:
         It is None if the answer is lost, and a `RequestError` if the command can't be served.
         """
         try:
-            command = self._checked(command)
+            command = self._checked(command, "goal_info.goal_id", "goal_id")
         except UnreadableError as error:
             self._exchange.deliver(then, RequestError(str(error), error.details))
         else:
@@ -101,8 +101,10 @@ class LocalCommands:
             served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
             self._exchange.deliver(then, _as_told(self._server.refusal_of(command)) if served else None)
 
-    def _checked(self, command: ClientCommand) -> ClientCommand:
+    def _checked(self, command: ClientCommand, cancel: str, result: str) -> ClientCommand:
         """Return a command with real names and with messages, whatever its sender has written.
+
+        *cancel* and *result* are the fields that have the goal's id on the wire, for errors.
 
         Raises:
             UnreadableError: It can't be understood.
@@ -113,29 +115,23 @@ class LocalCommands:
             case SendGoal():
                 return self._goal(command)
             case CancelGoal():
-                return self._named(command, "goal_info.goal_id")
+                return self._named(command, cancel)
             case GetResult():
-                return self._named(command, "goal_id")
+                return self._named(command, result)
         return command
 
     def _given(self, command: Any) -> Any:
         """Return a command of an advance, or why it can't be understood, which is its answer."""
         try:
-            match command:
-                case SendGoal():
-                    command = self._goal(command)
-                case CancelGoal():
-                    command = self._named(command, "cancel")
-                case GetResult():
-                    command = self._named(command, "result")
-                case Watched(name, wanted):
-                    asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
-                    command = condition(plain(WatchRequest).validate_python(asked), self._server.keys)
+            if not isinstance(command, Watched):
+                return self._checked(command, "cancel", "result")
+            name, wanted = command
+            asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
+            return condition(plain(WatchRequest).validate_python(asked), self._server.keys)
         except ValidationError as error:
             return Unreadable(_error(unreadable(error)))
         except UnreadableError as error:
             return Unreadable(_error(error))
-        return command
 
     def _named(self, command: CancelGoal | GetResult, field: str) -> CancelGoal | GetResult:
         try:
