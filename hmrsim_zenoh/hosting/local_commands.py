@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
-from pydantic_core import to_json
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
@@ -20,8 +19,9 @@ from hmrsim_zenoh.client.condition import Watched
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
 from hmrsim_zenoh.server.decode_conditions import WatchRequest, condition
-from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read_often, unreadable, unreadable_at
-from hmrsim_zenoh.wire.texts import check_texts, check_texts_of
+from hmrsim_zenoh.server.decode_time import read_goal
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, unreadable, unreadable_at
+from hmrsim_zenoh.wire.texts import check_texts_of
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Output
@@ -151,17 +151,14 @@ class LocalCommands:
 
 def _message(kind: type[Message], goal: Any) -> Message:
     """Return a goal as a message, with the checks that it has over the network."""
+    if not isinstance(goal, kind):
+        return read_goal(kind, goal)
     try:
-        if isinstance(goal, kind):
-            check_texts_of(goal)
-            complete(goal)
-            return goal
-        payload = to_json(goal, inf_nan_mode="constants")
-        message: Message = read_often(plain(kind), payload)
-        check_texts(message, len(payload))
+        check_texts_of(goal)
     except UnreadableError as error:
         raise error.below("goal") from None
-    return message
+    complete(goal)
+    return goal
 
 
 def _error(error: UnreadableError) -> RequestError:

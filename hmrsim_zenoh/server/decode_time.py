@@ -20,6 +20,7 @@ from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
+from hmrsim.settings.payload import MAX_PAYLOAD
 from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -218,7 +219,7 @@ class TimeRequests:
                 raise unreadable_at(_FIELDS[verb], str(error), getattr(request, _FIELDS[verb])) from None
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal = None if action is None else self._goal(action, request.goal)
+        goal = None if action is None else read_goal(action.goal, request.goal, max_payload=self._max_payload)
         return SendGoal(robot, name, goal, request.goal_id)
 
     def _denied(self, member: str, key: str) -> str:
@@ -228,17 +229,6 @@ class TimeRequests:
         except zenoh.ZError:
             return f"{key!r} is not a key of an action"
 
-    def _goal(self, action: AnyAction, goal: dict[str, Any]) -> Any:
-        # Encoded as JSON again, so that a list or a number is validated as in any other request.
-        kind: type[Message] = action.goal
-        payload = to_json(goal, inf_nan_mode="constants")
-        try:
-            message = read_often(plain(kind), payload, max_payload=self._max_payload)
-            check_texts(message, len(payload))
-        except UnreadableError as error:
-            raise error.below("goal") from None
-        return message
-
     _READERS: ClassVar[Mapping[str, Callable[[TimeRequests, bytes, Any], TimeCommand]]] = MappingProxyType(
         {"join": _join, _ADVANCE: _advance, "leave": _leave, "set": _set, "state": _state}
     )
@@ -246,6 +236,22 @@ class TimeRequests:
 
 _FIELDS: Final = MappingProxyType({Verb.SEND_GOAL: "goal", Verb.CANCEL_GOAL: "cancel", Verb.GET_RESULT: "result"})
 """The field of a command by what it stands for."""
+
+
+def read_goal(kind: type[Message], goal: Mapping[str, Any], *, max_payload: int = MAX_PAYLOAD) -> Message:
+    """Return plain values as a goal; the field of the request that they are in is ``goal``.
+
+    Raises:
+        UnreadableError: They make none.
+    """
+    # Encoded as JSON again, so that a list or a number is validated as in any other request.
+    payload = to_json(goal, inf_nan_mode="constants")
+    try:
+        message: Message = read_often(plain(kind), payload, max_payload=max_payload)
+        check_texts(message, len(payload))
+    except UnreadableError as error:
+        raise error.below("goal") from None
+    return message
 
 
 def _no_denial(_member: str, _key: str) -> str:
