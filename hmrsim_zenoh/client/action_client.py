@@ -149,12 +149,13 @@ class ActionClient(Generic[G, R, F]):
             RequestTimeout: It does not answer.
         """
         self._link.check_open()
-        lockstep, answers = self._lockstep(), SimpleQueue[Answer]()
+        lockstep = self._lockstep()
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
             lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=_PATIENCE)
             return
         self._link.presence.start()
+        answers = SimpleQueue[Answer]()
         self._link.connection.cancel(self._target, all_goals, answers.put, timeout=_PATIENCE)
         try:
             answer = answers.get(timeout=_PATIENCE)
