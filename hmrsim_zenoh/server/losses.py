@@ -19,19 +19,22 @@ class Losses:
     thought.
 
     Attributes:
-        active: Whether anything may be lost or repeated.
         watching: Whether answers to requests that come now may get lost.
     """
 
     def __init__(self) -> None:
-        self.active = False
         self.watching = False
         self._answers = 0
         self._requests = 0
 
+    @property
+    def active(self) -> bool:
+        """Whether anything may be lost or repeated."""
+        return self.watching or self._requests > 0
+
     def watch(self) -> None:
         """Prepare to lose answers to requests that come from now on."""
-        self.watching = self.active = True
+        self.watching = True
 
     def lose_answers(self, count: int) -> None:
         """Lose the next answers, also to requests that have come since `watch`."""
@@ -40,7 +43,6 @@ class Losses:
     def repeat_requests(self, count: int) -> None:
         """Let the next requests come twice; only the answers to the first of both arrive."""
         self._requests += count
-        self.active = True
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
@@ -56,7 +58,6 @@ class Losses:
         """Return whether a request that comes now comes twice, and count it."""
         twice = self._requests > 0
         self._requests -= twice
-        self.active = self.watching or self._requests > 0
         return twice
 
     def lost(self) -> bool:
