@@ -13,23 +13,23 @@ MIN_WALL_SECONDS: Final = 1 / 20
 
 
 class FeedbackLimiter:
-    """Limits the rate of each goal's feedback; a goal's last feedback always passes."""
+    """Limits the rate of each goal's feedback; a goal's last feedback always passes.
+
+    Attributes:
+        sent: When feedback of each goal was last published, until the goal is forgotten.
+    """
 
     def __init__(self) -> None:
-        self._sent: dict[str, float] = {}
+        self.sent: dict[str, float] = {}
 
     def passes(self, event: FeedbackSent) -> bool:
         """Return whether to publish feedback; if so, it counts as published."""
         now = time.monotonic()
-        if not event.last and now - self._sent.get(event.goal_id, -1.0) < MIN_WALL_SECONDS:
+        if not event.last and now - self.sent.get(event.goal_id, -1.0) < MIN_WALL_SECONDS:
             return False
-        self._sent[event.goal_id] = now
+        self.sent[event.goal_id] = now
         return True
 
     def forget(self, goal_id: str) -> None:
         """Forget a goal that has ended."""
-        self._sent.pop(goal_id, None)
-
-    def forget_all(self) -> None:
-        """Forget all goals."""
-        self._sent.clear()
+        self.sent.pop(goal_id, None)

@@ -290,18 +290,15 @@ class Server:
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic has a subscriber."""
-        if topic is Topic.FEEDBACK:
-            if self._followed:
-                return True
-            if not self._interest.any:
-                # It will not be told of the ends of goals.
-                self._limiter.forget_all()
+        if topic is Topic.FEEDBACK and self._followed:
+            return True
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
     def emit(self, output: Output) -> None:
         """Send an event as replies and publications."""
         kind = type(output)
-        if kind not in _UNHEARD or self._interest.any or self._followed:
+        # The limiter has to learn of the ends of goals whose feedback it has passed.
+        if kind not in _UNHEARD or self._interest.any or self._followed or self._limiter.sent:
             self._emitters[kind](output)
 
     def _emit_answer(self, event: Answered) -> None:
