@@ -67,6 +67,11 @@ class Lockstep:
         lost: Which participant was dropped last, and why; empty if none was.
     """
 
+    takes: Final = frozenset(
+        {Answered, GoalChanged, GoalTold, FeedbackSent, TimeRestarted, RosterChanged, PlanWanted, Sampled, EventStamped}
+    )
+    """The outputs that are recorded, or that conditions follow."""
+
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
         self.epoch = 0
         self.granting = False
@@ -496,12 +501,6 @@ class Lockstep:
         for slot in participant.slots:
             if slot.wanted is not None and slot.answer is None:
                 self._simulator.submit(StopWaiting(*slot.wanted[:3], reply_tos=(slot,)))
-
-    # What participants are told of
-
-    takes: Final = frozenset(
-        {Answered, GoalChanged, GoalTold, FeedbackSent, TimeRestarted, RosterChanged, PlanWanted, Sampled, EventStamped}
-    )
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
