@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead, listed
 from hmrsim.errors import ResultsError
-from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of, note_of_pairs, pairs_that_count
+from hmrsim.experiments.results.repeats import COLUMNS, Repeats, about_means, cell_of, note_of_pairs, pairs_that_count
 from hmrsim.experiments.results.store import Results
 from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
 
@@ -122,10 +122,10 @@ def contrast(
         same_a, same_b = Repeats.of(runs_a.values()), Repeats.of(runs_b.values())
         repeated = [same_a.repeats(cell_of(runs_a[seed])) and same_b.repeats(cell_of(runs_b[seed])) for seed in seeds]
         cells = [(runs_a[seed]["scenario"], runs_a[seed]["replication"]) for seed in seeds]
-        values_of = [[seeds[place] for place in places] for places in pairs_that_count(cells, repeated)]
-        criteria = {name: criterion_of(name, first.about["measures"], margins or {}) for name in wanted}
-        if any(len(each) > 1 for each in values_of):
-            criteria = {name: replace(each, yes_no=False) for name, each in criteria.items()}
+        places = pairs_that_count(cells, repeated)
+        values_of = [[seeds[place] for place in group] for group in places]
+        about = {name: criterion_of(name, first.about["measures"], margins or {}) for name in wanted}
+        criteria = {name: about_means(each, places) for name, each in about.items()}
         notes = [*_notes(first.about, second.about), *note_of_pairs(len(seeds), repeated, len(values_of))]
     values: dict[str, tuple[list[float], list[float]]] = {}
     for name in wanted:

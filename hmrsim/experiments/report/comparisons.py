@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from hmrsim.experiments.comparing import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
-from hmrsim.experiments.results.repeats import note_of_pairs, pairs_that_count
+from hmrsim.experiments.results.repeats import about_means, note_of_pairs, pairs_that_count
 from hmrsim.experiments.statistics.libraries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
 
@@ -64,9 +64,8 @@ def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Compa
     for name, values in {SUCCESS: columns.success, **columns.measures}.items():
         one, two = _values(values[paired.first], groups), _values(values[paired.other], groups)
         known = ~arrays().isnan(one + two)
-        criterion = replace(criterion_of(name, about["measures"]), alpha=alphas[name] * share)
-        if any(len(each) > 1 for each in groups):
-            criterion = replace(criterion, yes_no=False)
+        criterion = about_means(criterion_of(name, about["measures"]), groups)
+        criterion = replace(criterion, alpha=alphas[name] * share)
         failed = columns.success[paired.first] * columns.success[paired.other] == 0
         failed &= ~np.isnan(values[paired.first] + values[paired.other])
         told = [*_notes(name, known, one, criterion), *note_of_failed(name, int(failed.sum()), len(failed))]

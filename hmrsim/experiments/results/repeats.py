@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.statistics.verdicts import Criterion
 
 COLUMNS: Final = ("scenario", "treatment", "fingerprint")
 """The columns of results that say which runs are the same."""
@@ -94,6 +98,14 @@ def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool])
         return [[place] for place in fixed.values()]
     scenarios = len({scenario for (scenario, _), again in zip(cells, repeated, strict=True) if not again})
     return [[*fixed.values(), *places] for places in varied.values() if len(places) == scenarios]
+
+
+def about_means(criterion: Criterion, groups: Iterable[Sized]) -> Criterion:
+    """Return what is asked about the values of some groups of pairs: means of several are no yes or no.
+
+    Also if all of them are 0 or 1, for the time being.
+    """
+    return replace(criterion, yes_no=False) if any(len(group) > 1 for group in groups) else criterion
 
 
 def cell_of(row: Mapping[str, Any]) -> Cell:

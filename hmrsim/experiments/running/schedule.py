@@ -9,7 +9,7 @@ from contextlib import suppress
 from statistics import fmean
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.results.repeats import Repeats, pairs_that_count
+from hmrsim.experiments.results.repeats import Repeats, about_means, pairs_that_count
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough
 from hmrsim.experiments.statistics.verdicts import UNDECIDED, Comparison, Criterion, compare, verdict
 
@@ -140,7 +140,7 @@ class Schedule:
         found = {}
         for other in others:
             with suppress(ValueError):  # as for `_decided`
-                found[other] = compare(*self._pairs(first, other), self._criterion(until))
+                found[other] = compare(*self._compared(first, other, until))
         return found
 
     def _decided(self, until: Until) -> bool:
@@ -151,9 +151,8 @@ class Schedule:
         first, *others = self._plan.treatments
         if all(self._repeats.repeats((i, name)) for i in range(len(self._targets)) for name in self._plan.treatments):
             return True
-        criterion = self._criterion(until)
         try:
-            return all(verdict(*self._pairs(first, other), criterion)[0] != UNDECIDED for other in others)
+            return all(verdict(*self._compared(first, other, until))[0] != UNDECIDED for other in others)
         except ValueError:  # a relative margin of a measure that is negative in some runs: nothing can be decided
             return False
 
@@ -162,8 +161,8 @@ class Schedule:
         alpha = (1.0 - until.confidence) / (len(self._plan.treatments) - 1)
         return Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
 
-    def _pairs(self, first: str, second: str) -> tuple[list[float], list[float]]:
-        """Return the values of two treatments, in the order in which `contrast` reads them."""
+    def _compared(self, first: str, second: str, until: Until) -> tuple[list[float], list[float], Criterion]:
+        """Return the values of two treatments, in the order in which `contrast` reads them, and what is asked."""
         runs = [
             (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
             for replication in range(max(self._targets))
@@ -175,12 +174,13 @@ class Schedule:
         repeated = [all(self._repeats.repeats((run.scenario, run.treatment)) for run in pair) for pair in runs]
         one: list[float] = []
         two: list[float] = []
-        for places in pairs_that_count([(run.scenario, run.replication) for run, _ in runs], repeated):
+        groups = pairs_that_count([(run.scenario, run.replication) for run, _ in runs], repeated)
+        for places in groups:
             means = [self._mean([runs[place][side] for place in places]) for side in (0, 1)]
             if means[0] is not None and means[1] is not None:
                 one.append(means[0])
                 two.append(means[1])
-        return one, two
+        return one, two, about_means(self._criterion(until), groups)
 
     def _mean(self, runs: Sequence[Run]) -> float | None:
         """Return the mean of some runs; None if one has no value."""

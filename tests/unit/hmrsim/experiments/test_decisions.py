@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,12 @@ def by_replication(run: Run, _level: str) -> float:
     return common + own + less[run.treatment]
 
 
-TIMES = {"levels": by_level, "replications": by_replication}
+def one_or_none(run: Run, _level: str) -> float:
+    """Return 0 for A and 1 for B; the runs at the first level leave nothing to chance."""
+    return float(run.treatment == "b")
+
+
+TIMES = {"levels": by_level, "replications": by_replication, "fixed": one_or_none}
 
 
 class MadeUp(Executor):
@@ -54,8 +60,11 @@ class MadeUp(Executor):
         for number in task.numbers:
             run = plan.run_of(number)
             assert run is not None
-            time = TIMES[plan.file.name](run, plan.scenarios[run.scenario]["level"])
-            rows.append(Row(run, "succeeded", success=True, at=time, wall=0.001, measures={"time": time}))
+            level = plan.scenarios[run.scenario]["level"]
+            time = TIMES[plan.file.name](run, level)
+            row = Row(run, "succeeded", success=True, at=time, wall=0.001, measures={"time": time})
+            same = (plan.file.name, level) == ("fixed", "first")
+            rows.append(replace(row, fingerprint="same" if same else ""))
         future.set_result(rows)
         return future
 
@@ -117,6 +126,18 @@ def test_a_verdict_that_is_withdrawn_is_told(run):
     assert ("worse", ("better",)) == (compared.comparisons["time"].verdict, compared.comparisons["time"].withdrawn)
     assert (f"time: {note}",) == compared.notes
     assert ("worse", f"time: {note}") == (comparison.measures["time"].verdict, *comparison.notes)
+
+
+def test_means_of_yes_and_no_are_real_numbers(run):
+    """Also if all of them happen to be 0 or 1: to `until`, to `compare` and on the report."""
+    out = run("fixed", "ab", min=2, max=100, until=DECIDED)
+    compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
+    with Results(Path("results")) as results:
+        (comparison,) = summary_of(results).comparisons
+
+    assert "time of b compared with a: worse after 30 of " in out
+    assert ("worse", 30) == (compared.comparisons["time"].verdict, compared.comparisons["time"].decided_after)
+    assert ("worse", 30) == (comparison.measures["time"].verdict, comparison.measures["time"].decided_after)
 
 
 def test_verdicts_are_told_as_json(run):
