@@ -13,6 +13,7 @@ import zenoh
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.keys import Keys, Verb
 from hmrsim_zenoh.wire.session import SessionOptions, open_server
+from tests.listened import Listened
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class FakeSimulator:
         self.steps: dict[str, list[Step]] = defaultdict(list)
         self._held: list[tuple[zenoh.Query, Body]] = []
         self._changed = threading.Condition()
+        self._listened = Listened(self.session)
         handler = zenoh.handlers.Callback(self._on_query, indirect=False)
         self._queryable = self.session.declare_queryable(
             self.keys.action("*", "*", Verb.SEND_GOAL).rpartition("/")[0] + "/*", handler, complete=True
@@ -128,15 +130,11 @@ class FakeSimulator:
 
     def has_subscriber(self, key: str) -> bool:
         """Return whether a key has a subscriber."""
-        publisher = self.session.declare_publisher(key)
-        return bool(publisher.matching_status.matching)
+        return self._listened.now(key)
 
     def wait_for_subscriber(self, key: str, *, there: bool) -> None:
         """Wait until a key has a subscriber, or has none any more."""
-        changed = threading.Event()
-        publisher = self.session.declare_publisher(key)
-        publisher.declare_matching_listener(lambda status: changed.set() if status.matching == there else None)
-        assert publisher.matching_status.matching == there or changed.wait(PATIENCE)
+        self._listened.wait(key, there=there)
 
     def close(self) -> None:
         """Die."""

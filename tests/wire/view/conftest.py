@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 
 from hmrsim_zenoh.wire.session import open_client
-from tests.patience import PATIENCE
+from tests.listened import Listened
 from tests.served_world import served_world
 from tests.wire.view.pages import opened, viewed
 
@@ -49,11 +47,5 @@ def session(simulator):
 @pytest.fixture
 def wait_for_listener(session):
     """Return the function that waits until a key has a subscriber, or has none any more."""
-
-    def wait(key: str, *, there: bool) -> None:
-        changed = threading.Event()
-        publisher = session.declare_publisher(key)
-        publisher.declare_matching_listener(lambda status: changed.set() if status.matching == there else None)
-        assert publisher.matching_status.matching == there or changed.wait(PATIENCE)
-
-    return wait
+    listened = Listened(session)
+    return listened.wait
