@@ -72,6 +72,20 @@ def test_trace_and_recording_say_the_same_of_the_run(run, tmp_path, capsys):
     assert [(1, [("away", 2.0)])] * 2 == found
 
 
+def test_reports_of_trace_and_recording_tell_the_same(run, tmp_path, capsys):
+    """A recording has no sections, though."""
+    run({})
+    capsys.readouterr()
+    told = []
+    for name in ("run.jsonl", "run.mcap"):
+        assert 0 == main(["report", str(tmp_path / name), "--json"])
+        told.append(json.loads(capsys.readouterr().out))
+    assert 2 == main(["report", str(tmp_path / "run.mcap"), "--section", "1"])
+
+    assert told[0]["robots"] == told[1]["robots"]
+    assert "no section 1: a recording has none" in capsys.readouterr().err
+
+
 def test_a_run_without_a_violation_is_a_success(run):
     """What holds, and what a run that is stopped leaves undecided, is no failure."""
     assert 0 == run({"away": {"never": {"robot": "eve", "is": "waiting"}}, "back": {"eventually": {"event": "picked"}}})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from hmrsim.cli import main
@@ -116,6 +118,19 @@ class TestCorridors:
             " it"
         )
         assert [(("lanes", 0), text)] == warnings(ROW, "priority")
+
+    @pytest.mark.parametrize(("count", "named"), [(4, "a - b - c - d"), (5, "a - … - e")])
+    def test_a_long_one_is_named_by_its_ends(self, count, named):
+        """One of up to four waypoints is named by all of them."""
+        names = "abcde"[:count]
+        row = {
+            "waypoints": {name: [10 * i, 0] for i, name in enumerate(names)},
+            "lanes": [[*pair] for pair in pairwise(names)],
+            "robots": {"ann": {"at": names[0]}, "bob": {"at": names[-1]}},
+        }
+
+        [(_, text)] = warnings(row)
+        assert text.startswith(f"{named} is a single track")
 
 
 class TestDocks:
