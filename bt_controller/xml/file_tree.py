@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from operator import itemgetter
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from py_trees.blackboard import Blackboard
 
@@ -21,6 +20,7 @@ from bt_controller.xml.faults import Faults
 from bt_controller.xml.source import Element, read
 from bt_controller.xml.translation import SUBTREE, in_order, translate
 from bt_controller.xml.wiring import examine, unread
+from hmrsim.file_cache import FileCache
 from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
@@ -74,42 +74,22 @@ def load_file(
         TreeError: The file is invalid; the text has one line for each mistake.
     """
     key = (path, Path(path).absolute(), frozenset(nodes.items()), tree, frozenset(values.items()))
-    loaded = _loaded(*key)
-    if _contents(loaded.result.files) != loaded.contents:
-        _loaded.cache_clear()
-        loaded = _loaded(*key)
-    return loaded.result, loaded.unset, loaded.warnings
+    # To check a tree takes ten times as long as to build it.
+    return _LOADED.get(key, partial(_load, path, nodes, tree, values), lambda loaded: loaded.result.files)
 
 
 class _Loaded(NamedTuple):
-    """A tree as it was loaded, and the contents of its files by then."""
+    """A tree as it was loaded."""
 
     result: FileTree
     unset: tuple[str, ...]
     warnings: tuple[str, ...]
-    contents: list[bytes | None]
 
 
-def _contents(files: Iterable[str]) -> list[bytes | None]:
-    found: list[bytes | None] = []
-    for file in files:
-        try:
-            found.append(Path(file).read_bytes())
-        except OSError:
-            found.append(None)
-    return found
+_LOADED: Final[FileCache[_Loaded]] = FileCache()
 
 
-@lru_cache(64)
-def _loaded(
-    path: str,
-    _where: Path,
-    known: frozenset[tuple[str, type[Any]]],
-    tree: str | None,
-    texts: frozenset[tuple[str, str]],
-) -> _Loaded:
-    """Load a tree once for all runs of it; to check it takes ten times as long as to build it."""
-    nodes, values = dict(sorted(known, key=itemgetter(0))), dict(sorted(texts))
+def _load(path: str, nodes: Mapping[str, type[Any]], tree: str | None, values: Mapping[str, str]) -> _Loaded:
     root = read(path)
     faults = Faults()
     found = document(root, faults, tree=tree)
@@ -125,7 +105,7 @@ def _loaded(
         raise TreeError(f"{path}: {described(error)}") from error
     unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
-    return _Loaded(result, unset, (*faults.warnings, *unknown), _contents(result.files))
+    return _Loaded(result, unset, (*faults.warnings, *unknown))
 
 
 def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> FileTree:

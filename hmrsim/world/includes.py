@@ -108,6 +108,9 @@ class _Includes:
             return
         for i, name in enumerate(names):
             target = _target(name, above, self.seen)
+            if isinstance(name, str) and _BARE.fullmatch(name):
+                # It would come before the shipped world of that name.
+                self.merged.absent.add(above[-1].parent / name)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))
                 # The document of a file that includes itself is known already.

@@ -57,6 +57,7 @@ class Merged:
         data: The top-level keys of a world.
         problems: The problems of the files themselves.
         paths: The files themselves.
+        absent: Files that would have been read, and are not there.
         overlays: What the files lay over all of them, the last one first.
         complete: Whether all files could be read, so that a missing name is an error.
     """
@@ -65,6 +66,7 @@ class Merged:
     data: dict[str, Any] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     paths: set[pathlib.Path] = field(default_factory=set)
+    absent: set[pathlib.Path] = field(default_factory=set)
     overlays: list[Source] = field(default_factory=list)
     complete: bool = True
     _owners: dict[Path, tuple[Source, Path]] = field(default_factory=dict)

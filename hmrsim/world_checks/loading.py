@@ -8,11 +8,13 @@ import re
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import MAX_FINDINGS
 from hmrsim.errors import Problem, WorldError
+from hmrsim.file_cache import FileCache
 from hmrsim.world import additions
 from hmrsim.world.files import find
 from hmrsim.world.formats import Document
@@ -78,7 +80,10 @@ def load_world(
         WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
     """
     path = find(source)
-    merged = read_all(path, str(path), options)
+    plain = options == AS_IT_IS and not (add_robots or add_items)
+    if plain and not further:
+        return _of_file(path).load(overlays)
+    merged = _of_file(path).merged.copied() if plain else read_all(path, str(path), options)
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:
             merged.problems += _added(text, parse, merged.add)
@@ -113,22 +118,17 @@ def _checked(
     return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
 
 
+@dataclass(frozen=True)
 class BaseWorld:
-    """A world file that is read once, for many worlds that differ by overlays.
-
-    Args:
-        source: A file of any format, or the bare name of a shipped world.
+    """What a world file says, for many worlds that differ by overlays; made by `base_world`.
 
     Attributes:
         path: The file.
-
-    Raises:
-        WorldError: The file itself can't be read.
+        merged: The file with all files that it includes; it must not be changed.
     """
 
-    def __init__(self, source: str | Path) -> None:
-        self.path = find(source)
-        self._merged = read_all(self.path, str(self.path))
+    path: Path
+    merged: Merged
 
     def load(self, overlays: Sequence[Overlay] = ()) -> LoadedWorld:
         """Return the world with changes laid over it, checked.
@@ -136,7 +136,32 @@ class BaseWorld:
         Raises:
             WorldError: Something is wrong; it has all errors.
         """
-        return _checked(self._merged.copied(), self.path, overlays)
+        return _checked(self.merged.copied(), self.path, overlays) if overlays else self._as_it_is
+
+    @cached_property
+    def _as_it_is(self) -> LoadedWorld:
+        return _checked(self.merged.copied(), self.path, ())
+
+
+def base_world(source: str | Path) -> BaseWorld:
+    """Return what a file of any format says, or a shipped world by its bare name.
+
+    Raises:
+        WorldError: The file itself can't be read.
+    """
+    return _of_file(find(source))
+
+
+def _of_file(path: Path) -> BaseWorld:
+    # Errors name a file as the user does.
+    return _READ.get(
+        (str(path), path.absolute()),
+        lambda: BaseWorld(path, read_all(path, str(path))),
+        lambda base: (*base.merged.paths, *base.merged.absent),
+    )
+
+
+_READ: Final[FileCache[BaseWorld]] = FileCache(16)
 
 
 def world_of(

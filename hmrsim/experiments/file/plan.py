@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.world.overlays.overlay import Overlay
-from hmrsim.world_checks.loading import BaseWorld
+from hmrsim.world_checks.loading import BaseWorld, base_world
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -125,7 +125,7 @@ class Plan:
 
     @cached_property
     def _base(self) -> BaseWorld:
-        return BaseWorld(self.source)
+        return base_world(self.source)
 
     def _seed(self, scenario: int, replication: int) -> int:
         """Return a seed that depends on the experiment, the scenario's levels and the replication alone."""

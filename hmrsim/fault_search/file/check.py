@@ -15,7 +15,7 @@ from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_
 from hmrsim.properties.compiling import compares
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world.writing import native_data
-from hmrsim.world_checks.loading import BaseWorld, world_of
+from hmrsim.world_checks.loading import BaseWorld, base_world, world_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -152,7 +152,7 @@ class Check:
 
     @cached_property
     def _base(self) -> BaseWorld:
-        return BaseWorld(self.source or "")
+        return base_world(self.source or "")
 
     def runnable(self, case: Case) -> str:
         """Return why a case can't be run; empty if it can."""

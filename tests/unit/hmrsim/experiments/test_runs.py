@@ -436,10 +436,10 @@ def test_a_task_is_some_runs_of_the_plan_that_is_meant(row, tmp_path):
 
 def test_a_world_is_hashed_once_for_all_of_its_runs(row, tmp_path, monkeypatch):
     """The header of each trace has the hash, and each client asks for it."""
-    row("drive", keep={"traces": "all"})
-    plan = read_plan(tmp_path / "e.yaml")
     hashed: list[str] = []
     monkeypatch.setattr(loading, "_digest", lambda world: hashed.append(world.name) or f"{len(hashed)}")
+    row("drive", keep={"traces": "all"})
+    plan = read_plan(tmp_path / "e.yaml")
 
     traces = [execute_run(plan, run).trace for number in range(3) if (run := plan.run_of(number)) is not None]
 
