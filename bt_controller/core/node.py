@@ -11,25 +11,31 @@ The differences to py_trees:
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
-from py_trees.common import Status
+from py_trees.common import Access, Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
-from py_trees.ports import PortsMixin
+from py_trees.ports import CONST_PREFIX, PortsMixin, decode_const_value
 
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
+    from py_trees.blackboard import Client
+
     from bt_controller.core.ports import Places, Port
     from hmrsim_zenoh.client.condition import Condition as TopicCondition
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
+
+_NO_NAME: Final = re.compile(r"[^A-Za-z0-9_-]")
+"""What can't be a part of a key."""
 
 Ticks: TypeAlias = "Generator[Behaviour, None, Status]"
 """The ticks of a node's children; the value is the node's status."""
@@ -57,6 +63,50 @@ class Node(PortsMixin):
         """Declare the ports to py_trees; keep the class out of its registry, since this package has its own."""
         cls.INPUT_PORTS, cls.OUTPUT_PORTS = dict(cls.INPUTS), dict(cls.OUTPUTS)
         super().__init_subclass__(register=False, **kwargs)
+
+    def __init__(self, *args: Any, behaviour_class_name: str | None = None, **kwargs: Any) -> None:
+        """Make the node; its ports are set up later.
+
+        As in `PortsMixin`, which would look for abstract methods in each node that is made, not in each class.
+        """
+        super(PortsMixin, self).__init__(*args, **kwargs)
+        self._blackboard_client: Client | None = None
+        self._subtree_namespace: str | None = None
+        self._ports_logger: Any = None
+        self._behaviour_class_name = behaviour_class_name or type(self).__name__
+
+    def setup_ports(
+        self,
+        port_remappings: Mapping[str, str] | None = None,
+        subtree_namespace: str = "/",
+        logger: Any = None,
+    ) -> None:
+        """Connect the ports with the blackboard.
+
+        As in `PortsMixin`, without its log of each port: a value in a file stays text, which the port reads as its
+        kind, and no output has a default.
+
+        Args:
+            port_remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out
+                has a key of its own.
+            subtree_namespace: What keys without a slash are below.
+            logger: What nodes may log to; the node's own if left out.
+        """
+        keys = port_remappings or {}
+        client = self._blackboard_client = self.attach_blackboard_client(self.name, subtree_namespace)
+        self._subtree_namespace, self._ports_logger = subtree_namespace, logger or self.logger
+        own = Blackboard.absolute_name(subtree_namespace, _NO_NAME.sub("_", f"{self.name}_{self.id}"))
+        for ports, access in ((self.INPUTS, Access.READ), (self.OUTPUTS, Access.WRITE)):
+            for port, information in ports.items():
+                if port not in keys:
+                    key = f"{own}/{port}"
+                elif CONST_PREFIX in keys[port]:
+                    key = f"{own}/{port}__const"
+                    Blackboard.set(key, decode_const_value(keys[port]))
+                else:
+                    key = Blackboard.absolute_name(subtree_namespace, keys[port])
+                needed = information.required and not information.has_default
+                client.register_key(key=port, access=access, required=needed, remap_to=key)
 
     def setup(self, **kwargs: Any) -> None:
         """Keep the places, and check the ports' texts early.
