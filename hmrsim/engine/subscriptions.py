@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.outputs import EventStamped, Sampled
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
+
+
+_NAMES: Final = {topic: topic.name.lower() for topic in Topic}
 
 
 class Interest:
@@ -43,12 +46,12 @@ class Interest:
 
     def refresh(self) -> None:
         """Query all sinks again."""
-        for topic in Topic:
-            setattr(self, topic.name.lower(), any(sink.wants(topic) for sink in self._sinks))
+        for topic, name in _NAMES.items():
+            setattr(self, name, True in [sink.wants(topic) for sink in self._sinks])
 
     def in_(self, topic: Topic) -> bool:
         """Return whether a sink wants a topic."""
-        wanted: bool = getattr(self, topic.name.lower())
+        wanted: bool = getattr(self, _NAMES[topic])
         return wanted
 
     @property

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.lanes import Lanes
 from hmrsim.navigation.planners import Planners
+from hmrsim.world.derived import Derived
 from hmrsim.world.model import Door, World
 
 if TYPE_CHECKING:
@@ -62,6 +63,10 @@ class _Map:
 
 def ground_of(world: World) -> Ground:
     """Return the ground of a world, that of a world with the same map if it is kept."""
+    return _GROUNDS(world)
+
+
+def _find(world: World) -> Ground:
     doors = {name: Door.model_construct(at=door.at) for name, door in world.doors.items()}
     bare = World.model_construct(
         bounds=world.bounds,
@@ -79,3 +84,6 @@ def ground_of(world: World) -> Ground:
 @lru_cache(_KEPT_MAPS)
 def _ground(at: _Map) -> Ground:
     return Ground(at.world)
+
+
+_GROUNDS: Final = Derived(_find)

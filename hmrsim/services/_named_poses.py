@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import Pose
 from hmrsim.interfaces.simulation_interfaces import NamedPose
 from hmrsim.services._entities import pose_message
+from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-def named_poses(world: World) -> dict[str, NamedPose]:
-    """Return all of them by name; what has one name has one point."""
+def _named_poses(world: World) -> dict[str, NamedPose]:
     tags: dict[str, list[str]] = {}
     for name in world.places:
         tags.setdefault(name, []).append("place")
@@ -27,3 +27,7 @@ def named_poses(world: World) -> dict[str, NamedPose]:
         )
         for name, found in tags.items()
     }
+
+
+named_poses: Final = Derived(_named_poses)
+"""Returns all of them by name; what has one name has one point."""

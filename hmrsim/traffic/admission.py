@@ -20,7 +20,7 @@ from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
 from hmrsim.traffic.blockers import Blocker, PlaceNames, described
 from hmrsim.traffic.lane_closures import LaneClosures
-from hmrsim.traffic.policies import Wait
+from hmrsim.traffic.policies import Wait, settings_of
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.wait_timeout import WaitTimeout
 
@@ -69,7 +69,7 @@ class Admission:
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: dict[Vehicle, None] = {}
         policy = policies()[world.policy]
-        settings = policy.settings.model_validate(world.traffic.model_dump())
+        settings = settings_of(world)
         self._wait_timeout = WaitTimeout(env, settings.patience, since=self._hopeless_since, expired=self._give_up)
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False

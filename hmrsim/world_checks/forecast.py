@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from hmrsim.diagnostics import Finding, listed, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.topology.single_tracks import SingleTracks
-from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies import settings_of
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
@@ -36,7 +36,7 @@ def forecast(world: World) -> Iterator[Finding]:
 
     The world must have no errors.
     """
-    settings = policies()[world.policy].settings.model_validate(world.traffic.model_dump())
+    settings = settings_of(world)
     if isinstance(settings, ReserveSettings):
         seen = _Forecast(world, settings)
         yield from seen.check_corridors()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import weakref
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ from hmrsim.diagnostics import MAX_FINDINGS
 from hmrsim.errors import Problem, WorldError
 from hmrsim.file_cache import FileCache
 from hmrsim.world import additions
+from hmrsim.world.derived import Derived
 from hmrsim.world.files import find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
@@ -222,25 +222,7 @@ def world_hash(world: World) -> str:
 
     What is at its default is left out, so that a key that worlds get later does not change the hash of one without it.
     """
-    return _HASHES.of(world)
-
-
-class _Hashes:
-    """The hashes of worlds, by identity: to compare worlds takes as long as to hash them."""
-
-    def __init__(self) -> None:
-        self._known: dict[int, str] = {}
-
-    def of(self, world: World) -> str:
-        """Return the hash of a world, which is forgotten with it."""
-        key = id(world)
-        if key not in self._known:
-            self._known[key] = _digest(world)
-            weakref.finalize(world, self._known.pop, key, None).atexit = False
-        return self._known[key]
-
-
-_HASHES: Final = _Hashes()
+    return _HASHES(world)
 
 
 def _digest(world: World) -> str:
@@ -256,6 +238,9 @@ def _digest(world: World) -> str:
             digest.update(text.encode("ascii"))
     digest.update(b"}")
     return digest.hexdigest()
+
+
+_HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests replace the function
 
 
 def _lanes(world: World) -> Iterator[str]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance
-from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies import settings_of
 from hmrsim.traffic.policies._nearness import touch
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
@@ -39,7 +39,7 @@ def check_obstructions(world: World) -> Iterator[Finding]:
 
     The world must have no errors.
     """
-    settings = policies()[world.policy].settings.model_validate(world.traffic.model_dump())
+    settings = settings_of(world)
     if isinstance(settings, ReserveSettings) and world.lanes:
         obstructions = _Obstructions(world, settings)
         yield from obstructions.check_distances()

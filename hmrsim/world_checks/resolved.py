@@ -10,6 +10,7 @@ from hmrsim.events import texts
 from hmrsim.faults import registry as faults
 from hmrsim.geometry import distance
 from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies import settings_of
 from hmrsim.world.model import BUILT_IN_TYPES, Solid, Waypoint
 from hmrsim.world.segments import SegmentGrid
 
@@ -138,7 +139,7 @@ def _capacities(world: World) -> tuple[int | None, int | None]:
     policy = policies().get(world.policy)
     if policy is None or policy.rule is None:
         return None, None
-    settings = policy.settings.model_validate(world.traffic.model_dump())
+    settings = settings_of(world)
     return getattr(settings, "waypoint_capacity", None), getattr(settings, "lane_capacity", None)
 
 

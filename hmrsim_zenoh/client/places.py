@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -12,6 +12,9 @@ from hmrsim_zenoh.wire.envelopes import plain, read_often
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import Pose
+
+
+_STAMPED: Final = PoseStamped()
 
 
 class NamedPlaces:
@@ -24,6 +27,7 @@ class NamedPlaces:
     def __init__(self, ask: Callable[[], bytes]) -> None:
         self._ask = ask
         self._known: Mapping[str, Pose] | None = None
+        self._stamped: dict[str, PoseStamped] = {}
 
     def pose(self, name: str) -> PoseStamped:
         """Return the pose of a place.
@@ -32,10 +36,14 @@ class NamedPlaces:
             ValueError: There is no such place.
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
-        known = self.load()
-        if name not in known:
-            raise ValueError(f"no place {shown(name)}{instead(name, sorted(known))}")
-        return PoseStamped(pose=known[name])
+        found = self._stamped.get(name)
+        if found is None:
+            known = self.load()
+            if name not in known:
+                raise ValueError(f"no place {shown(name)}{instead(name, sorted(known))}")
+            # A copy is not validated again.
+            found = self._stamped[name] = _STAMPED.model_copy(update={"pose": known[name]})
+        return found
 
     def load(self) -> Mapping[str, Pose]:
         """Return the poses by name; the first time they are asked for.

@@ -12,19 +12,21 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
 from hmrsim.traffic.policies._admission import AdmissionControl
 from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+from hmrsim.world.derived import Derived
 
-__all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry"]
+__all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "settings_of"]
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
+    from hmrsim.world.model import World
 
 
 class Settings(BaseModel):
@@ -115,3 +117,11 @@ class Policy:
 def registry() -> dict[str, Policy]:
     """Return all policies by name."""
     return discover(sys.modules[__name__], "POLICY", Policy)
+
+
+def _settings(world: World) -> Settings:
+    return registry()[world.policy].settings.model_validate(world.traffic.model_dump())
+
+
+settings_of: Final = Derived(_settings)
+"""Returns the settings of a world's policy, which must have been checked."""

@@ -1,0 +1,34 @@
+"""What follows from a world alone."""
+
+from __future__ import annotations
+
+import gc
+
+from hmrsim.world.derived import Derived
+from hmrsim.world.model import World
+
+
+def world(name):
+    """Return a small world."""
+    return World(name=name, waypoints={"a": (0.0, 0.0)})
+
+
+def test_it_is_computed_once_for_each_world():
+    """Worlds that are equal are two."""
+    asked = []
+    derived = Derived(lambda world: asked.append(world.name) or len(asked))
+    one, other = world("one"), world("one")
+
+    assert [1, 1, 2, 1] == [derived(each) for each in (one, one, other, one)]
+
+
+def test_it_is_forgotten_with_its_world():
+    """Another world may have the same place in memory later."""
+    derived = Derived(lambda world: world.name)
+    names = []
+    for number in range(50):
+        names.append(derived(world(str(number))))
+        gc.collect()
+
+    assert [str(number) for number in range(50)] == names
+    assert {} == derived._known
