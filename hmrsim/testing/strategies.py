@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.space.menu import Menu
+from hmrsim.fault_search.space.menu import Menu, Timeline
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.thing import Schedule
@@ -49,7 +49,8 @@ def schedules(
     check = check_at(file, Path.cwd(), _PLACE)
     nominal = run_case(check, Case())
     menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
-    possible = [things for entry in menu.entries if (things := entry.things_in(nominal.moments))]
+    timeline = Timeline(nominal.moments)
+    possible = [things for entry in menu.entries if (things := entry.things_in(timeline))]
     one = st.sampled_from(possible).flatmap(st.sampled_from)
     most = check.file.space.at_most
     return st.lists(one, max_size=most, unique_by=lambda thing: thing.key).map(tuple)

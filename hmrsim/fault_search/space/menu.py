@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.fault_search.schedules.thing import CHANGE, FAULT, Thing
@@ -38,6 +39,42 @@ _CODE: Final = 0.1
 """How often a goal is aborted with one particular error code, beside 1."""
 
 
+class Timeline:
+    """The moments of a run, and the anchors at which something can begin in it, in plain values.
+
+    Args:
+        moments: What happens in the run.
+    """
+
+    def __init__(self, moments: Sequence[Moment]) -> None:
+        self.moments = moments
+        self._lasted: dict[tuple[str, str, int], float] = {}
+        for each in moments:
+            if each.goal == "ended":
+                self._lasted.setdefault((each.robot, each.action, each.nth), each.lasted)
+
+    def anchors_of(self, moment: Moment) -> list[dict[str, Any]]:
+        """Return the anchors of a moment: itself, and the middle of a goal that begins then."""
+        if moment.goal == "executing":
+            lasted = self._lasted.get((moment.robot, moment.action, moment.nth), 0.0)
+            if lasted > 0:
+                return [moment.anchor(), moment.anchor(round(lasted / 2, 3))]
+        return [moment.anchor()]
+
+    def anchors_for(self, robot: str | None) -> list[dict[str, Any]]:
+        """Return the anchors of what happens to a robot; None for all."""
+        return self._by_robot.get(robot, [])
+
+    @cached_property
+    def _by_robot(self) -> dict[str | None, list[dict[str, Any]]]:
+        found: dict[str | None, list[dict[str, Any]]] = {None: []}
+        for each in self.moments:
+            anchors = self.anchors_of(each)
+            found[None] += anchors
+            found.setdefault(each.robot, []).extend(anchors)
+        return found
+
+
 @dataclass(frozen=True)
 class Entry:
     """Something that can happen, at one of several moments.
@@ -59,17 +96,15 @@ class Entry:
         """Return whether it can have an effect at once: not on goals of another action than the one that begins."""
         return moment.goal != "executing" or self.thing.said.get("action") in (None, moment.action)
 
-    def moments_in(self, moments: Sequence[Moment]) -> list[dict[str, Any]]:
-        """Return the anchors at which it can begin in a run with these moments, in plain values.
+    def anchors_in(self, timeline: Timeline) -> list[dict[str, Any]]:
+        """Return the anchors at which it can begin in a run, in plain values.
 
-        A thing of a robot begins when one of its goals begins, in the middle of it, and when it has ended, and at
-        what else happens to it; another one at moments that are spread over the run.
+        A thing of a robot begins at what happens to the robot, another one at moments that are spread over the run.
         """
         if not self.anchored:
             return []
         robot = self.thing.said.get("robot")
-        own = [moment for moment in moments if robot in (None, moment.robot)]
-        anchors = [anchor for moment in own for anchor in _anchors(moment, moments)]
+        anchors = timeline.anchors_for(robot)
         if robot is not None or len(anchors) <= _FEW:
             return anchors
         step = len(anchors) / _FEW
@@ -86,15 +121,15 @@ class Entry:
         own = thing.kind != _UNREACHABLE and "error_code" not in thing.said
         return self.anchored and thing.family == FAULT and own
 
-    def things_in(self, moments: Sequence[Moment]) -> list[Thing]:
+    def things_in(self, timeline: Timeline) -> list[Thing]:
         """Return it as it begins at each moment of a run, and from the start; a change of the world as it is.
 
         In a run in which nothing happens, nothing can begin.
         """
         if not self.anchored:
             return [self.thing]
-        starts = [self.at_start()] if self.starts and moments else []
-        return [*(self.at(anchor) for anchor in self.moments_in(moments)), *starts]
+        starts = [self.at_start()] if self.starts and timeline.moments else []
+        return [*(self.at(anchor) for anchor in self.anchors_in(timeline)), *starts]
 
     def at(self, anchor: Mapping[str, Any]) -> Thing:
         """Return it as it begins at an anchor."""
@@ -103,18 +138,6 @@ class Entry:
     def at_start(self) -> Thing:
         """Return it as it holds when a run begins."""
         return self.thing.replaced(at=0.0)
-
-
-def _anchors(moment: Moment, moments: Sequence[Moment]) -> Iterator[dict[str, Any]]:
-    yield moment.anchor()
-    if moment.goal == "executing":
-        lasted = next((each.lasted for each in moments if _ends(each, moment)), 0.0)
-        if lasted > 0:
-            yield moment.anchor(round(lasted / 2, 3))
-
-
-def _ends(other: Moment, moment: Moment) -> bool:
-    return (other.goal, other.robot, other.action, other.nth) == ("ended", moment.robot, moment.action, moment.nth)
 
 
 class Menu:
@@ -185,8 +208,9 @@ class Menu:
     def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Thing]:
         """Return each thing at each moment: first everything once, then everything at another moment, and so on."""
         ranked: list[tuple[float, float, Thing]] = []
+        timeline = Timeline(moments)
         for entry in self.entries:
-            things = entry.things_in(moments)
+            things = entry.things_in(timeline)
             rng.shuffle(things)
             ranked += [(rank / entry.weight, rng.random(), thing) for rank, thing in enumerate(things)]
         ranked.sort(key=lambda each: each[:2])
@@ -222,7 +246,7 @@ class Menu:
         entry = _chosen(entries, rng)
         if entry.starts and rng.random() < _STARTS:
             return entry.at_start()
-        return entry.at(rng.choice([*_anchors(moment, moments)]))
+        return entry.at(rng.choice(Timeline(moments).anchors_of(moment)))
 
 
 def _chosen(entries: Sequence[Entry], rng: random.Random) -> Entry:

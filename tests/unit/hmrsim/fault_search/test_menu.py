@@ -10,7 +10,7 @@ import pytest
 from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.fault_search.space.energy import Draw
-from hmrsim.fault_search.space.menu import Entry, Menu, expanded
+from hmrsim.fault_search.space.menu import Entry, Menu, Timeline, expanded
 from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
 from tests.porters import WORLD
@@ -93,7 +93,7 @@ def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals
     """The drive lasts for ten seconds."""
     entry = next(each for each in menu(world, only=["claw_drops"]).entries)
 
-    anchors = entry.moments_in(MOMENTS)
+    anchors = entry.anchors_in(Timeline(MOMENTS))
 
     assert {"goal": "executing", "robot": "porter", "action": "navigate_to_pose", "after": 5.0} in anchors
     assert {"event": "picked", "robot": "porter"} in anchors
@@ -107,7 +107,9 @@ def test_single_things_come_each_once_before_any_comes_again(world):
     first = [Entry(thing, 1.0).thing.replaced(when=None, at=None).key for thing in singles[: len(whole.entries)]]
 
     assert len(set(first)) == len(whole.entries)
-    assert len(singles) == sum((len(entry.moments_in(MOMENTS)) or 1) + entry.starts for entry in whole.entries)
+    assert len(singles) == sum(
+        (len(entry.anchors_in(Timeline(MOMENTS))) or 1) + entry.starts for entry in whole.entries
+    )
 
 
 def test_each_fault_is_tried_from_the_start_once(world):
