@@ -6,9 +6,9 @@ All requests that wait for a result are held here, in the simulation's thread.
 
 from __future__ import annotations
 
-import itertools
+from collections import deque
 from collections.abc import Callable, Generator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event as SimpyEvent
 from simpy import Interrupt
@@ -25,6 +25,7 @@ from hmrsim.goals.late_news import LateNews
 from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
+from hmrsim.interfaces.message import lists_messages
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.goal import Cause, GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.goal_ids import ZERO_ID
@@ -44,6 +45,12 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import CancelGoal, ChangeState, ForgetResult, GetResult, SendGoal, StopWaiting
 
 _CANCEL = CancelGoalService.Response
+
+_UNPACKED: Final = 256
+"""Ended goals whose results are kept as they are: most clients ask for one soon, if they do at all.
+
+Only the last one if it lists messages, such as the poses of a path, of which there may be many.
+"""
 
 
 class _Report:
@@ -111,6 +118,7 @@ class Dispatcher:
         self._instant, self._instant_stamp = -1.0, 0
         self._holders: dict[str, ServedGoal] = {}
         self._ended: dict[str, dict[ServedGoal, None]] = {}
+        self._unpacked: deque[ServedGoal] = deque()
 
     def goal_of(self, robot: str) -> tuple[str, str] | None:
         """Return action and id of the goal that holds a robot's base; None when none does."""
@@ -345,9 +353,10 @@ class Dispatcher:
         ended[goal] = None
         if len(ended) > self._keep_results:
             self._forget(next(iter(ended)))
-        # Most clients ask for a result until the next goal has ended, if they do at all.
-        for before in itertools.islice(reversed(ended), 1, 2):
-            before.pack_result(result)
+        self._unpacked.append(goal)
+        most = 1 if lists_messages(result) else _UNPACKED
+        while len(self._unpacked) > most:
+            self._unpacked.popleft().pack_result(result)
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
         """Answer all requests that wait for a goal that has ended, or only that of the robot's own script."""

@@ -88,6 +88,11 @@ def complete(message: Message) -> None:
             complete(each)
 
 
+def lists_messages(message: Message) -> bool:
+    """Return whether a message has a list with messages in it, so that it may be large."""
+    return any(at(message) for at in _shape(type(message)).lists)
+
+
 class _Shape(NamedTuple):
     """The names of a message's fields, the messages in it with theirs, and its lists of messages."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
@@ -23,7 +23,6 @@ class Sink(Protocol):
         """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""
 
 
-@runtime_checkable
 class CommandSink(Sink, Protocol):
     """A sink that receives commands, too."""
 
@@ -35,3 +34,8 @@ class CommandSink(Sink, Protocol):
             by: The participant that sent it, if one did.
             now: The simulated time, in seconds.
         """
+
+
+def hears_commands(sink: Sink) -> TypeGuard[CommandSink]:
+    """Return whether a sink receives commands, too."""
+    return hasattr(sink, "commanded")

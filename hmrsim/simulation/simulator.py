@@ -44,7 +44,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
-from hmrsim.protocol.sinks import CommandSink
+from hmrsim.protocol.sinks import hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
@@ -200,7 +200,7 @@ class Simulator:
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
         self._add_sinks(*sinks, *watchers(self))
-        self._command_sinks = [sink for sink in self._sinks if isinstance(sink, CommandSink)]
+        self._command_sinks = [sink for sink in self._sinks if hears_commands(sink)]
         self._apply(InterestChanged())
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -15,6 +16,10 @@ def folder(kind: str) -> Path:
 
 def shipped_maps() -> dict[str, Path]:
     """Return the shipped worlds by bare name, such as ``hospital`` and ``zoo/crossing``, in order of name."""
-    maps = folder("maps")
+    return dict(_maps_in(folder("maps")))
+
+
+@cache
+def _maps_in(maps: Path) -> dict[str, Path]:
     found = {path.relative_to(maps).with_suffix("").as_posix(): path for path in maps.rglob("*.yaml")}
     return dict(sorted(found.items()))
