@@ -63,12 +63,13 @@ class _Map:
 
 def ground_of(world: World) -> Ground:
     """Return the ground of a world, that of a world with the same map if it is kept."""
-    return _GROUNDS(world)
+    return _GROUNDS(world) if len(world.waypoints) <= _MOST_WAYPOINTS else Ground(_bare(world))
 
 
-def _find(world: World) -> Ground:
+def _bare(world: World) -> World:
+    """Return a world with the map of another one and nothing else."""
     doors = {name: Door.model_construct(at=door.at) for name, door in world.doors.items()}
-    bare = World.model_construct(
+    return World.model_construct(
         bounds=world.bounds,
         waypoints=world.waypoints,
         lanes=world.lanes,
@@ -76,8 +77,10 @@ def _find(world: World) -> Ground:
         doors=doors,
         lifts=world.lifts,
     )
-    if len(bare.waypoints) > _MOST_WAYPOINTS:
-        return Ground(bare)
+
+
+def _kept(world: World) -> Ground:
+    bare = _bare(world)
     return _ground(_Map(bare.model_dump_json(exclude_unset=True), bare))
 
 
@@ -86,4 +89,4 @@ def _ground(at: _Map) -> Ground:
     return Ground(at.world)
 
 
-_GROUNDS: Final = Derived(_find)
+_GROUNDS: Final = Derived(_kept, "bounds", "waypoints", "lanes", "walls", "doors", "lifts")

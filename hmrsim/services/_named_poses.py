@@ -29,5 +29,5 @@ def _named_poses(world: World) -> dict[str, NamedPose]:
     }
 
 
-named_poses: Final = Derived(_named_poses)
+named_poses: Final = Derived(_named_poses, "places", "docks", "waypoints")
 """Returns all of them by name; what has one name has one point."""

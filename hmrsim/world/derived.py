@@ -17,16 +17,22 @@ class Derived(Generic[T]):
 
     Args:
         function: Its value must not refer to the world, which would never be forgotten.
+        *parts: The fields of a world that alone decide the value; all if left out. A copy with the same parts, such as
+            one with other faults, has the value of the world that it was copied from.
     """
 
-    def __init__(self, function: Callable[[World], T]) -> None:
+    def __init__(self, function: Callable[[World], T], *parts: str) -> None:
         self._function = function
-        self._known: dict[int, T] = {}
+        self._parts = parts
+        self._known: dict[tuple[int, ...], T] = {}
 
     def __call__(self, world: World) -> T:
         """Return the value for a world."""
-        key = id(world)
-        if key not in self._known:
-            self._known[key] = self._function(world)
+        key = tuple([id(getattr(world, part)) for part in self._parts]) or (id(world),)
+        try:
+            return self._known[key]
+        except KeyError:
+            value = self._known[key] = self._function(world)
+            # As long as the world is there, nothing else has the identity of it or of its parts.
             weakref.finalize(world, self._known.pop, key, None).atexit = False
-        return self._known[key]
+            return value

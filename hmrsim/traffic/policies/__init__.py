@@ -123,5 +123,5 @@ def _settings(world: World) -> Settings:
     return registry()[world.policy].settings.model_validate(world.traffic.model_dump())
 
 
-settings_of: Final = Derived(_settings)
+settings_of: Final = Derived(_settings, "traffic", "robots", "robot_types")
 """Returns the settings of a world's policy, which must have been checked."""

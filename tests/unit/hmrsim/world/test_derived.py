@@ -32,3 +32,17 @@ def test_it_is_forgotten_with_its_world():
 
     assert [str(number) for number in range(50)] == names
     assert {} == derived._known
+
+
+def test_a_copy_with_the_same_parts_has_the_same_value():
+    """Also after the world that it was copied from is gone."""
+    asked = []
+    derived = Derived(lambda world: asked.append(world.name) or [*world.waypoints], "waypoints")
+    first = world("first")
+    copy, other = first.model_copy(update={"name": "copy"}), first.model_copy(update={"waypoints": {"b": (1.0, 0.0)}})
+    values = [derived(each) for each in (first, copy, other)]
+
+    assert ([["a"], ["a"], ["b"]], ["first", "first"]) == (values, asked)
+    del first
+    gc.collect()
+    assert (["a"], ["first", "first", "copy"]) == (derived(copy), asked)
