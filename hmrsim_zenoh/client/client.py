@@ -19,11 +19,14 @@ import threading
 import time
 import weakref
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
 
+from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
+from hmrsim_zenoh.client.connection import Ask, ReadInfo
 from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
@@ -39,7 +42,6 @@ from hmrsim_zenoh.errors import (
     SimulatorNotFound,
     Unreachable,
 )
-from hmrsim_zenoh.wire.descriptions import WorldInfo, described
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -48,6 +50,7 @@ from hmrsim_zenoh.wire.session import enclave_of, open_client
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim.errors import HmrsimError
+    from hmrsim_zenoh.client.connection import Call
     from hmrsim_zenoh.client.queries import Reply
     from hmrsim_zenoh.client.subscription import Subscription
 
@@ -65,6 +68,7 @@ _PATIENCE: Final = 5.0
 """Wall seconds for an answer, unless the caller gives others."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
+_PLACES: Final = Ask("get_named_poses", GetNamedPoses.Request(), GetNamedPoses.Response)
 _OPEN: Final[weakref.WeakSet[Client]] = weakref.WeakSet()
 
 
@@ -164,8 +168,7 @@ class Client:
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
         """
-        key = self.keys.world("info")
-        info = described(key, self.get(key, timeout), WorldInfo)
+        info: dict[str, Any] = self._ask(ReadInfo(), self.keys.world("info"), timeout)
         self._meet(str(info.get("run_id") or ""))
         return info
 
@@ -197,7 +200,7 @@ class Client:
     def places(self) -> NamedPlaces:
         """The waypoints, places and docks of its world by name, as they are when they are first looked up."""
         # Unlike other requests a lookup changes nothing: one whose answer is lost can be sent again.
-        return NamedPlaces(lambda: self._get(self.keys.world("get_named_poses"), _PATIENCE, b"{}", _TRIES))
+        return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), _PATIENCE))
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.
@@ -311,21 +314,31 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is none.
         """
-        return self._get(key, timeout, payload, 1 if payload is not None else _TRIES)
-
-    def _get(self, key: str, timeout: float, payload: bytes | None, tries: int) -> bytes:
-        """Return the answer to a query, which is sent again, up to so many *tries*, if it has none."""
-        until = time.monotonic() + timeout
         self._link.check_open()
         _check_key(key)
+        call = partial(self._link.queries.call, key, payload, latest=True)
+        answer: bytes = self._answer(call, key, timeout, 1 if payload is not None else _TRIES)
+        if payload is not None and key in self._resets and self._lockstep is not None:
+            self._lockstep.look_at_time()
+        return answer
+
+    def _ask(self, asked: ReadInfo | Ask, key: str, timeout: float) -> Any:
+        """Return the answer to something that changes nothing, so that it is asked again if the answer is lost."""
+        self._link.check_open()
+        return self._answer(partial(self._link.connection.call, asked), key, timeout, _TRIES)
+
+    def _answer(self, call: Callable[..., Call], key: str, timeout: float, tries: int) -> Any:
+        """Return the answer to a call, which is made again, up to so many *tries*, if it has none."""
+        until = time.monotonic() + timeout
         self._link.presence.start()
         for _ in range(tries):
-            answer = self._answer(key, payload, until)
+            left = max(until - time.monotonic(), _PAUSE)
+            pending = call(timeout=left)
+            pending.wait(left + _PAUSE)
+            answer = pending.answer
             if isinstance(answer, RequestError):
                 raise answer
             if answer is not None:
-                if payload is not None and key in self._resets and self._lockstep is not None:
-                    self._lockstep.look_at_time()
                 return answer
             self._await_simulator(key, until, timeout)
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
@@ -391,13 +404,6 @@ class Client:
         self._link.close()
         if self._owns_session:
             self.session.close()
-
-    def _answer(self, key: str, payload: bytes | None, until: float) -> Reply:
-        left = max(until - time.monotonic(), _PAUSE)
-        call = self._link.queries.call(key, payload, timeout=left, latest=True)
-        call.wait(left + _PAUSE)
-        answer: Reply = call.answer
-        return answer
 
     def _simulators_clock(self) -> ClockChoice:
         """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""

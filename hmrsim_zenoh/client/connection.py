@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, Union
 
 from pydantic_core import to_json
 
@@ -39,6 +39,27 @@ class ActionTarget:
     def name(self) -> str:
         """The name of the action in ROS."""
         return f"/{self.robot}/{self.action.name}"
+
+
+class ReadInfo(NamedTuple):
+    """Read what a simulator says of itself; answered by plain values, of which the caller may do what it likes."""
+
+
+class Ask(NamedTuple):
+    """Ask one of the world's services; answered by its response.
+
+    Attributes:
+        service: Its name, such as ``get_named_poses``.
+        response: The type of its response.
+    """
+
+    service: str
+    request: Message
+    response: type[Message]
+
+
+Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
+"""What one thread asks for and waits for."""
 
 
 class Call(Protocol):
@@ -133,8 +154,8 @@ class Connection(Commands, Protocol):
     ) -> None:
         """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
 
-    def call(self, command: Join | Advance | Leave | ReadTime, *, timeout: float) -> Call:
-        """Send a command about time; answered as `hmrsim.protocol.time` says."""
+    def call(self, command: Asked, *, timeout: float) -> Call:
+        """Send a command for whose answer a thread waits; those about time as `hmrsim.protocol.time` says."""
 
     def token(self) -> str:
         """Return a text that no other connection has."""

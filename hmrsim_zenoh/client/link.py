@@ -65,7 +65,9 @@ class Link:
         self.worker = Worker("hmrsim client", at_once=local is None)
         self.queries = Queries(session, self.worker, enclave)
         self.connection: Connection = (
-            ZenohConnection(self.queries, keys) if local is None else LocalConnection(local, keys)
+            ZenohConnection(self.queries, keys)
+            if local is None
+            else LocalConnection(local, keys, self.queries.note_closed)
         )
         self.rounds = Rounds(self.worker, _ROUND)
         self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)

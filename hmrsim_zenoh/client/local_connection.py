@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from hmrsim.protocol.commands import CallService
+from hmrsim_zenoh.client.connection import Ask
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import Advance, AnyCommand, CancelGoal, GetResult, SendGoal
-    from hmrsim.protocol.time import Join, Leave, ReadTime
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim.protocol.commands import AnyCommand, CancelGoal, GetResult, SendGoal
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, Listener, ReadInfo
     from hmrsim_zenoh.errors import Denied
     from hmrsim_zenoh.loopback.session import LoopbackSession
     from hmrsim_zenoh.wire.keys import Keys
@@ -64,14 +65,19 @@ class LocalCall:
 
 
 class LocalConnection:
-    """A `Connection` within one process."""
+    """A `Connection` within one process.
+
+    Args:
+        on_closed: Called when the session turns out to be closed.
+    """
 
     ordered = False
     in_process = True
 
-    def __init__(self, session: LoopbackSession, keys: Keys) -> None:
+    def __init__(self, session: LoopbackSession, keys: Keys, on_closed: Callable[[], None]) -> None:
         self._session = session
         self._keys = keys
+        self._on_closed = on_closed
 
     def send_goal(
         self,
@@ -126,10 +132,10 @@ class LocalConnection:
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Have a listener told of the feedback of an action; time moves in lockstep only, which tells of it."""
 
-    def call(self, command: Join | Advance | Leave | ReadTime, *, timeout: float) -> LocalCall:  # noqa: ARG002 - likewise
-        """Send a command about time."""
+    def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - likewise
+        """Send a command for whose answer a thread waits."""
         call = LocalCall()
-        self._send(command, call.take)
+        self._send(CallService(command.service, command.request) if isinstance(command, Ask) else command, call.take)
         return call
 
     def token(self) -> str:
@@ -155,8 +161,9 @@ class LocalConnection:
         """Return None: there is no access control."""
         return None
 
-    def _send(self, command: AnyCommand, then: Callable[[Answer], None]) -> None:
+    def _send(self, command: AnyCommand | ReadInfo, then: Callable[[Answer], None]) -> None:
         try:
             self._session.submit(command, then)
         except zenoh.ZError:
+            self._on_closed()
             then(None)

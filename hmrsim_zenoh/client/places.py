@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
-from hmrsim_zenoh.wire.envelopes import plain, read_often
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import Pose
+    from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 
 
 _STAMPED: Final = PoseStamped()
@@ -21,10 +20,10 @@ class NamedPlaces:
     """Named poses: waypoints, places, docks.
 
     Args:
-        ask: Asks ``get_named_poses`` for all, and returns the answer.
+        ask: Asks ``get_named_poses`` for all, and returns the response.
     """
 
-    def __init__(self, ask: Callable[[], bytes]) -> None:
+    def __init__(self, ask: Callable[[], GetNamedPoses.Response]) -> None:
         self._ask = ask
         self._known: Mapping[str, Pose] | None = None
         self._stamped: dict[str, PoseStamped] = {}
@@ -52,6 +51,5 @@ class NamedPlaces:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
         if self._known is None:
-            response: GetNamedPoses.Response = read_often(plain(GetNamedPoses.Response), self._ask())
-            self._known = {named.name: named.pose for named in response.poses}
+            self._known = {named.name: named.pose for named in self._ask().poses}
         return self._known

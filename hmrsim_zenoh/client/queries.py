@@ -96,6 +96,10 @@ class Queries:
         # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
         self.broken = False
 
+    def note_closed(self) -> None:
+        """Note that the session was closed by its owner."""
+        self.broken = True
+
     def ask(
         self,
         key: str,
@@ -202,8 +206,8 @@ class Queries:
         try:
             self.session.get(key, handler, payload=payload, encoding=mime, timeout=timeout, consolidation=mode)
         except zenoh.ZError:
-            # The keys are valid, so the session is at fault: its owner has closed it.
-            self.broken = True
+            # The keys are valid, so the session is at fault.
+            self.note_closed()
             raise
 
 

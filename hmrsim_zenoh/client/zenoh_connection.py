@@ -24,8 +24,10 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.connection import Ask, ReadInfo
 from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.descriptions import WorldInfo, described
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalResponse,
     Ending,
@@ -38,12 +40,13 @@ from hmrsim_zenoh.wire.envelopes import (
     dump,
     plain,
     read,
+    read_often,
     unreadable,
 )
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, Listener
     from hmrsim_zenoh.client.queries import Queries, QueryCall, Reply
     from hmrsim_zenoh.errors import Denied
     from hmrsim_zenoh.wire.keys import Keys
@@ -237,8 +240,8 @@ class ZenohConnection:
         for end in listening:
             end()
 
-    def call(self, command: Join | Advance | Leave | ReadTime, *, timeout: float) -> QueryCall:
-        """Send a command about time."""
+    def call(self, command: Asked, *, timeout: float) -> QueryCall:
+        """Send a command for whose answer a thread waits."""
         match command:
             case Join(name, _, token):
                 return self._call("join", dump({"name": name, "token": token}), timeout, _joined)
@@ -248,6 +251,13 @@ class ZenohConnection:
                 return self._call("leave", dump({"participant": name}), timeout, lambda _reply: HasLeft(name))
             case ReadTime():
                 return self._call("state", None, timeout, _state)
+            case ReadInfo():
+                key = self._keys.world("info")
+                return self._query(key, None, timeout, partial(described, key, kind=WorldInfo), latest=True)
+            case Ask(service, request, response):
+                payload = request.model_dump_json(exclude_unset=True).encode()
+                decoder = partial(read_often, plain(response))
+                return self._query(self._keys.world(service), payload, timeout, decoder, latest=True)
 
     def token(self) -> str:
         """Return a text that no other connection has."""
@@ -295,11 +305,21 @@ class ZenohConnection:
         member = enclave.member if enclave else None
         by_name = request == "advance" and member is not None and member.role == "controller"
         key = self._keys.world(f"time/{request}/{member.name}" if by_name and member else f"time/{request}")
+        return self._query(key, payload, timeout, decoder)
 
+    def _query(
+        self,
+        key: str,
+        payload: bytes | None,
+        timeout: float,
+        decoder: Callable[[bytes], Answer],
+        *,
+        latest: bool = False,
+    ) -> QueryCall:
         def decode(reply: Reply) -> Answer:
             return decoder(reply) if isinstance(reply, bytes) else reply
 
-        return self._queries.call(key, payload, timeout=timeout, decode=decode)
+        return self._queries.call(key, payload, timeout=timeout, latest=latest, decode=decode)
 
 
 def _decode(then: Callable[[Answer], None], decoder: Callable[[bytes], Answer], reply: Reply) -> None:

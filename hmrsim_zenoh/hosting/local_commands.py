@@ -11,11 +11,12 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message, complete
 from hmrsim.protocol.answers import Refused
-from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
+from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
 from hmrsim_zenoh.server.decode_conditions import WatchRequest, condition
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.server.server import Server
 
 
-ClientCommand = SendGoal | CancelGoal | GetResult | Join | Advance | Leave | ReadTime
+ClientCommand = SendGoal | CancelGoal | GetResult | CallService | Join | Advance | Leave | ReadTime
 """What clients in this process send as it is; all else they ask for on keys."""
 
 
@@ -61,11 +62,15 @@ class LocalCommands:
         self._losses = server.inbox.losses
         self._actions = all_actions()
 
-    def send(self, command: ClientCommand, then: Callable[[Any], object]) -> None:
+    def send(self, command: ClientCommand | ReadInfo, then: Callable[[Any], object]) -> None:
         """Send a command; *then* receives its answer, once, while the simulation does not run.
 
         It is None if the answer is lost, and a `RequestError` if the command can't be served.
         """
+        if isinstance(command, ReadInfo):
+            self._exchange.deliver(then, self._refusal(command) if self._inbox.closed else self._server.info())
+            self._exchange.settle()
+            return
         try:
             command = self._checked(command, "goal_info.goal_id", "goal_id")
         except UnreadableError as error:
@@ -98,8 +103,12 @@ class LocalCommands:
             if repeated:
                 self._inbox.put(command)
         except SimulationStopped:
-            served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
-            self._exchange.deliver(then, _as_told(self._server.refusal_of(command)) if served else None)
+            self._exchange.deliver(then, self._refusal(command))
+
+    def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
+        """Return the answer after the end; None if nobody is there any more who could give one."""
+        served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
+        return _as_told(self._server.refusal_of(command)) if served else None
 
     def _checked(self, command: ClientCommand, cancel: str, result: str) -> ClientCommand:
         """Return a command with real names and with messages, whatever its sender has written.
@@ -118,6 +127,8 @@ class LocalCommands:
                 return self._named(command, cancel)
             case GetResult():
                 return self._named(command, result)
+            case CallService(request=request):
+                check_texts_of(request)
         return command
 
     def _given(self, command: Any) -> Any:

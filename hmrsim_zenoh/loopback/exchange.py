@@ -25,6 +25,9 @@ T = TypeVar("T")
 class Kind(Enum):
     """What can be declared."""
 
+    __hash__ = object.__hash__
+    """Enum's own is written in Python."""
+
     SUBSCRIBER = auto()
     QUERYABLE = auto()
     TOKEN = auto()

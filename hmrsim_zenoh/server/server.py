@@ -229,7 +229,11 @@ class Server:
             first.append(InterestChanged())
         return first
 
-    def refusal_of(self, command: AnyCommand) -> GoalResponse | Refused:
+    def info(self) -> dict[str, Any]:
+        """Return what the simulator says of itself, in plain values of the caller's own."""
+        return self._description.info_values()
+
+    def refusal_of(self, command: object) -> GoalResponse | Refused:
         """Return the answer to a command of a client in this process after the end."""
         if isinstance(command, SendGoal):
             return self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import to_json
@@ -112,9 +113,11 @@ class Description:
     def info(self) -> bytes:
         """Return the handshake."""
         self._info = self._info or self._described()
-        time = self._time()
-        now = {"clock": time.clock, "real_time_factor": time.real_time_factor}
-        return dump({**self._info, **now, "planner_present": self._simulator.plans.present})
+        return dump({**self._info, **self._present()})
+
+    def info_values(self) -> dict[str, Any]:
+        """Return the handshake in plain values of the caller's own."""
+        return {**self._described(), **self._present()}
 
     def route_graph(self) -> bytes:
         """Return the lanes that are open to the robots."""
@@ -138,6 +141,11 @@ class Description:
         if self._view[0] is not world:
             self._view = world, to_json(shown(world))
         return self._view[1]
+
+    def _present(self) -> dict[str, Any]:
+        time = self._time()
+        present = self._simulator.plans.present
+        return {"clock": time.clock, "real_time_factor": time.real_time_factor, "planner_present": present}
 
     def _described(self) -> dict[str, Any]:
         simulator, serves = self._simulator, self.serves
@@ -166,7 +174,12 @@ class Description:
 
 
 def _services() -> list[dict[str, str]]:
+    return [{"name": name, "type": type_} for name, type_ in _service_types().items()]
+
+
+@cache
+def _service_types() -> dict[str, str]:
     types = {name: encoding.ros_type(mime) for name, mime in _TYPES.items()}
     types |= SERVICE_TYPES
     types |= {name: service.ros_type for name, service in all_services().items()}
-    return [{"name": f"{WORLD}/{name}", "type": type_} for name, type_ in types.items()]
+    return {f"{WORLD}/{name}": type_ for name, type_ in types.items()}

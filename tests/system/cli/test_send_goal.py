@@ -13,6 +13,7 @@ from hmrsim.actions import registry
 from hmrsim.cli import main, send_goal
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.client.places import NamedPlaces
@@ -50,7 +51,7 @@ class FakeGoal(GoalHandle):
 class FakeClient:
     """A client whose goals end as the test says; remembers the goals."""
 
-    places = NamedPlaces(lambda: b'{"result": {"result": 1}, "poses": []}')
+    places = NamedPlaces(GetNamedPoses.Response)
     keys = Keys("hmrsim")
 
     def __init__(self):

@@ -10,6 +10,7 @@ import pytest
 from py_trees.blackboard import Blackboard
 from pydantic_core import to_json
 
+from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.client.places import NamedPlaces
@@ -168,7 +169,7 @@ class FakeClient:
     @property
     def places(self) -> NamedPlaces:
         """No place is known."""
-        return NamedPlaces(lambda: b'{"poses": []}')
+        return NamedPlaces(GetNamedPoses.Response)
 
     def info(self) -> dict[str, Any]:
         """Return two robots."""

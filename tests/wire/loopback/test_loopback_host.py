@@ -12,6 +12,7 @@ from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh import Client, ClientClosed, Commander, RequestError, SimulationEnded, SimulatorGone, Unreachable
+from hmrsim_zenoh.errors import SimulatorNotFound
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 from tests.patience import PATIENCE
 from tests.wire.loopback.conftest import goal_to
@@ -110,6 +111,33 @@ class TestReading:
         assert 0.0 == odometry["pose"]["pose"]["position"]["x"]
         assert {"hmrsim/ann/odom", "hmrsim/bob/odom"} == client.get_all("hmrsim/*/odom").keys()
         assert ["ann", "bob"] == [robot["name"] for robot in client.info()["robots"]]
+
+    def test_the_description_is_what_its_key_says(self, client):
+        """In plain values of the caller's own."""
+        said = json.loads(client.get("hmrsim/_world/info"))
+        told = client.info()
+        told["robots"][0]["actions"].clear()
+        told["services"].clear()
+
+        assert said == client.info()
+
+    def test_a_host_that_has_stopped_describes_nothing(self, host, client):
+        """Nor does it look up places; nobody waits for it."""
+        client.alive  # noqa: B018 - it has been seen
+        host.stop()
+        for ask in (client.info, client.places.load):
+            with pytest.raises((SimulatorGone, SimulatorNotFound, Unreachable)):
+                ask()
+
+    def test_a_session_that_was_closed_behind_the_client(self, host):
+        """The client is closed, too, whatever is asked."""
+        for ask in (Client.info, lambda client: client.places.load(), lambda client: client.get("hmrsim/_world/info")):
+            session = host.open_session()
+            with Client(session=session) as client:
+                client.info()
+                session.close()
+                with pytest.raises(ClientClosed):
+                    ask(client)
 
     def test_a_key_without_a_value(self, client):
         """The same errors as over Zenoh."""
