@@ -13,6 +13,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from benchmarks._report import Row
 from hmrsim.actions import registry
+from hmrsim.fault_search.file.model import CheckFile
+from hmrsim.fault_search.file.reading import check_at
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.testing import simulation
 from hmrsim.world.model import World
@@ -33,6 +38,12 @@ _TREE: Final = """
 <root BTCPP_format="4"><BehaviorTree ID="Rounds"><Sequence>
   <NavigateToPose goal="b"/><NavigateToPose goal="a"/><NavigateToPose goal="b"/><NavigateToPose goal="a"/>
 </Sequence></BehaviorTree></root>
+"""
+_MISSION: Final = """
+from hmrsim_zenoh import Commander
+
+def drive(client):
+    Commander(client, "eve").navigate_to("b")
 """
 _WARM: Final = 5
 """Runs before the one that is counted: the first ones fill caches."""
@@ -109,6 +120,22 @@ def tree() -> Counts:
         return _warm(run)
 
 
+def schedule() -> Counts:
+    """Return what a search takes for one schedule, a fault from the start of a mission of one goal."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "mission.py").write_text(_MISSION)
+        file = CheckFile.model_validate({"world": _WORLD, "controller": {"python": "mission.py:drive"}})
+        check = check_at(file, Path(folder))
+        case = Case((Thing({"type": "slip", "robot": "eve", "factor": 0.5, "at": 0.0}),))
+
+        def run() -> None:
+            outcome = run_case(check, case)
+            if outcome.ending != "succeeded":
+                raise AssertionError(outcome.cause)
+
+        return _warm(run)
+
+
 def _warm(run: Callable[[], None]) -> Counts:
     for _ in range(_WARM):
         run()
@@ -126,6 +153,7 @@ def run() -> list[Row]:
     cases = {
         "a goal, from `send_goal` to its result": (goal(), 260, 45, 0),
         "a test of a tree of four goals, with set-up and end": (tree(), 1_900, None, 6),
+        "a schedule of a search, with one goal": (schedule(), 1_300, None, 4),
     }
     rows = []
     for name, (counts, calls, modules, passes) in cases.items():

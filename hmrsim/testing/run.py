@@ -51,6 +51,8 @@ AnyTree = str | Path | Callable[..., object]
 LIMIT = 3600.0
 """Simulated seconds after which a tree has to have ended, if the settings have no duration."""
 
+_SETTINGS = RunSettings()
+
 _SHOWN = 40
 """Lines of a story in an error."""
 
@@ -101,7 +103,7 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
     else:
         world = load_world(world, overlays=overlays).world
     plan = None if tree is None else _plan(tree, values or {}, nodes)
-    chosen = (settings or RunSettings()).model_copy(update={"clock": LOCKSTEP})
+    chosen = (settings or _SETTINGS).model_copy(update={"clock": LOCKSTEP})
     limited = plan is not None and chosen.duration == math.inf
     if limited:
         chosen = chosen.model_copy(update={"duration": LIMIT})

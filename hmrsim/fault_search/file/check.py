@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_faults
 from hmrsim.properties.compiling import compares
+from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import BaseWorld, base_world, world_of
@@ -88,6 +89,11 @@ class Check:
         if treatment.python is None or "name" in treatment.model_fields_set:
             return treatment.name
         return re.split(r"\W", treatment.python.rpartition(":")[2])[0] or treatment.name
+
+    @cached_property
+    def settings(self) -> RunSettings:
+        """How its world is run."""
+        return RunSettings(seed=self.file.world_seed, duration=self.limit, clock="lockstep")
 
     @property
     def compares(self) -> bool:

@@ -32,7 +32,6 @@ from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
 from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.reference import reference_of
-from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.late import LateTrace
 from hmrsim.world_checks import LoadedWorld
@@ -122,7 +121,7 @@ class _Run:
     def __init__(self, check: Check, case: Case, wanted: Wanted) -> None:
         self._check, self._case, self._wanted = check, case, wanted
         self._world = check.world_of(case)
-        self._settings = RunSettings(seed=check.file.world_seed, duration=check.limit, clock="lockstep")
+        self._settings = check.settings
         self._monitor = Monitor(_applicable(check.properties, case), self._world, check.reference)
         self._observer = Observer(story=wanted.story)
         self._drawn: Drawn | None = None
