@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import stat
+import threading
 from collections.abc import Callable, Hashable, Iterable
 from pathlib import Path
 from typing import Final, Generic, NamedTuple, TypeVar
@@ -28,6 +29,7 @@ class FileCache(Generic[T]):
     def __init__(self, most: int = 64) -> None:
         self._most = most
         self._entries: dict[Hashable, _Entry[T]] = {}
+        self._lock = threading.Lock()
 
     def get(self, key: Hashable, read: Callable[[], T], files: Callable[[T], Iterable[str | Path]]) -> T:
         """Return the value of a key.
@@ -38,17 +40,16 @@ class FileCache(Generic[T]):
             files: Returns the files from which a value was read, and those that were looked for and are absent.
         """
         entry = self._entries.get(key)
-        if entry is not None and all(_content(file) == content for file, content in entry.contents.items()):
-            self._entries[key] = self._entries.pop(key, entry)
-            return entry.value
-        value = read()
-        contents = {Path(file): _content(Path(file)) for file in files(value)}
-        self._entries.pop(key, None)
-        if sum(len(content or b"") for content in contents.values()) <= MAX_BYTES:
-            self._entries[key] = _Entry(value, contents)
-            if len(self._entries) > self._most:
-                self._entries.pop(next(iter(self._entries)), None)
-        return value
+        if entry is None or any(_content(file) != content for file, content in entry.contents.items()):
+            value = read()
+            entry = _Entry(value, {Path(file): _content(Path(file)) for file in files(value)})
+        with self._lock:
+            self._entries.pop(key, None)
+            if sum(len(content or b"") for content in entry.contents.values()) <= MAX_BYTES:
+                self._entries[key] = entry
+                if len(self._entries) > self._most:
+                    del self._entries[next(iter(self._entries))]
+        return entry.value
 
 
 def _content(file: Path) -> bytes | None:
