@@ -207,9 +207,11 @@ class Energy:
 
     def _level(self) -> Level:
         """Return the level of the present charge, which may differ from the last published one."""
-        battery, now = self.battery, self._env.now
-        charge = battery.charge(now)
-        return next((level for level in _LOWEST_FIRST if charge <= self._upper_end(level)), Level.GOOD)
+        charge, usable = self.battery.charge(self._env.now), self.battery.usable
+        for level in _LOWEST_FIRST:
+            if charge <= usable * self._shares[level]:
+                return level
+        return Level.GOOD
 
     def _upper_end(self, level: int) -> float:
         """Return the units of energy at which a level begins."""

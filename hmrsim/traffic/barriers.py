@@ -61,11 +61,13 @@ class Barriers:
 
     def kept_off(self, robot: Vehicle) -> list[Lane]:
         """Return the lanes that a vehicle can never pass."""
-        return [
-            lane
-            for lane, barriers in self._on_lanes.items()
-            if not all(barrier.may_pass(robot) for barrier in barriers)
-        ]
+        found = []
+        for lane, barriers in self._on_lanes.items():
+            for barrier in barriers:
+                if not barrier.may_pass(robot):
+                    found.append(lane)
+                    break
+        return found
 
     def may_pass(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can ever pass a lane."""
