@@ -15,6 +15,8 @@ _PROCESSES: Final = Path("/proc")
 _NANO: Final = 1e-9
 _AFTER_NAME: Final = slice(11, 15)
 """Of the fields of ``/proc/PID/stat`` after the name: user and system time, its own and that of its ended children."""
+_LINE: Final = 128
+"""More than the bytes of ``/proc/PID/task/TID/schedstat``."""
 _PARENT: Final = 1
 """The place of the parent's id among these fields."""
 
@@ -75,7 +77,17 @@ def _has_children() -> bool:
 def _delayed(process: str) -> float:
     """Return for how long the threads of a process waited for a processor."""
     nanoseconds = 0
-    for path in (_PROCESSES / process / "task").glob("*/schedstat"):
-        with suppress(OSError):  # the thread has ended meanwhile
-            nanoseconds += int(path.read_text(encoding="ascii").split()[1])
+    threads = f"{_PROCESSES}/{process}/task"
+    try:
+        for thread in os.listdir(threads):  # noqa: PTH208 - a process may have hundreds of threads
+            try:
+                file = os.open(f"{threads}/{thread}/schedstat", os.O_RDONLY)
+                try:
+                    nanoseconds += int(os.read(file, _LINE).split()[1])
+                finally:
+                    os.close(file)
+            except OSError:  # the thread has ended meanwhile
+                continue
+    except OSError:  # so has the process, or the system has no such files
+        return 0.0
     return nanoseconds * _NANO
