@@ -38,6 +38,9 @@ _KEPT_LINES = 16_384
 _HAIR = 2 * SAME_PLACE
 """Distance from a lane that is looked at more closely."""
 
+_ROUNDING = 1e-9
+"""A leg as short as this is a rounding error, for which no robot turns; a thousandth of `SAME_PLACE`."""
+
 
 class End(NamedTuple):
     """One end of a route, and Nav2's codes for where it can't be."""
@@ -296,7 +299,7 @@ class Lanes:
         takes, or any lane. A lane that is left for a point off the lanes also takes that point, so that robots wait for
         it before they are in the way.
         """
-        long = [leg for leg in legs if leg.length > 0.0 or leg.ride]
+        long = [leg for leg in legs if leg.length > _ROUNDING or leg.ride]
         for i in reversed(range(len(long))):
             leg, after = long[i], long[i + 1] if i + 1 < len(long) else None
             if leg.lane is None:
