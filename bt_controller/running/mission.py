@@ -227,7 +227,14 @@ class Mission:
         return Snapshot(self.robot, sim_time, self._ticks, nodes, ended, blackboard)
 
     def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
-        return [node for node in self.root.iterate() if isinstance(node, ActionLeaf)]
+        found, todo = [], [self.root]
+        # Not by py_trees' iterate: it resumes a generator of each parent for each node.
+        while todo:
+            node = todo.pop()
+            if isinstance(node, ActionLeaf):
+                found.append(node)
+            todo += reversed(node.children)
+        return found
 
 
 def told(error: Exception) -> str:
