@@ -318,25 +318,6 @@ def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
 # --- a simulator that goes -----------------------------------------------------------------------------------
 
 
-def test_the_clock_of_a_simulator_that_is_slow_to_say_it_is_not_guessed(simulator):
-    """As on a busy machine: a controller that took it for real time would wait for ever, and time for it."""
-    asked = []
-    session, there = simulator.session, simulator.keys.world("info")
-    answers = {there: {"clock": "lockstep"}, simulator.keys.world("time/join"): {"epoch": 0, "now": 0.0}}
-    answers[simulator.keys.world("time/leave")] = {}
-
-    def answer(query):
-        asked.append(str(query.key_expr))
-        if asked.count(there) > 4:
-            query.reply(query.key_expr, json.dumps(answers[str(query.key_expr)]))
-
-    for key in answers:
-        session.declare_queryable(key, answer)
-    with Client(SessionOptions(connect=(simulator.endpoint,))) as client:
-        assert client.lockstep is not None
-    assert 5 == asked.count(there)
-
-
 def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
     """Within the grace and a bit; no waiting for ever."""
     goal = wait_client.send_goal(GOAL)
