@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, product
 
 import pytest
 from hypothesis import given
@@ -221,20 +221,24 @@ def check_apart(simulator):
     """
     slots = simulator.roster.admission._rules.slots
     for one, other in combinations(simulator.robots.values(), 2):
-        if not share_a_waypoint(simulator, one, other):
-            for at in slots.held(other):
-                assert not slots.touch(one, slots.held(one), other, at), (simulator.now, one.name, other.name)
+        for here, there in product(slots.held(one), slots.held(other)):
+            if slots.touch(one, [here], other, there):
+                assert comes_by(simulator, one, here, other, there), (simulator.now, one.name, other.name)
 
 
-def share_a_waypoint(simulator, one, other):
-    """Return whether two robots are on lanes with a common waypoint, and one of them has stopped in the middle."""
+def comes_by(simulator, one, here, other, there):
+    """Return whether one of two robots has stopped in the middle of a lane, and the other is on one beside it.
+
+    The lanes have a common waypoint, and so much is all that touches: the place of the one, the lane of the other.
+    """
     slots, lanes = simulator.roster.admission._rules.slots, simulator.graph.lanes
-    held = [slots.held(robot) for robot in (one, other)]
-    ends = [
-        {end for slot in own if slots.is_lane(slot) for end in lanes.tracks[slot - len(lanes.names)]} for own in held
-    ]
-    stopped = any(slot in slots.points for own in held for slot in own)
-    return stopped and bool(ends[0] & ends[1])
+    if slots.is_lane(here):
+        one, here, other, there = other, there, one, here
+    own = [slot for slot in slots.held(one) if slots.is_lane(slot)]
+    if here not in slots.points or not own or not slots.is_lane(there):
+        return False
+    ends = [{*lanes.tracks[slot - len(lanes.names)]} for slot in (own[0], there)]
+    return bool(ends[0] & ends[1])
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
