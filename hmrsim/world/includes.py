@@ -108,8 +108,8 @@ class _Includes:
             return
         for i, name in enumerate(names):
             target = _target(name, above, self.seen)
-            if isinstance(name, str) and _BARE.fullmatch(name):
-                # It would come before the shipped world of that name.
+            if isinstance(target, Path) and target.name != Path(name).name:
+                # A shipped world, without its suffix; a file of that very name would come before it.
                 self.merged.absent.add(above[-1].parent / name)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))

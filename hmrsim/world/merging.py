@@ -57,7 +57,7 @@ class Merged:
         data: The top-level keys of a world.
         problems: The problems of the files themselves.
         paths: The files themselves.
-        absent: Files that would have been read, and are not there.
+        absent: Files that are not there, and would have been read in place of shipped worlds.
         overlays: What the files lay over all of them, the last one first.
         complete: Whether all files could be read, so that a missing name is an error.
     """

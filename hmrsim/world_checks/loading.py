@@ -80,10 +80,9 @@ def load_world(
         WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
     """
     path = find(source)
-    plain = options == AS_IT_IS and not (add_robots or add_items)
-    if plain and not further:
-        return _of_file(path).load(overlays)
-    merged = _of_file(path).merged.copied() if plain else read_all(path, str(path), options)
+    if options == AS_IT_IS and not (add_robots or add_items):
+        return _of_file(path).load(overlays, further)
+    merged = read_all(path, str(path), options)
     for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
         for text in texts:
             merged.problems += _added(text, parse, merged.add)
@@ -130,13 +129,17 @@ class BaseWorld:
     path: Path
     merged: Merged
 
-    def load(self, overlays: Sequence[Overlay] = ()) -> LoadedWorld:
-        """Return the world with changes laid over it, checked.
+    def load(
+        self, overlays: Sequence[Overlay] = (), further: Sequence[Callable[[World], Iterable[Finding]]] = ()
+    ) -> LoadedWorld:
+        """Return the world with changes laid over it, checked; *further* are checks as of `load_world`.
 
         Raises:
             WorldError: Something is wrong; it has all errors.
         """
-        return _checked(self.merged.copied(), self.path, overlays) if overlays else self._as_it_is
+        if overlays or further:
+            return _checked(self.merged.copied(), self.path, overlays, further)
+        return self._as_it_is
 
     @cached_property
     def _as_it_is(self) -> LoadedWorld:

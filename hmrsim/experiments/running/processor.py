@@ -76,18 +76,23 @@ def _has_children() -> bool:
 
 def _delayed(process: str) -> float:
     """Return for how long the threads of a process waited for a processor."""
-    nanoseconds = 0
     threads = f"{_PROCESSES}/{process}/task"
     try:
-        for thread in os.listdir(threads):  # noqa: PTH208 - a process may have hundreds of threads
-            try:
-                file = os.open(f"{threads}/{thread}/schedstat", os.O_RDONLY)
-                try:
-                    nanoseconds += int(os.read(file, _LINE).split()[1])
-                finally:
-                    os.close(file)
-            except OSError:  # the thread has ended meanwhile
-                continue
-    except OSError:  # so has the process, or the system has no such files
+        found = os.listdir(threads)  # noqa: PTH208 - a process may have hundreds of threads
+    except OSError:  # it has ended meanwhile, or the system has no such files
         return 0.0
-    return nanoseconds * _NANO
+    return sum(_waited(f"{threads}/{thread}/schedstat") for thread in found) * _NANO
+
+
+def _waited(path: str) -> int:
+    """Return for how many nanoseconds a thread waited for a processor; 0 if it has ended meanwhile."""
+    try:
+        file = os.open(path, os.O_RDONLY)
+    except OSError:
+        return 0
+    try:
+        return int(os.read(file, _LINE).split()[1])
+    except OSError:
+        return 0
+    finally:
+        os.close(file)
