@@ -62,6 +62,8 @@ _SUFFIX: Final = "HMRSIM_NAME_SUFFIX"
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
+_SLOW: Final = 60.0
+"""Wall seconds for which a simulator may not say which clock it has."""
 _RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
 """Services of the world by which simulated time may go back."""
 _PATIENCE: Final = 5.0
@@ -229,6 +231,7 @@ class Client:
             RequestError: The simulator refuses this participant.
             SimulationEnded: The run in which it took part is over, and there is no other one.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
+            Unreachable, RequestTimeout: There is one, and it does not say for a minute which clock it has.
         """
         if self._lockstep is not None and self._lockstep.takes_part:
             return self._lockstep
@@ -406,13 +409,26 @@ class Client:
             self.session.close()
 
     def _simulators_clock(self) -> ClockChoice:
-        """Return the simulator's clock mode; a simulator that does not say has free-running time, as real robots do."""
+        """Return the simulator's clock mode; where there is none, time runs freely, as that of real robots does.
+
+        Raises:
+            Unreachable, RequestTimeout: A simulator is there, and does not say for a minute.
+        """
         if self._link.connection.in_process:
             return "lockstep"
-        try:
-            return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
-        except (SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout, UnreadableError):
-            return "realtime"
+        limit = time.monotonic() + _SLOW
+        while True:
+            try:
+                return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
+            except (Unreachable, RequestTimeout):
+                # On a busy machine what it has declared may be on its way still: to guess would be to wait for ever.
+                if not self._link.presence.is_there:
+                    return "realtime"
+                if time.monotonic() >= limit:
+                    raise
+                time.sleep(_PAUSE)
+            except (SimulatorNotFound, SimulatorGone, RequestError, UnreadableError):
+                return "realtime"
 
     def _await_simulator(self, key: str, until: float, timeout: float) -> None:
         """Wait for the simulator after a request without an answer."""

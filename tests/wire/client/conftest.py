@@ -29,6 +29,9 @@ class FakeSimulator:
     """Answers requests by a script: each verb has its steps; the last one is repeated.
 
     A step is what is done with a request, a function of the query and its body; without one it is held.
+
+    Attributes:
+        inform: The step of all requests for ``_world/info``, which are not among `requests`.
     """
 
     def __init__(self, *, endpoint: str = "tcp/127.0.0.1:0", present: bool = True) -> None:
@@ -42,6 +45,10 @@ class FakeSimulator:
         handler = zenoh.handlers.Callback(self._on_query, indirect=False)
         self._queryable = self.session.declare_queryable(
             self.keys.action("*", "*", Verb.SEND_GOAL).rpartition("/")[0] + "/*", handler, complete=True
+        )
+        self.inform: Step = self.say({"clock": "realtime"})
+        self._described = self.session.declare_queryable(
+            self.keys.world("info"), zenoh.handlers.Callback(lambda query: self.inform(query, None), indirect=False)
         )
         self._token = self.session.liveliness().declare_token(self.keys.alive()) if present else None
 

@@ -318,6 +318,24 @@ def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
 # --- a simulator that goes -----------------------------------------------------------------------------------
 
 
+def test_the_clock_of_a_simulator_that_is_slow_to_say_it_is_not_guessed(simulator):
+    """As on a busy machine: a controller that took it for real time would wait for ever, and time for it."""
+    losses = iter([simulator.lose] * 4)
+    lockstep = simulator.say({"clock": "lockstep"})
+
+    def inform(query, body):
+        step = next(losses, lockstep)
+        step(query, body)
+
+    simulator.inform = inform
+    serve(simulator, simulator.keys.world("time/join"), simulator.say({"epoch": 0, "now": 0.0}))
+    serve(simulator, simulator.keys.world("time/leave"), simulator.say({}))
+
+    with Client(SessionOptions(connect=(simulator.endpoint,))) as client:
+        assert client.lockstep is not None
+    assert next(losses, None) is None
+
+
 def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
     """Within the grace and a bit; no waiting for ever."""
     goal = wait_client.send_goal(GOAL)
@@ -681,7 +699,7 @@ def serve(simulator, key, step):
 
 def test_info_is_what_the_simulator_says_of_itself(simulator, client):
     """A JSON object."""
-    serve(simulator, "hmrsim/_world/info", simulator.say({"contract": 1, "robots": []}))
+    simulator.inform = simulator.say({"contract": 1, "robots": []})
 
     assert client.info() == {"contract": 1, "robots": []}
 
@@ -689,7 +707,7 @@ def test_info_is_what_the_simulator_says_of_itself(simulator, client):
 @pytest.mark.parametrize("body", ["[]", "{"])
 def test_info_that_is_not_an_object_is_an_error(simulator, client, body):
     """The error names the key."""
-    serve(simulator, "hmrsim/_world/info", lambda query, _: query.reply(query.key_expr, body))
+    simulator.inform = lambda query, _: query.reply(query.key_expr, body)
 
     with pytest.raises(UnreadableError, match=r"^hmrsim/_world/info: "):
         client.info()
@@ -705,7 +723,7 @@ def test_a_request_carries_its_payload(simulator, client):
 
 def test_an_error_reply_to_a_request_is_raised(simulator, client):
     """With its details."""
-    serve(simulator, "hmrsim/_world/info", simulator.say_error('{"error": "no", "details": []}'))
+    simulator.inform = simulator.say_error('{"error": "no", "details": []}')
 
     with pytest.raises(RequestError, match="no"):
         client.info()
