@@ -137,9 +137,10 @@ def test_any_command_is_a_controller(experiment):
         "none": {"command": "no_such_program"},
     }
     found = experiment("commands", treatments=treatments)
+    child_of_its_own = "import subprocess, sys; subprocess.call([sys.executable, '-c', 'while True: pass'])"
     endless = {
         "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(1000)"]},
-        "busy": {"command": ["sh", "-c", f"{sys.executable} -c 'while True: pass'"]},
+        "busy": {"command": [sys.executable, "-c", child_of_its_own]},
     }
     found += experiment("endless", treatments=endless, limits={**BASE["limits"], "wall": 2, "processor": 2})
     by = {row["treatment"]: row for row in found}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -357,7 +358,7 @@ def test_a_variant_has_parameters_for_the_controller(row):
 def test_a_tree_and_a_command_are_written_with_their_parameters(row):
     """As with the levels of factors."""
     assert row("bring(item='${what}')", kind="tree", given={"what": "box"}).ending == "succeeded"
-    command = ["sh", "-c", "echo $GREETING ${what}"]
+    command = [sys.executable, "-c", "import os, sys; print(os.environ['GREETING'], *sys.argv[1:])", "${what}"]
     assert "hello box" == row(command, kind="command", given={"what": "box", "GREETING": "hello"}).output
 
 
