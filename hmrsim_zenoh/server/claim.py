@@ -31,7 +31,8 @@ _PATIENCE: Final = 2.0
 _YOUTH: Final = 10.0
 """Wall seconds within which a simulator that serves gives way; links that are made later are another's mistake."""
 _LOOK: Final = 0.02
-_ANSWER: Final = 1.0
+_ANSWER: Final = 10.0
+"""Wall seconds for which others may not answer; where nobody is, Zenoh says so at once."""
 
 
 class Claim:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
 import uuid
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -20,14 +21,17 @@ from hmrsim_zenoh.security.keystore import SESSION, Keystore, Network, own_hosts
 from hmrsim_zenoh.wire.enclave import SIMULATOR, Member
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.wire.ros2.client import RosClient, Unanswered, ros_action
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
+    from hmrsim_zenoh.wire.enclave import Enclave
 
 MEMBERS = (
     Member(SIMULATOR, SIMULATOR),
@@ -87,6 +91,12 @@ class Secured:
         """Return the options of a member."""
         return replace(self.options, secure=self.store.path, role=name)
 
+    def brief(self, folder: Path, use: Callable[[], object]) -> Enclave:
+        """Return an operator whose certificate is soon over: 3 s, and 20 times as long as *use* of one takes here."""
+        begin = time.monotonic()
+        use()
+        return self.store.stranger("operator", (3.0 + 20.0 * (time.monotonic() - begin)) / 86_400, folder)
+
 
 @pytest.fixture(scope="module")
 def secured(tmp_path_factory):
@@ -137,7 +147,7 @@ def over_json(options: SessionOptions) -> list[str]:
 
 def _answers(session: zenoh.Session, key: str, body: dict[str, Any]) -> bool:
     session.put(key, json.dumps(body))
-    return any(reply.ok for reply in session.get(key, payload=json.dumps(body), timeout=5.0))
+    return any(reply.ok for reply in session.get(key, payload=json.dumps(body), timeout=PATIENCE))
 
 
 def over_ros(options: SessionOptions) -> list[str]:

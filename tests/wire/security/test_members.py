@@ -106,7 +106,7 @@ def _advanced(session, topic, name, command):
     """Join, advance with a command and leave; return of each reply to the advance whether the command was taken."""
 
     def ask(topic, **request):
-        return list(session.get(f"hmrsim/_world/{topic}", payload=json.dumps(request), timeout=2.0))
+        return list(session.get(f"hmrsim/_world/{topic}", payload=json.dumps(request), timeout=PATIENCE))
 
     (joined,) = ask("time/join", name=name)
     epoch = json.loads(joined.ok.payload.to_bytes())["epoch"]
@@ -127,7 +127,7 @@ def test_a_second_simulator_of_the_prefix_is_refused(secured):
             pass
     with open_client(secured.of("operator")) as session, open_client(replace(there, role="simulator")) as other:
         made_up = session.liveliness().declare_token("hmrsim/@simulator/0/serving")
-        claims = list(other.liveliness().get("hmrsim/@simulator/*/*", timeout=2.0))
+        claims = list(other.liveliness().get("hmrsim/@simulator/*/*", timeout=PATIENCE))
         made_up.undeclare()
 
     assert 1 == len(claims)
@@ -187,15 +187,20 @@ def test_who_is_revoked_sees_no_simulator_and_is_told_that_it_may_be_so(secured)
 
 def test_a_connection_ends_when_its_certificate_expires(secured, tmp_path):
     """What was let in is not for ever; before, it commanded."""
+    key, payload = "hmrsim/wall_e/wait/_action/cancel_goal", b"{}"
+
+    def cancel(options):
+        with open_client(options) as session:
+            return [reply.ok is not None for reply in session.get(key, payload=payload, timeout=PATIENCE)]
+
+    brief = secured.brief(tmp_path / "brief", lambda: cancel(secured.of("operator")))
     secured.ledger.commands.clear()
-    brief = secured.store.stranger("operator", 3.0 / 86_400, tmp_path / "brief")
     gone = threading.Event()
     with open_client(replace(secured.options, zenoh_config=brief.folder / SESSION)) as session:
         session.info.declare_transport_events_listener(
             lambda event: gone.set() if event.kind == zenoh.SampleKind.DELETE else None
         )
-        key, payload = "hmrsim/wall_e/wait/_action/cancel_goal", b"{}"
-        assert [True] == [reply.ok is not None for reply in session.get(key, payload=payload, timeout=5.0)]
+        assert [True] == [reply.ok is not None for reply in session.get(key, payload=payload, timeout=PATIENCE)]
         assert gone.wait(PATIENCE)
 
         assert [] == [reply.ok for reply in session.get(key, payload=payload, timeout=1.0) if reply.ok]

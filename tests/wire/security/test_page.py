@@ -126,8 +126,13 @@ def test_visitors_read_without_a_certificate(secured, of_operator):
 
 def test_a_visitor_commands_until_its_certificate_expires(secured, of_operator, tmp_path):
     """Then its connection is closed, and with it what it has subscribed to."""
+
+    def command(folder):
+        with opened(of_operator.url, ssl=context(secured, folder)) as page:
+            assert page.get(SEND, payload=GOAL).get("error") is None
+
+    brief = secured.brief(tmp_path / "brief", lambda: command(secured.store.enclave("operator").folder))
     secured.ledger.commands.clear()
-    brief = secured.store.stranger("operator", 3.0 / 86_400, tmp_path / "brief")
     with opened(of_operator.url, ssl=context(secured, brief.folder)) as page:
         assert page.get(SEND, payload=GOAL).get("error") is None
         with pytest.raises(ConnectionClosed, match=r"1008 .*the certificate of 'operator' has expired"):
