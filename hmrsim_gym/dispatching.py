@@ -6,18 +6,16 @@ do, and what has become of it, is the truth of the world: its demand.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
+from hmrsim.trials.local import LocalTrial
 from hmrsim_gym.errand import dock, go, pick_up, put_down, send
 from hmrsim_gym.setting import CHARGED
 from hmrsim_gym.truth import Truth
-from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.condition import Condition
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,6 +23,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.orders import Order
     from hmrsim_gym.setting import Setting
+    from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError
 
@@ -58,11 +57,10 @@ class Dispatching:
 
     def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink] = ()) -> None:
         self._setting = setting
-        self._stack = ExitStack()
-        host = self._stack.enter_context(LoopbackHost(setting.world, RunSettings(seed=seed), sinks=sinks))
-        self._client = self._stack.enter_context(Client(session=host.open_session(), name=_NAME))
+        self._trial = LocalTrial(setting.world, RunSettings(seed=seed), sinks=sinks)
+        self._client = self._trial.open_client(_NAME)
         self._lockstep = _joined(self._client)
-        self.truth = Truth(host.simulator, setting)
+        self.truth = Truth(self._trial.simulator, setting)
         self.demand = self.truth.demand
         self.free: list[Order] = []
         self.serving: dict[str, Order] = {}
@@ -76,7 +74,7 @@ class Dispatching:
 
     def close(self) -> None:
         """End the run."""
-        self._stack.close()
+        self._trial.close()
 
     @property
     def now(self) -> float:

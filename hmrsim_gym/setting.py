@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim.diagnostics import listed
+from hmrsim.settings.run import RunSettings
+from hmrsim.trials.local import LocalTrial
 from hmrsim.world.model import World
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
 from hmrsim_gym.routes import Routes
-from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -123,8 +123,8 @@ def _read(world: AnyWorld, changes: Mapping[str, Any] | None) -> World:
 
 def _able(world: World) -> list[str]:
     """Return the robots that can fetch and deliver items, and have nothing else to do, as the simulator tells."""
-    with LoopbackHost(world) as host, Client(session=host.open_session()) as client:
-        told = client.info()["robots"]
+    with LocalTrial(world, RunSettings()) as trial:
+        told = trial.open_client("setting").info()["robots"]
     return [
         robot["name"]
         for robot in told

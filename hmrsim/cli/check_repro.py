@@ -13,7 +13,6 @@ from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
-from hmrsim.experiments.judging.labels import ERROR
 from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.finding import by_begin
 from hmrsim.fault_search.results.story import LONG, events_of
@@ -23,6 +22,7 @@ from hmrsim.fault_search.schedules.case import Case
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.run import RunSettings
+from hmrsim.trials.endings import ERROR
 
 if TYPE_CHECKING:
     from pathlib import Path

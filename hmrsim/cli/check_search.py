@@ -13,14 +13,14 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.terminal_line import TerminalLine
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
-from hmrsim.experiments.judging.labels import TIMEOUT
-from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
+from hmrsim.trials.endings import TIMEOUT
+from hmrsim.trials.executors import factory_of
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.overlay import setting
 from hmrsim.world.yaml_text import Unreadable, read

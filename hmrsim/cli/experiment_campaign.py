@@ -14,7 +14,7 @@ from hmrsim.experiments.comparing import withdrawal
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
 from hmrsim.experiments.running.checking import check_file
-from hmrsim.experiments.running.executors import factory_of
+from hmrsim.trials.executors import factory_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

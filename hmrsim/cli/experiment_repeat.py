@@ -14,13 +14,13 @@ from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results
-from hmrsim.experiments.running.single import unwatched
 from hmrsim.experiments.running.tasks import execute_run
 from hmrsim.program.outputs import check_outputs, unwritable
 from hmrsim.report import of_trace
 from hmrsim.report.compile import report_of
 from hmrsim.report.page import page_of
 from hmrsim.settings.run import RunSettings
+from hmrsim.trials.trial import unwatched
 
 if TYPE_CHECKING:
     from pathlib import Path

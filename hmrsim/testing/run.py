@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -25,13 +24,12 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.late import LateTrace
+from hmrsim.trials.local import LocalTrial
 from hmrsim.world.model import World
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
-from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
@@ -39,6 +37,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.client.client import Client
 
 
 class TreeGoesOn(HmrsimError):
@@ -144,9 +143,8 @@ class Run:
         self._record = Record(self.where)
         self._trace = LateTrace(world, settings)
         self._named: tuple[World | None, Sequence[str], Sequence[Point]] = (None, (), ())
-        self._stack = ExitStack()
-        self._host = self._stack.enter_context(LoopbackHost(world, settings, sinks=[self._trace, self._record]))
-        self.simulator: Simulator = self._host.simulator
+        self._trial = LocalTrial(world, settings, sinks=[self._trace, self._record])
+        self.simulator: Simulator = self._trial.simulator
         self.client = self.open_client(_FLEET)
         self.outcome: Outcome | None = None
         self.coverage = coverage
@@ -161,14 +159,14 @@ class Run:
 
     def close(self) -> None:
         """End the run: goals that are under way are aborted."""
-        self._stack.close()
+        self._trial.close()
 
     def open_client(self, name: str) -> Client:
         """Return a further client, which takes part under a name of its own as soon as it waits; the run closes it.
 
         Time moves only while all that take part wait, so that each needs a thread of its own.
         """
-        return self._stack.enter_context(Client(session=self._host.open_session(), name=name))
+        return self._trial.open_client(name)
 
     def commander(self, robot: str) -> Commander:
         """Return a commander of a robot: each order moves time until it is carried out."""

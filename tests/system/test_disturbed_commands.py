@@ -7,14 +7,12 @@ import sys
 
 import pytest
 
-from hmrsim.fault_search.disturbances import Disturbance, Disturber
-from hmrsim.fault_search.running.command_runs import Command, run_command_controller
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim.trace.replay import replay
+from hmrsim.trials.command import Command, CommandTrial
+from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.world_checks.loading import load_world
-from hmrsim_zenoh.hosting.host import Host
-from hmrsim_zenoh.wire.options import SessionOptions
 
 pytestmark = pytest.mark.system
 
@@ -60,13 +58,10 @@ def disturbed(tmp_path):
         def watchers(simulator, pacing):
             return [disturber.watch(simulator, pacing)]
 
-        options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-        with Host(loaded, options, settings, sinks=[trace], watchers=watchers) as host:
-            host.start()
-            command = Command([sys.executable, "controller.py"], tmp_path)
-            ended = run_command_controller(host, command, disturber)
-            host.stop()
-            text = trace.whole(host.simulator.now)
+        command = Command([sys.executable, "controller.py"], tmp_path)
+        with CommandTrial(loaded, settings, command, sinks=[trace], watchers=watchers, disturber=disturber) as trial:
+            ended = trial.play()
+        text = trace.whole(trial.simulator.now)
         assert replay(text.splitlines(keepends=True)).difference is None
         return ended, text
 

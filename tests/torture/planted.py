@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
+from hmrsim.trials.executors import factory_of
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:

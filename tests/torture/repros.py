@@ -17,9 +17,9 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from hmrsim.experiments.running.executors import factory_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
+from hmrsim.trials.executors import factory_of
 from tests.torture.planted import catalogue, check_of, say, searched
 
 _BUSY = "while True: pass"

@@ -3,36 +3,18 @@
 from __future__ import annotations
 
 import re
-import shlex
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from hmrsim.diagnostics import shown
+from hmrsim.trials.model import Controller, Identifier, Level, Part
 
 _MAX_COUNT: Final = 10_000_000
 _MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
 _BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
 
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 Count = Annotated[int, Field(strict=True, ge=1, le=_MAX_COUNT)]
 Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
-
-
-def _level(value: Any) -> Any:
-    if not isinstance(value, (str, int, float)):
-        raise ValueError(f"expected a number, a text, true or false, got {shown(value)}")  # noqa: TRY004 - pydantic takes no TypeError
-    return value
-
-
-Level = Annotated[str | int | float | bool, BeforeValidator(_level)]
-"""A level of a factor, or a parameter of a controller."""
-
-
-class Part(BaseModel):
-    """A part of an experiment's file: unknown keys, NaN and infinity are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Range(Part):
@@ -73,50 +55,6 @@ class Design(Part):
         return self
 
 
-class Controller(Part):
-    """A controller under test.
-
-    Attributes:
-        tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
-        python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
-            `hmrsim_zenoh.AsyncClient`, likewise in the process.
-        command: A command line; it is started for each run, with an endpoint of its own in its environment.
-        set: Parameters: texts on the blackboard of a tree, arguments of a function, variables of a command's
-            environment. Expressions in *tree*, *python* and *command* may ask for them, too.
-        robots: The robots of a tree; None for all.
-        nodes: Modules with further nodes for trees in XML.
-        tree_id: Which tree of an XML file.
-        name: Under which name it takes part; goals' ids depend on it.
-    """
-
-    tree: str | None = None
-    python: str | None = None
-    command: str | tuple[str, ...] | None = None
-    set: dict[str, Level] = {}
-    robots: tuple[str, ...] | None = None
-    nodes: tuple[str, ...] = ()
-    tree_id: str | None = None
-    name: Identifier = "bt_controller"
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        if sum(each is not None for each in (self.tree, self.python, self.command)) != 1:
-            raise ValueError("expected one of tree, python and command")
-        return self
-
-    @property
-    def in_process(self) -> bool:
-        """Whether it runs in the worker's process."""
-        return self.command is None
-
-    @property
-    def described(self) -> str:
-        """What is run, as a part of a sentence."""
-        if self.command is not None:
-            return f"the command {self.command if isinstance(self.command, str) else shlex.join(self.command)!r}"
-        return f"the tree {self.tree!r}" if self.tree is not None else f"the code {self.python!r}"
-
-
 class Treatment(Controller):
     """What is compared: a controller, and maybe changes of the world that belong to it.
 
@@ -124,7 +62,7 @@ class Treatment(Controller):
         overlay: Laid over the world for this treatment alone, after all others.
     """
 
-    overlay: dict[str, Any] = {}
+    overlay: dict[str, Any] = Field({})
 
 
 class Variant(Part):
@@ -136,7 +74,7 @@ class Variant(Part):
 
     model_config = ConfigDict(extra="allow")
 
-    set: dict[str, Level] = {}
+    set: dict[str, Level] = Field({})
 
 
 class Until(Part):
@@ -236,7 +174,7 @@ class Ending(Part):
     at: str | None = None
     carried: bool | None = None
     event: str | None = None
-    where: dict[str, Any] = {}
+    where: dict[str, Any] = Field({})
     reported: str | None = None
     orders: Literal["served"] | None = None
     count: Count | None = None
@@ -322,5 +260,5 @@ class ExperimentFile(Part):
     successes: tuple[Identifier, ...] = Field(
         default=("success", "succeeded"), description="The endings that count as a success."
     )
-    measures: dict[Identifier, Annotated[Measure, BeforeValidator(_measure)]] = {}
+    measures: dict[Identifier, Annotated[Measure, BeforeValidator(_measure)]] = Field({})
     keep: Keep = Keep()

@@ -13,13 +13,13 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered
 from hmrsim.events.simulation import RunReported
-from hmrsim.experiments.judging.labels import HUNG
 from hmrsim.experiments.judging.livelock import Livelock
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
+from hmrsim.trials.endings import HUNG
 from hmrsim.world.overlays.expressions import names_asked_for, substituted
 from hmrsim.world.overlays.flaw import OverlayFlaw
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.experiments.judging.labels import BUILT_IN
 from hmrsim.report.orders import quantile
+from hmrsim.trials.endings import BUILT_IN
 from hmrsim.world.overlays.expressions import evaluate, names_in
 
 if TYPE_CHECKING:

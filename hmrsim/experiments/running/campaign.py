@@ -11,14 +11,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.judging.labels import MISHAPS
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import Coverages
-from hmrsim.experiments.running.executors import stop
-from hmrsim.experiments.running.guards import ending_of_lost
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 from hmrsim.experiments.statistics.libraries import distributions
+from hmrsim.trials.endings import MISHAPS
+from hmrsim.trials.executors import stop
+from hmrsim.trials.guards import ending_of_lost
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run

@@ -1,10 +1,9 @@
-"""One run, within this process: a world, a controller, and the judge."""
+"""One run of an experiment: a trial, and the judge."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,17 +11,15 @@ from bt_controller.coverage import TreeCoverage
 from hmrsim.errors import HmrsimError
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.fingerprint import fingerprint_of
-from hmrsim.experiments.judging.labels import CRASHED, ERROR, TIMEOUT
 from hmrsim.experiments.judging.measures import measures_of, needs_report
 from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.controlling import FAILED, SUCCEEDED, control
 from hmrsim.experiments.running.coverages import packed
 from hmrsim.report.live import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
-from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from hmrsim.trials.controllers import trial_of
+from hmrsim.trials.endings import CRASHED, ERROR, FAILED, SUCCEEDED, TIMEOUT
+from hmrsim.trials.trial import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
@@ -30,56 +27,59 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
 
-Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
-"""Makes further sinks of a simulation."""
 
+def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run, with its trace if it may be kept.
 
-def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
-    """Return no further sinks."""
-    return ()
-
-
-def run_in_process(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
-    """Return the result of a run whose controller is a tree or a function, with its trace if it may be kept.
-
-    *further* makes further sinks, such as one that records the run.
+    A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
+    its environment. *further* makes further sinks, such as one that records the run.
     """
     began = time.perf_counter()
+    treatment = plan.treatments[run.treatment]
+    coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
+    settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
+    judge = Judge(plan.file.ends)
     try:
-        world = plan.world(run.scenario, run.treatment).world
-        coverage = TreeCoverage() if plan.file.keep.coverage else None
-        controller = controller_of(
-            plan.treatments[run.treatment], plan.names(run.scenario), plan.path.parent, coverage=coverage
+        loaded = plan.world(run.scenario, run.treatment)
+        trace = LateTrace(loaded.world, settings)
+        report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
+        trial = trial_of(
+            loaded,
+            settings,
+            treatment,
+            plan.path.parent,
+            names=plan.names(run.scenario),
+            variables={"HMRSIM_RUN": str(run.number)},
+            coverage=coverage,
+            sinks=[trace, judge] if needs_trace(plan) else [judge],
+            watchers=with_report(report, further),
         )
     except (HmrsimError, ValueError) as error:
         return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
-    settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated)
-    judge = Judge(plan.file.ends)
-    trace = LateTrace(world, settings.model_copy(update={"clock": "lockstep"}))
-    report = LiveReport(world, settings) if needs_report(plan.file) else None
-    sinks: list[Sink] = [trace, judge] if needs_trace(plan) else [judge]
-    watchers = with_report(report, further)
-    with ExitStack() as stack:
-        host = stack.enter_context(LoopbackHost(world, settings, sinks=sinks, watchers=watchers))
-        simulator = host.simulator
-        judge.watch(simulator, host.end)
-        client = stack.enter_context(Client(session=host.open_session(), name=plan.treatments[run.treatment].name))
-        ending, cause = control(controller, client, simulator)
-        if ending in {SUCCEEDED, FAILED} and not host.pacing.over:
-            judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
+    with trial:
+        simulator = trial.simulator
+        judge.watch(simulator, trial.end)
+        try:
+            ending, cause, output = trial.play()
+        except HmrsimError as error:
+            return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
         # What the judge has found counts, and so does the limit, also where a controller is confused by the end.
+        if ending == CRASHED and trial.over and treatment.in_process:
+            ending, cause = TIMEOUT, ""
+        elif ending in {SUCCEEDED, FAILED}:
+            if not trial.over:
+                judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
+            ending = TIMEOUT
         judged = bool(judge.label)
-        confused = host.pacing.over and ending == CRASHED
-        if confused or ending in {SUCCEEDED, FAILED}:
-            ending, cause = TIMEOUT, "" if confused else cause
         judge.end(ending, simulator.now)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         row = result_of(plan, run, judge, simulator, values)
     return replace(
         with_trace(plan, row, trace, simulator),
-        cause="; ".join(filter(None, [row.cause] if judged else [cause, row.cause])),
+        cause="; ".join(filter(None, ["" if judged else cause, row.cause])),
         wall=time.perf_counter() - began,
         coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
+        output=output,
     )
 
 

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import ctypes
-import multiprocessing
-import os
-import signal
-import sys
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.judging.labels import ERROR, HUNG, MEMORY
 from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.running.commands import run_command
-from hmrsim.experiments.running.controlling import TimeLimit
-from hmrsim.experiments.running.guards import guarded
-from hmrsim.experiments.running.single import run_in_process, unwatched
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.experiments.running.single import row_of
 from hmrsim.program.users_code import described
+from hmrsim.trials.endings import ERROR, HUNG, MEMORY, TimeLimit
+from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
-    from hmrsim.experiments.running.single import Watchers
-
-_PR_SET_PDEATHSIG: Final = 1
-"""Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +37,6 @@ class Task:
     numbers: tuple[int, ...]
 
 
-def prepare_worker() -> None:
-    """Make a process of a pool ready: it says nothing, leaves Ctrl-C to its parent, and ends with that."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    parent = multiprocessing.parent_process()
-    if parent is not None and parent.pid != os.getppid():
-        os._exit(1)  # it has died before
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(nowhere, stream)
-    collect_rarely()
-
-
 def execute(task: Task) -> list[Row]:
     """Return the results of some runs, in order.
 
@@ -77,8 +52,7 @@ def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     began = time.perf_counter()
     try:
         with guarded(plan.file.limits) as tail:
-            make = run_in_process if plan.treatments[run.treatment].in_process else run_command
-            row = make(plan, run, further)
+            row = row_of(plan, run, further)
     except TimeLimit as limit:
         return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
     except MemoryError:

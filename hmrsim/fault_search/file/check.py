@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.errors import Problem
-    from hmrsim.experiments.file.model import Controller
     from hmrsim.fault_search.file.model import CheckFile
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Thing
     from hmrsim.properties import Properties
     from hmrsim.properties.reference import Reference
+    from hmrsim.trials.model import Controller
     from hmrsim.world.model import World
     from hmrsim.world.overlays.overlay import Overlay
 

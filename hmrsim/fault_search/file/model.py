@@ -7,8 +7,9 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hmrsim.experiments.file.model import Controller, Count, Memory, Part, Seconds
+from hmrsim.experiments.file.model import Count, Memory, Seconds
 from hmrsim.fault_search.space.model import Space
+from hmrsim.trials.model import Controller, Part
 
 _BUDGET: Final = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|m|h)?")
 _UNITS: Final = {None: 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}

@@ -13,9 +13,6 @@ from pydantic import BaseModel, ValidationError
 from hmrsim.diagnostics import Finding, instead, problems_of, shown
 from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
-from hmrsim.experiments.file.model import Controller
-from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.fault_search.disturbances import Disturbance
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
 from hmrsim.fault_search.schedules.case import Case
@@ -26,6 +23,9 @@ from hmrsim.fault_search.space.menu import expanded
 from hmrsim.fault_search.space.model import Space
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
+from hmrsim.trials.controllers import controller_of
+from hmrsim.trials.disturbances import Disturbance
+from hmrsim.trials.model import Controller
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 from hmrsim.world_checks.explain import explain

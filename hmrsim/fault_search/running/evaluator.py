@@ -11,13 +11,13 @@ from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
-from hmrsim.experiments.running.executors import stop
-from hmrsim.experiments.running.guards import ending_of_lost
 from hmrsim.fault_search.running.covered import Covered
 from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
 from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 from hmrsim.fault_search.schedules.case import Case
+from hmrsim.trials.executors import stop
+from hmrsim.trials.guards import ending_of_lost
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

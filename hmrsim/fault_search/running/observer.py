@@ -16,9 +16,9 @@ from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.fault_search.disturbances import Acted
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
+    from hmrsim.trials.disturbances import Acted
 
 DISTURBED: Final = "disturbance"
 """Begins the line of a disturbance."""

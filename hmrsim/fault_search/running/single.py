@@ -1,11 +1,10 @@
-"""One run of a schedule, within this process or with a command as controller."""
+"""One run of a schedule: a trial that is disturbed, and the monitors of its properties."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,15 +13,6 @@ from typing import TYPE_CHECKING, Final
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
-from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, MEMORY
-from hmrsim.experiments.running.commands import words_of
-from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.controlling import TimeLimit
-from hmrsim.experiments.running.guards import guarded
-from hmrsim.fault_search.disturbances import Disturbance, Disturber
-from hmrsim.fault_search.running.cast import KILLED
-from hmrsim.fault_search.running.command_runs import Command, run_command_controller
-from hmrsim.fault_search.running.controller_runs import run_controller
 from hmrsim.fault_search.running.covered import Novelty
 from hmrsim.fault_search.running.drawn import Drawn
 from hmrsim.fault_search.running.excusing import ExcusingSink
@@ -34,10 +24,12 @@ from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.reference import reference_of
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.late import LateTrace
+from hmrsim.trials.controllers import trial_of
+from hmrsim.trials.disturbances import Disturbance, Disturber
+from hmrsim.trials.endings import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import Watchers, unwatched
 from hmrsim.world_checks import LoadedWorld
-from hmrsim_zenoh.hosting.host import Host
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
-from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
@@ -69,7 +61,7 @@ class Wanted:
 
     trace: bool = False
     story: bool = False
-    further: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
+    further: Watchers = unwatched
 
 
 VERDICTS = Wanted()
@@ -138,8 +130,7 @@ class _Run:
 
     def outcome(self) -> Outcome:
         """Make the run; return what came of it."""
-        in_process = self._check.treatment.in_process
-        ending, cause, now = self._in_process() if in_process else self._as_command()
+        ending, cause, now = self._ended()
         compared = self._simulator if self._check.compares and not self._case.schedule else None
         self._monitor.end(now, Ended(ending, cause))
         observer, coverage = self._observer, self._coverage
@@ -161,36 +152,24 @@ class _Run:
             items=reference_of(scene(compared)) if compared else None,
         )
 
-    def _in_process(self) -> tuple[str, str, int]:
+    def _ended(self) -> tuple[str, str, int]:
+        """Make the run; return how it has ended, what that does not say, and when."""
         check = self._check
-        controller = controller_of(check.treatment, {}, check.folder, coverage=self._coverage)
-        with ExitStack() as stack:
-            host = stack.enter_context(LoopbackHost(self._world, self._settings, watchers=self._watchers))
-            self._end = host.end
-            ending, cause = run_controller(host, controller, self._disturber, check.participant)
-            over = host.pacing.over
-            host.stop()
-            return *self._judged(ending, cause, over=over), stamp(host.simulator.now)
-
-    def _as_command(self) -> tuple[str, str, int]:
-        check = self._check
-        words = words_of(check.treatment, {})
-        settings = self._settings.model_copy(update={"participant_timeout": math.inf})
-        loaded = LoadedWorld(self._world, Path(check.place), ())
-        options = SessionOptions(listen=("tcp/127.0.0.1:0",))
-        with Host(loaded, options, settings, watchers=self._watchers) as host:
-            self._end = host.end
-            host.start()
-            variables = {key: str(value) for key, value in check.treatment.set.items()}
-            variables |= {"HMRSIM_SEED": str(host.simulator.seed), "HMRSIM_RUN": self._case.key[:16]}
-            try:
-                run = run_command_controller(host, Command(words, check.folder, variables), self._disturber)
-            except OSError as error:
-                raise HmrsimError(f"{words[0]}: {error.strerror or error}") from None
-            over, self._output = host.pacing.over, run.output
-            host.stop()
-            # Nothing runs any more: what the simulator knows can be read.
-            return *self._judged(run.ending, run.cause, over=over), stamp(host.simulator.now)
+        trial = trial_of(
+            LoadedWorld(self._world, Path(check.place), ()),
+            self._settings,
+            check.treatment,
+            check.folder,
+            variables={"HMRSIM_RUN": self._case.key[:16]},
+            name=check.participant,
+            coverage=self._coverage,
+            watchers=self._watchers,
+            disturber=self._disturber,
+        )
+        self._end = trial.end
+        with trial:
+            ending, cause, self._output = trial.play()
+        return *self._judged(ending, cause, over=trial.over), stamp(trial.simulator.now)
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
         """Return the sinks of the run, in the order in which they are told."""
@@ -211,9 +190,9 @@ class _Run:
             # A disturbance has killed it for good: that is not its own failure.
             return "stopped", cause
         if ending == CRASHED and cause.startswith(_REFUSED):
-            return "failed", cause
-        if over and ending in {"succeeded", "failed", "crashed"}:
-            return ("stopped" if self._fatal else "timeout"), ""
+            return FAILED, cause
+        if over and ending in {SUCCEEDED, FAILED, CRASHED}:
+            return ("stopped" if self._fatal else TIMEOUT), ""
         return ending, cause
 
     def _note(self, violation: Violation) -> None:

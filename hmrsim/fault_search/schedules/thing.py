@@ -11,8 +11,8 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
-from hmrsim.fault_search.disturbances import Disturbance
 from hmrsim.faults import SUBJECTS, Anchor
+from hmrsim.trials.disturbances import Disturbance
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import read_fault
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.judging.labels import CRASHED, DIED, ERROR, MEMORY
 from hmrsim.fault_search.reducing.reducer import Reducer
 from hmrsim.fault_search.results.finding import Finding
 from hmrsim.fault_search.results.summary import Summary, Unreached
@@ -15,6 +14,7 @@ from hmrsim.fault_search.running.outcome import NOT_RUN
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
 from hmrsim.fault_search.space.menu import Menu
+from hmrsim.trials.endings import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

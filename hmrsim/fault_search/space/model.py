@@ -6,7 +6,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from hmrsim.experiments.file.model import Part, Seconds
+from hmrsim.experiments.file.model import Seconds
+from hmrsim.trials.model import Part
 
 Family = Literal["faults", "changes", "disturbances"]
 

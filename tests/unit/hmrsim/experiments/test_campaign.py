@@ -17,13 +17,13 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError, ResultsError, WriteError
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.judging.labels import DIED
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.results.table import write_table
 from hmrsim.experiments.running.campaign import Campaign
-from hmrsim.experiments.running.executors import factory_of
 from hmrsim.experiments.running.schedule import Schedule
+from hmrsim.trials.endings import DIED
+from hmrsim.trials.executors import factory_of
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,10 +10,10 @@ import pytest
 import yaml
 
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.judging.labels import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.experiments.running.tasks import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
+from hmrsim.trials.endings import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.world_checks import loading
 from tests.patience import PATIENCE
 

@@ -10,9 +10,9 @@ import threading
 
 import pytest
 
-from hmrsim.experiments.running.controllers import controller_of
-from hmrsim.experiments.running.controlling import control
 from hmrsim.testing import simulation
+from hmrsim.trials.controllers import controller_of
+from hmrsim.trials.endings import control
 from hmrsim_zenoh import AsyncClient, Deadlock
 from hmrsim_zenoh.client.ordered_loop import OrderedLoop
 from tests.torture.async_controllers import compare

@@ -1,4 +1,4 @@
-"""A controller that is a command, run to its end while it and its wire are disturbed."""
+"""A trial whose controller is a command: any program, over Zenoh, with an endpoint of its own."""
 
 from __future__ import annotations
 
@@ -8,26 +8,25 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import SimulationStopped
-from hmrsim.experiments.judging.labels import HUNG, TIMEOUT
-from hmrsim.experiments.running.controlling import TimeLimit
-from hmrsim.experiments.running.processes import (
-    POLL,
-    ControllerProcess,
-    ending_of,
-    wait_for_end,
-)
-from hmrsim.fault_search.disturbances import Disturber
-from hmrsim.fault_search.running.actors import TOKEN_GONE
-from hmrsim.fault_search.running.cast import GONE, Cast
+from hmrsim.errors import HmrsimError, SimulationStopped
+from hmrsim.trials.endings import HUNG, TIMEOUT, TimeLimit, ending_of_code
+from hmrsim.trials.processes import GRACE, ControllerProcess
+from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial, Watchers, unwatched
+from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim_zenoh.hosting.host import Host
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.trials.disturbances import Disturber
+    from hmrsim.world_checks import LoadedWorld
 
+_POLL: Final = 0.002
+"""Wall seconds between two looks whether the controller, or the run, has ended."""
 _PATIENCE: Final = 20.0
 """Wall seconds within which a controller that is started beside the first has to join, if time is to wait for it."""
 
@@ -39,7 +38,7 @@ class Command:
     Attributes:
         words: The command.
         folder: Where it is started.
-        variables: What its environment has, beside ``HMRSIM_CONNECT``.
+        variables: What its environment has, beside ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
     words: Sequence[str]
@@ -47,88 +46,104 @@ class Command:
     variables: Mapping[str, str] = field(default_factory=dict)
 
 
-class CommandRun(NamedTuple):
-    """How a command has ended.
+class CommandTrial(Trial):
+    """A trial of processes; all of them are killed when the first one has ended.
 
-    Attributes:
-        ending: As of an experiment's run, or ``killed``.
-        cause: What that does not say; empty for nothing.
-        output: The last lines that it has printed.
-    """
-
-    ending: str
-    cause: str
-    output: str
-
-
-def run_command_controller(host: Host, command: Command, disturber: Disturber | None = None) -> CommandRun:
-    """Run a command to its end; all of its processes are killed then, and have left lockstep.
-
-    Its endings are those of an experiment's command, and `killed`; of one that was started again the last run counts.
+    A process has a process group of its own. Exit code 0 is a success, 1 a failure, and all others a crash.
 
     Args:
-        host: Serves the world in lockstep, and was started; *disturber* watches it.
+        loaded: The world.
+        settings: The seed and others; the clock is lockstep, and limits end a run that does not ask to advance.
         command: What is run. The second process has ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` heeds.
-        disturber: What disturbs it.
-
-    Raises:
-        OSError: It can't be started.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+        disturber: What disturbs it; one of *watchers* has it watch.
     """
-    return _Commands(host, command, disturber or Disturber()).run()
 
-
-class _Commands(Cast):
-    """The processes of a run."""
-
-    def __init__(self, host: Host, command: Command, disturber: Disturber) -> None:
-        self._host = host
+    def __init__(
+        self,
+        loaded: LoadedWorld,
+        settings: RunSettings,
+        command: Command,
+        *,
+        sinks: Sequence[Sink] = (),
+        watchers: Watchers = unwatched,
+        disturber: Disturber | None = None,
+    ) -> None:
+        chosen = settings.model_copy(update={"clock": "lockstep", "participant_timeout": math.inf})
+        options = SessionOptions(listen=("tcp/127.0.0.1:0",))
+        self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
         self._command = command
-        self._killed = False
+        self._first: ControllerProcess | None = None
+        self._killed = self._over = False
         self._others: list[_Other] = []
-        super().__init__(host, disturber)
-        self._first = self._start()
+        super().__init__(self._host, disturber)
 
-    def run(self) -> CommandRun:
+    @property
+    def over(self) -> bool:
+        """Whether the run was over, by its limit or because a sink has ended it, when the controller had ended."""
+        return self._over
+
+    def play(self) -> Ended:
+        """Run the command to its end; see `Trial.play`.
+
+        Raises:
+            HmrsimError: It can't be started.
+        """
+        self._host.start()
         try:
-            ending, cause = self._follow()
+            first = self._first = self._start()
+        except OSError as error:
+            raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
+        try:
+            ending, cause = self._followed(first)
+        except TimeLimit as limit:
+            ending, cause = HUNG, str(limit)
         finally:
-            self._end()
-        return CommandRun(ending, cause, self._first.output)
+            self._end_processes()
+        self._over = self._host.pacing.over
+        # Nothing runs any more: what the simulator knows can be read.
+        self._host.stop()
+        return Ended(ending, cause, self._first.output)
+
+    def end(self, reason: str) -> None:
+        """End the run after this instant; see `Trial.end`."""
+        self._host.end(reason)
+
+    def close(self) -> None:
+        """End all goals."""
+        self._host.stop()
 
     def _start(self, suffix: str = "") -> ControllerProcess:
-        variables = {**self._command.variables, "HMRSIM_CONNECT": self._host.endpoints[0]}
+        own = {"HMRSIM_CONNECT": self._host.endpoints[0], "HMRSIM_SEED": str(self.simulator.seed)}
+        variables = {**self._command.variables, **own}
         if suffix:
             variables["HMRSIM_NAME_SUFFIX"] = suffix
         return ControllerProcess(self._command.words, self._command.folder, variables)
 
-    def _follow(self) -> tuple[str, str]:
-        """Wait for the end of the controller, of the run, or of its time."""
-        try:
-            return self._followed()
-        except TimeLimit as limit:
-            return HUNG, str(limit)
-
-    def _followed(self) -> tuple[str, str]:
+    def _followed(self, first: ControllerProcess) -> tuple[str, str]:
+        """Wait for the end of the controller, or of the run; return the ending and its cause."""
         while True:
-            code = self._first.code
+            code = first.code
             if self._killed:
                 if self._restarts.is_set():
                     self._restarts.clear()
-                    with self._first:
-                        self._first, self._killed = self._start(), False
+                    with first:
+                        first = self._first = self._start()
+                        self._killed = False
                 elif self._gone and not (self._others or self._lockstep.expects):
                     return GONE
             elif code is not None:
-                return ending_of(code)
-            if self._host.wait(POLL):
-                return self._after_the_run()
+                return ending_of_code(code)
+            if self._host.wait(_POLL):
+                return self._after_the_run(first)
             if ended := self._look_at_others():
                 return ended
 
-    def _after_the_run(self) -> tuple[str, str]:
+    def _after_the_run(self, first: ControllerProcess) -> tuple[str, str]:
         if self._killed:
             return GONE if self._gone else (TIMEOUT, "")
-        wait_for_end(self._first)
+        first.wait(GRACE)
         return TIMEOUT, ""
 
     def _look_at_others(self) -> tuple[str, str] | None:
@@ -139,7 +154,7 @@ class _Commands(Cast):
                 each.awaited = False
                 self._submit(lambda names=each.names: self._expect_no_more(names))  # type: ignore[misc]
             if code is not None and self._gone and self._killed:
-                return ending_of(code)
+                return ending_of_code(code)
         return None
 
     def _expect_no_more(self, names: Sequence[str]) -> None:
@@ -153,7 +168,7 @@ class _Commands(Cast):
         return [name for name in self._lockstep.participants if name not in others]
 
     def _kill(self, restart_after: float | None) -> None:
-        if self._killed:
+        if self._killed or self._first is None:
             return
         # Noted before the process has ended, as another thread looks at both.
         self._killed = True
@@ -168,7 +183,7 @@ class _Commands(Cast):
             self._gone = True
             return
         for name in names or [""]:
-            lockstep.expect(name, self._simulator.now + restart_after, self._restarts.set)
+            lockstep.expect(name, self.simulator.now + restart_after, self._restarts.set)
 
     def _add(self) -> None:
         """Start the command once more beside the first process, and have time wait for it to join."""
@@ -183,11 +198,11 @@ class _Commands(Cast):
         # It can be started, as the first one was.
         self._others.append(_Other(self._start(suffix), names, time.monotonic()))
 
-    def _end(self) -> None:
+    def _end_processes(self) -> None:
         """Kill all processes, and have them leave lockstep at this time."""
         for process in (self._first, *(each.process for each in self._others)):
-            with process:
-                pass
+            if process is not None:
+                process.end()
         self._submit(self._dismiss)
 
     def _dismiss(self) -> None:
@@ -206,7 +221,7 @@ class _Commands(Cast):
 
         with suppress(SimulationStopped):
             self._host.pacing.intervene(do)
-            while not (done.wait(POLL) or self._host.wait(0.0)):
+            while not (done.wait(_POLL) or self._host.wait(0.0)):
                 pass
 
 

@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from hmrsim.experiments.file.model import Limits
-from hmrsim.experiments.running.meter import Meter
-from hmrsim.experiments.running.processor import Usage
+from hmrsim.trials.meter import Meter
+from hmrsim.trials.processor import Usage
 
 LIMITS = Limits(wall=20.0, processor=30.0)
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from hmrsim.experiments.running.processor import Usage
+from hmrsim.trials.processor import Usage
 
 _BETWEEN_LOOKS: Final = 0.02
 """Wall seconds between two looks at least."""

@@ -16,12 +16,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.experiments.judging.labels import DIED, HUNG
-from hmrsim.experiments.running.controlling import TimeLimit
-from hmrsim.experiments.running.meter import Meter
+from hmrsim.trials.endings import DIED, HUNG, TimeLimit
+from hmrsim.trials.meter import Meter
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.running.meter import Limits
+    from hmrsim.trials.meter import Limits
 
 _AT_ONCE: Final = 1e-3
 """Wall seconds until an alarm rings that was due meanwhile."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.experiments.file.model import Limits
-from hmrsim.experiments.running.guards import ending_of_lost
+from hmrsim.trials.guards import ending_of_lost
 
 
 @pytest.mark.parametrize(("seconds", "ending"), [(0.1, "died"), (34.9, "died"), (35.0, "hung")])

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from hmrsim.experiments.running.controlling import TimeLimit, control
 from hmrsim.interfaces.nav2_msgs import Spin
+from hmrsim.trials.endings import TimeLimit, control
 from hmrsim_zenoh.errors import GoalRejectedError, SimulationEnded
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def test_a_goal_that_fails_is_told_with_its_place(controller: Callable[..., Any]
 
     assert "crashed" == ending
     assert cause.startswith("GoalRejectedError: not_ready: eve has broken down (")
-    assert "test_controlling.py:" in cause
+    assert "test_endings.py:" in cause
 
 
 def test_a_message_that_can_not_be_is_told_with_its_fields() -> None:
@@ -78,7 +78,7 @@ def test_a_message_that_can_not_be_is_told_with_its_fields() -> None:
 
     fields = "target_yaw: input should be a valid number, got 'left'; yaw: extra inputs are not permitted, got 1"
     assert cause.startswith(f"ValidationError: Goal: {fields} (")
-    assert "test_controlling.py:" in cause
+    assert "test_endings.py:" in cause
 
 
 @pytest.mark.parametrize("controller", [raises, raises_in_a_task])
@@ -88,7 +88,7 @@ def test_a_bug_is_told_with_its_place(controller: Callable[..., Any]) -> None:
 
     assert "crashed" == ending
     assert cause.startswith("KeyError: 'eve' (")
-    assert "test_controlling.py:" in cause
+    assert "test_endings.py:" in cause
 
 
 def test_the_place_is_in_the_code_of_the_user() -> None:
@@ -96,4 +96,4 @@ def test_the_place_is_in_the_code_of_the_user() -> None:
     ending, cause = control(lambda *_: json.loads("{"), CLIENT, WORLD)
 
     assert "crashed" == ending
-    assert "test_controlling.py:" in cause
+    assert "test_endings.py:" in cause

@@ -8,15 +8,13 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.experiments.running.controlling import control
+from hmrsim.trials.endings import control
+from hmrsim.trials.trial import TOKEN_GONE
 from hmrsim_zenoh.client.client import Client
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.running.controllers import Controller
+    from hmrsim.trials.endings import Player
     from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
-
-TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
-"""Why a participant is dropped whose controller was killed."""
 
 GRACE: Final = 5.0
 """Wall seconds that a controller in a thread of its own has to end after it was killed."""
@@ -38,14 +36,12 @@ class Actor:
         ended: Its ending and the cause; None while it runs, and if it was killed.
     """
 
-    def __init__(
-        self, host: LoopbackHost, controller: Controller, name: str, waits: Callable[[], bool] | None = None
-    ) -> None:
+    def __init__(self, host: LoopbackHost, player: Player, name: str, waits: Callable[[], bool] | None = None) -> None:
         self.name = name
         self.killed = False
         self.ended: tuple[str, str] | None = None
         self._host = host
-        self._controller = controller
+        self._player = player
         self._session = host.open_session(waits)
         self._client = Client(session=self._session, name=name)
         self._thread: threading.Thread | None = None
@@ -53,7 +49,7 @@ class Actor:
     def play(self) -> None:
         """Run it to its end; its client stays open unless it is killed."""
         with suppress(ControllerKilled):
-            ended = control(self._controller, self._client, self._host.simulator)
+            ended = control(self._player, self._client, self._host.simulator)
             self.ended = None if self.killed else ended
         if self.killed:
             self.close()

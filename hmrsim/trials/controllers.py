@@ -1,36 +1,44 @@
-"""The controllers under test: trees and functions within the process."""
+"""What a controller under test runs: a tree or a function within this process, or a command."""
 
 from __future__ import annotations
 
 import asyncio
 import inspect
+import shlex
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.loading.named_functions import NamedFunction, find_function
 from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
 from hmrsim.program.users_code import described
+from hmrsim.trials.command import Command, CommandTrial
+from hmrsim.trials.local import LocalTrial
+from hmrsim.trials.trial import Trial, Watchers, unwatched
 from hmrsim.world.overlays.expressions import names_asked_for, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
 from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from bt_controller.coverage import TreeCoverage
-    from hmrsim.experiments.file.model import Controller as Settings
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.trials.disturbances import Disturber
+    from hmrsim.trials.endings import Player
+    from hmrsim.trials.model import Controller
+    from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.client.client import Client
 
-Controller = Callable[["Client", "Sequence[str]"], bool]
-"""Controls the robots of a simulation to the end; returns whether that succeeded."""
+_NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
-def parameters_of(treatment: Settings, names: Mapping[str, Any]) -> dict[str, Any]:
+def parameters_of(treatment: Controller, names: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of what a treatment sets.
 
     Args:
@@ -43,9 +51,53 @@ def parameters_of(treatment: Settings, names: Mapping[str, Any]) -> dict[str, An
     return {key: substituted(value, names) for key, value in treatment.set.items()}
 
 
+def trial_of(  # noqa: PLR0913 - what is run, where, and how it is watched
+    loaded: LoadedWorld,
+    settings: RunSettings,
+    treatment: Controller,
+    folder: Path,
+    *,
+    names: Mapping[str, Any] = _NOTHING,
+    variables: Mapping[str, str] = _NOTHING,
+    name: str | None = None,
+    coverage: TreeCoverage | None = None,
+    sinks: Sequence[Sink] = (),
+    watchers: Watchers = unwatched,
+    disturber: Disturber | None = None,
+) -> Trial:
+    """Return a trial of a controller.
+
+    Args:
+        loaded: The world.
+        settings: The seed and others; the clock is lockstep, whatever they say.
+        treatment: The controller.
+        folder: Where files are looked for, and where commands are started.
+        names: The values that its expressions ask for.
+        variables: What the environment of a command has, beside its parameters.
+        name: Under which name it takes part; that of the treatment if left out.
+        coverage: Where to count what happens to the nodes of a tree, if anywhere.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+        disturber: What disturbs the controller; one of *watchers* has it watch.
+
+    Raises:
+        TreeError: There is no such tree or function, or something is wrong with it.
+        ValueError: A command is empty, or an expression has no value.
+    """
+    if treatment.in_process:
+        player = controller_of(treatment, names, folder, coverage=coverage)
+        its_name = name or treatment.name
+        return LocalTrial(
+            loaded.world, settings, player, name=its_name, sinks=sinks, watchers=watchers, disturber=disturber
+        )
+    parameters = {key: str(value) for key, value in parameters_of(treatment, names).items()}
+    command = Command(words_of(treatment, names), folder, {**parameters, **variables})
+    return CommandTrial(loaded, settings, command, sinks=sinks, watchers=watchers, disturber=disturber)
+
+
 def controller_of(
-    treatment: Settings, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
-) -> Controller:
+    treatment: Controller, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
+) -> Player:
     """Return a controller that runs in this process.
 
     Args:
@@ -72,6 +124,21 @@ def controller_of(
     if inspect.iscoroutinefunction(found.function):
         return lambda client, _robots: asyncio.run(_played(client, found.applied)) is not False
     return lambda client, _robots: found.applied(client) is not False
+
+
+def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:
+    """Return the command of a treatment, with the values of names in it.
+
+    Raises:
+        ValueError: It is empty, or an expression has no value.
+    """
+    command = treatment.command
+    parts = shlex.split(command) if isinstance(command, str) else list(command or ())
+    known = {**names, **parameters_of(treatment, names)}
+    words = [str(substituted(part, known)) for part in parts]
+    if not words:
+        raise ValueError("the command is empty")
+    return words
 
 
 async def _played(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:

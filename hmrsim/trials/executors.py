@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import multiprocessing
 import os
+import signal
+import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import ExperimentError, Problem
-from hmrsim.experiments.running.tasks import prepare_worker
+from hmrsim.program.garbage import collect_rarely
 
 if TYPE_CHECKING:
     from types import ModuleType
 
 POOL, DASK = "pool", "dask"
+
+_PR_SET_PDEATHSIG: Final = 1
+"""Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
 
 
 def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int]:
@@ -53,6 +59,20 @@ def stop(executor: Executor) -> None:
     for process in [*(getattr(executor, "_processes", None) or {}).values()]:
         process.terminate()
     executor.shutdown(wait=True, cancel_futures=True)
+
+
+def prepare_worker() -> None:
+    """Make a process of a pool ready: it says nothing, leaves Ctrl-C to its parent, and ends with that."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    parent = multiprocessing.parent_process()
+    if parent is not None and parent.pid != os.getppid():
+        os._exit(1)  # it has died before
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+    collect_rarely()
 
 
 def _processors() -> int:

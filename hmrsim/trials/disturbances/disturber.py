@@ -19,10 +19,10 @@ from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.fault_search.disturbances.model import Disturbance
     from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.disturbances.model import Disturbance
 
 
 class Acted(NamedTuple):

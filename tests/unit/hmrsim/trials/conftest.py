@@ -7,15 +7,14 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.fault_search.disturbances import Disturbance, Disturber
-from hmrsim.fault_search.running.controller_runs import run_controller
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim.trace.replay import replay
+from hmrsim.trials.disturbances import Disturbance, Disturber
+from hmrsim.trials.local import LocalTrial
 from hmrsim.world.model import World
-from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 WORLD = World.model_validate(
     {
@@ -68,9 +67,10 @@ def disturbed():
         def watchers(simulator, pacing):
             return [disturber.watch(simulator, pacing)]
 
-        with LoopbackHost(WORLD, settings, sinks=[trace], watchers=watchers) as host:
-            ending, cause = run_controller(host, controller, disturber, "nurse")
-        text = trace.whole(host.simulator.now)
+        there = {"sinks": [trace], "watchers": watchers, "disturber": disturber}
+        with LocalTrial(WORLD, settings, controller, name="nurse", **there) as trial:
+            ending, cause, _ = trial.play()
+        text = trace.whole(trial.simulator.now)
         return SimpleNamespace(
             ending=ending,
             cause=cause,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from hmrsim.fault_search.disturbances import Disturbance
+from hmrsim.trials.disturbances import Disturbance
 from tests.cases import case
 
 PICKUP = {"goal": "executing", "robot": "eve", "action": "pickup", "after": 0.5}

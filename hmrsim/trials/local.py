@@ -1,0 +1,157 @@
+"""A trial within this process: the controller is a tree or a function, or there is none yet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.trials.actor import GRACE, Actor
+from hmrsim.trials.endings import CRASHED, FAILED, HUNG, SUCCEEDED, TimeLimit
+from hmrsim.trials.trial import GONE, Ended, Trial, Watchers, unwatched
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.trials.disturbances import Disturber
+    from hmrsim.trials.endings import Player
+    from hmrsim.world.model import World
+
+_POLL: Final = 0.002
+"""Wall seconds between two looks at controllers in other threads."""
+
+
+class LocalTrial(Trial):
+    """A trial without a network; time moves while a client waits for it.
+
+    Args:
+        world: The world.
+        settings: The seed and others; the clock is lockstep, whatever they say.
+        player: The controller that `play` runs.
+        name: Under which name it takes part; goals' ids depend on it.
+        sinks: Further sinks of events.
+        watchers: Make further sinks from the simulator and its pacing.
+        disturber: What disturbs the controller; one of *watchers* has it watch.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        settings: RunSettings,
+        player: Player | None = None,
+        *,
+        name: str = "client",
+        sinks: Sequence[Sink] = (),
+        watchers: Watchers = unwatched,
+        disturber: Disturber | None = None,
+    ) -> None:
+        self._host = LoopbackHost(world, settings, sinks=sinks, watchers=watchers)
+        self._player = player
+        self._name = name
+        self._first: Actor | None = None
+        self._others: list[Actor] = []
+        self._clients = ExitStack()
+        self._closed = self._over = False
+        super().__init__(self._host, disturber)
+
+    @property
+    def over(self) -> bool:
+        """Whether the run was over, by its limit or because a sink has ended it, before the trial was closed."""
+        return self._over if self._closed else self._host.pacing.over
+
+    def open_client(self, name: str) -> Client:
+        """Return a further client, which takes part under a name of its own as soon as it waits.
+
+        Time moves only while all that take part wait, so that each needs a thread of its own. The trial closes it.
+        """
+        return self._clients.enter_context(Client(session=self._host.open_session(), name=name))
+
+    def play(self) -> Ended:
+        """Run the controller to its end; its clients stay open until the trial is closed."""
+        try:
+            first = self._begin()
+            first.play()
+            while first.killed and self._awaits_restart():
+                first = self._begin()
+                first.play()
+            return self._ending(first)
+        except TimeLimit as limit:
+            return Ended(HUNG, str(limit))
+
+    def end(self, reason: str) -> None:
+        """End the run after this instant; see `Trial.end`."""
+        self._host.end(reason)
+
+    def close(self) -> None:
+        """End all clients, and goals."""
+        if self._closed:
+            return
+        for each in self._others:
+            each.end()
+        if self._first is not None:
+            self._first.close()
+        self._clients.close()
+        self._over, self._closed = self._host.pacing.over, True
+        self._host.stop()
+
+    def _begin(self) -> Actor:
+        if self._player is None:
+            raise AssertionError
+        self._first = Actor(self._host, self._player, self._name)
+        return self._first
+
+    @property
+    def _own_names(self) -> Sequence[str]:
+        return (self._name,)
+
+    def _kill(self, restart_after: float | None) -> None:
+        if self._first is None or self._first.killed:
+            return
+        self._first.kill()
+        if restart_after is None:
+            self._gone = True
+            self._lockstep.expect("", math.inf)
+        else:
+            self._lockstep.expect(self._name, self.simulator.now + restart_after, self._restarts.set)
+
+    def _add(self) -> None:
+        """Start one more controller beside the first; those before it come first in all that they say."""
+        if self._player is None:
+            raise AssertionError
+        before = (self._name, *(each.name for each in self._others))
+        lockstep = self._lockstep
+        # The run ends with the first one, which may have left lockstep by then.
+        lockstep.keep(self._name)
+        name = f"{self._name}_{len(before) + 1}"
+        actor = Actor(self._host, self._player, name, lambda: not {*before}.isdisjoint(lockstep.waiting_for))
+        self._others.append(actor)
+        actor.play_aside(stays=lambda: self._gone)
+
+    def _awaits_restart(self) -> bool:
+        """Let time go on until the controller that was killed is to be started again; return whether it is."""
+        while not self._restarts.is_set():
+            self._host.go_on()
+            plays = any(each.plays_aside(_POLL) for each in self._others)
+            if self._host.pacing.over:
+                # The others are told of the end, and have an ending of their own by then.
+                for each in self._others:
+                    each.plays_aside(GRACE)
+                return False
+            if not (plays or self._restarts.is_set()):
+                return False
+        self._restarts.clear()
+        return not self._host.pacing.over
+
+    def _ending(self, first: Actor) -> Ended:
+        """Return how the run has ended."""
+        others = [each.ended for each in self._others if each.ended is not None]
+        own = first.ended
+        if own is None:
+            return Ended(*(others[0] if others else GONE))
+        crash = next((cause for ending, cause in others if ending == CRASHED), None)
+        if crash is None or own[0] not in {SUCCEEDED, FAILED}:
+            return Ended(*own)
+        return Ended(CRASHED, f"a second controller: {crash}")

@@ -1,0 +1,137 @@
+"""A trial: a run of a world whose robots a controller controls, and which may be disturbed."""
+
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple, Self
+
+from hmrsim.trials.endings import KILLED
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.disturbances import Disturbance, Disturber
+    from hmrsim_zenoh.hosting.host import Host
+    from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+
+Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
+"""Makes further sinks of a simulation."""
+
+TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
+"""Why a participant is dropped whose controller was killed."""
+
+
+def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
+    """Return no further sinks."""
+    return ()
+
+
+class Ended(NamedTuple):
+    """How a controller has ended.
+
+    Attributes:
+        ending: One of `hmrsim.trials.endings`.
+        cause: What that does not say; empty for nothing.
+        output: The end of what a command has printed.
+    """
+
+    ending: str
+    cause: str
+    output: str = ""
+
+
+GONE: Final = KILLED, "it was killed, and is not started again"
+"""The ending of a controller that a disturbance has killed for good, and its cause."""
+
+
+class Trial(ABC):
+    """The base: the first controller, again if it is killed, and further ones beside it. A context manager.
+
+    A subclass calls its constructor last of all that a disturbance needs, as one may come at once.
+
+    Args:
+        host: Serves the world in lockstep; *disturber* watches it.
+        disturber: What disturbs it, if anything.
+
+    Attributes:
+        simulator: The simulator; to be read only, while nothing runs.
+    """
+
+    def __init__(self, host: Host | LoopbackHost, disturber: Disturber | None) -> None:
+        self.simulator: Simulator = host.simulator
+        self._lockstep = host.pacing.lockstep
+        self._losses = host.losses
+        # Set when the first controller is to be started again, and whether it was killed for good.
+        self._restarts = threading.Event()
+        self._gone = False
+        if disturber is not None:
+            if any(each.disturbance == "reply_lost" for each in disturber.disturbances):
+                self._losses.watch()
+            disturber.attach(self._act)
+
+    def __enter__(self) -> Self:
+        """Return the trial."""
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        """End it."""
+        self.close()
+
+    @property
+    @abstractmethod
+    def over(self) -> bool:
+        """Whether the run was over, by its limit or because a sink has ended it, before the trial has ended it."""
+
+    @abstractmethod
+    def play(self) -> Ended:
+        """Run the controller to its end, once; then nothing runs any more, and time stands.
+
+        Of one that was started again the last run counts. One that is gone for good is represented by the second one,
+        if there is one; else the second one is killed when the first has ended.
+
+        Raises:
+            HmrsimError: It can't be started.
+        """
+
+    @abstractmethod
+    def end(self, reason: str) -> None:
+        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+
+        Args:
+            reason: The message in the results of the active goals, and what clients are told.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """End all goals and clients."""
+
+    def _act(self, disturbance: Disturbance) -> None:
+        """Carry a disturbance out; in the simulation's thread, at the end of an instant."""
+        match disturbance.disturbance:
+            case "controller_killed":
+                self._kill(disturbance.restart_after)
+            case "controller_stalled":
+                for name in self._own_names:
+                    self._lockstep.stall(name, self.simulator.now + (disturbance.duration or 0.0))
+            case "second_controller":
+                self._add()
+            case "reply_lost":
+                self._losses.lose_answers(disturbance.count or 1)
+            case "request_repeated":
+                self._losses.repeat_requests(disturbance.count or 1)
+
+    @property
+    @abstractmethod
+    def _own_names(self) -> Sequence[str]:
+        """The participants of the first controller."""
+
+    @abstractmethod
+    def _kill(self, restart_after: float | None) -> None:
+        """Kill the first controller, if it runs; it is to be started again after so many seconds, or never."""
+
+    @abstractmethod
+    def _add(self) -> None:
+        """Start the controller once more beside the first, and have time wait for it to join."""
