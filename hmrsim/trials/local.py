@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.program.garbage import collect_runs_young
 from hmrsim.trials.actor import GRACE, Actor
 from hmrsim.trials.endings import CRASHED, FAILED, HUNG, SUCCEEDED, TimeLimit
 from hmrsim.trials.trial import GONE, Ended, Trial, Watchers, unwatched
@@ -48,6 +49,7 @@ class LocalTrial(Trial):
         watchers: Watchers = unwatched,
         disturber: Disturber | None = None,
     ) -> None:
+        collect_runs_young()
         self._host = LoopbackHost(world, settings, sinks=sinks, watchers=watchers)
         self._player = player
         self._name = name
