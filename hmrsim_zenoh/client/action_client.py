@@ -14,7 +14,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.goal_ids import parse_goal_id
-from hmrsim_zenoh.client.connection import ActionTarget, Answer, message_of
+from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
 from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire.envelopes import UnreadableError
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.lockstep import Lockstep
 
 _log = logging.getLogger(__name__)
-
-_PATIENCE = 5.0
-"""Wall seconds within which a robot has to answer a cancel request."""
 
 
 class ActionClient(Generic[G, R, F]):
@@ -152,13 +149,13 @@ class ActionClient(Generic[G, R, F]):
         lockstep = self._lockstep()
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
-            lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=_PATIENCE)
+            lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
             return
         self._link.presence.start()
         answers = SimpleQueue[Answer]()
-        self._link.connection.cancel(self._target, all_goals, answers.put, timeout=_PATIENCE)
+        self._link.connection.cancel(self._target, all_goals, answers.put, timeout=PATIENCE)
         try:
-            answer = answers.get(timeout=_PATIENCE)
+            answer = answers.get(timeout=PATIENCE)
         except Empty:
             answer = None
         if isinstance(answer, HmrsimError):

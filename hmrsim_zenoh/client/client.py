@@ -26,7 +26,7 @@ import zenoh
 
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
-from hmrsim_zenoh.client.connection import Ask, ReadInfo
+from hmrsim_zenoh.client.connection import PATIENCE, Ask, ReadInfo
 from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
@@ -66,8 +66,6 @@ _SLOW: Final = 60.0
 """Wall seconds for which a simulator may not say which clock it has."""
 _RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
 """Services of the world by which simulated time may go back."""
-_PATIENCE: Final = 5.0
-"""Wall seconds for an answer, unless the caller gives others."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
 _TRIES: Final = 2
 _PLACES: Final = Ask("get_named_poses", GetNamedPoses.Request(), GetNamedPoses.Response)
@@ -164,7 +162,7 @@ class Client:
         if not self._link.presence.wait(timeout):
             raise SimulatorNotFound(f"no simulator answers within {timeout:g} s: {self._link.unseen}")
 
-    def info(self, timeout: float = 5.0) -> dict[str, Any]:
+    def info(self, timeout: float = PATIENCE) -> dict[str, Any]:
         """Return the simulator's description: its world, its clock, its robots and their actions.
 
         Raises:
@@ -180,7 +178,7 @@ class Client:
         if before and run_id != before:
             _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
 
-    def end_run(self, label: str, timeout: float = 5.0, /, **values: float | str | bool) -> None:
+    def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
         """Report how the run has ended: to an experiment, which ends it then, and to whoever reads its events.
 
         Args:
@@ -202,7 +200,7 @@ class Client:
     def places(self) -> NamedPlaces:
         """The waypoints, places and docks of its world by name, as they are when they are first looked up."""
         # Unlike other requests a lookup changes nothing: one whose answer is lost can be sent again.
-        return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), _PATIENCE))
+        return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), PATIENCE))
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.
@@ -303,7 +301,7 @@ class Client:
         """
         return self._link.alarm(seconds, ring)
 
-    def get(self, key: str, timeout: float = _PATIENCE, *, payload: bytes | None = None) -> bytes:
+    def get(self, key: str, timeout: float = PATIENCE, *, payload: bytes | None = None) -> bytes:
         """Return the latest value of a key, or a service's response to *payload*.
 
         A request with a payload may have changed something and is never sent twice.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, Union
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
 from pydantic_core import to_json
 
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import Denied
 
 M = TypeVar("M", bound=Message)
+
+PATIENCE: Final = 30.0
+"""Wall seconds for an answer, unless the caller gives others; that a simulator is gone is noticed before."""
 
 Answer = Any
 """The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came

@@ -24,7 +24,8 @@ from tests.patience import PATIENCE
 @pytest.fixture(scope="module")
 def browser():
     """Return a headless Chromium; one for each module, as its event loop is in the way of others."""
-    pytest.importorskip("playwright", reason="the page is tried by playwright")
+    playwright = pytest.importorskip("playwright.sync_api", reason="the page is tried by playwright")
+    playwright.expect.set_options(timeout=PATIENCE * 1000)
     if not any(map(shutil.which, _browser.NAMES)):
         pytest.skip("the page is tried in Chromium, which is not installed")
     with _browser.browser() as chromium:
@@ -63,6 +64,7 @@ def open_page(browser):
 
     def load(url, *, unreadable=0, **context):
         page = browser.new_context(**{"viewport": {"width": 1280, "height": 800}, **context}).new_page()
+        page.set_default_timeout(PATIENCE * 1000)
         opened.append((page, Watched(page, url), unreadable))
         return _browser.shown(page, url)
 

@@ -34,8 +34,8 @@ def _no_ros(monkeypatch):
 def doctor(capsys):
     """Return the function that runs the command: exit code, output, errors."""
 
-    def run(options, *words):
-        code = main(["doctor", "--connect", *options.connect, *words])
+    def run(options, *words, timeout=PATIENCE):
+        code = main(["doctor", "--connect", *options.connect, f"--timeout={timeout}", *words])
         captured = capsys.readouterr()
         return code, captured.out, captured.err
 

@@ -12,6 +12,7 @@ from hmrsim.cli import main
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.wire.options import SessionOptions
 from tests.cases import case
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.wire.ros2.client import RosClient
 from tests.wire.security.conftest import of_node
@@ -29,8 +30,9 @@ def _no_ros(monkeypatch):
 def doctor(secured, capsys):
     """Return the function that runs the command as a member: exit code and what it says as JSON."""
 
-    def run(*words, endpoint=""):
-        code = main(["doctor", "--json", "--timeout", "1", "--connect", endpoint or secured.options.connect[0], *words])
+    def run(*words, endpoint="", timeout=PATIENCE):
+        there = endpoint or secured.options.connect[0]
+        code = main(["doctor", "--json", f"--timeout={timeout}", "--connect", there, *words])
         return code, json.loads(capsys.readouterr().out)
 
     return run
@@ -77,7 +79,7 @@ def test_denied_is_not_nobody_there(secured, doctor):
         ),
     ):
         with case(expected[2]):
-            code, found = doctor(*words, endpoint=endpoint)
+            code, found = doctor(*words, endpoint=endpoint, timeout=1)
             (problem,) = found["problems"]
 
             assert expected[:2] == (code, problem["kind"])
