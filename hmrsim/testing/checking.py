@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
-from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
+from hmrsim.trials.executors import Serial
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,6 +23,19 @@ POOL, DASK = "pool", "dask"
 
 _PR_SET_PDEATHSIG: Final = 1
 """Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
+
+
+class Serial(Executor):
+    """An executor that calls in this process, one call after the other."""
+
+    def submit(self, function: Callable[..., object], /, *args: object, **kwargs: object) -> Future[object]:  # type: ignore[override]  # of any result
+        """Call a function; return its result."""
+        future: Future[object] = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - as an executor does
+            future.set_exception(error)
+        return future
 
 
 def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int]:

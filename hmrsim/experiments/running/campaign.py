@@ -4,29 +4,27 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.errors import HmrsimError
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import Coverages
 from hmrsim.experiments.running.schedule import Schedule
 from hmrsim.experiments.running.tasks import Task, execute
 from hmrsim.experiments.statistics.libraries import distributions
+from hmrsim.trials.batches import Batches
 from hmrsim.trials.endings import MISHAPS
-from hmrsim.trials.executors import stop
 from hmrsim.trials.guards import ending_of_lost
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor, Future
+
     from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.results.store import Results
     from hmrsim.experiments.statistics.verdicts import Comparison
 
-_AHEAD: Final = 2
-"""Tasks for each worker that are submitted before they are begun."""
 _TASK_SECONDS: Final = 0.3
 """Wall seconds that the runs of a task shall take together: to send one costs half a millisecond."""
 _MAX_CHUNK: Final = 64
@@ -87,7 +85,7 @@ class Campaign:
         workers: int,
         tell: Callable[[Progress], None] = lambda _progress: None,
     ) -> None:
-        self._plan, self._results, self._make, self._tell = plan, results, make, tell
+        self._plan, self._results, self._tell = plan, results, tell
         until = plan.file.replications.until
         if until:
             distributions()  # missing libraries are told before the first run
@@ -97,7 +95,7 @@ class Campaign:
         self._schedule = Schedule(plan, done)
         self._coverages = Coverages(results)
         self._workers = workers or _UNKNOWN
-        self._suspects: list[Run] = []
+        self._batches = Batches(make, self._workers)
         self._chunk = 1
         self.progress = Progress(self._schedule.done, self._schedule.expected)
 
@@ -115,72 +113,26 @@ class Campaign:
         """
         with self._results.writing(), ExitStack() as ending:
             ending.callback(self._coverages.write)
-            while self._schedule.done < self._schedule.expected:
-                executor = self._make()
-                try:
-                    self._run_on(executor)
-                except BaseException:
-                    stop(executor)
-                    raise
-                executor.shutdown(wait=True, cancel_futures=True)
+            try:
+                for _, rows in self._batches.results(self._next, self._submit, self._lost):
+                    self._note(rows)
+            except BaseException:
+                self._batches.stop()
+                raise
+            self._batches.close()
         return self.progress
 
-    def _run_on(self, executor: Executor) -> None:
-        """Make runs until none is left or the executor has broken."""
-        waiting: dict[Future[list[Row]], list[Run]] = {}
-        while True:
-            # Runs of which one may have broken the executor are made alone.
-            most = 1 if self._suspects else self._workers * _AHEAD
-            begun = time.monotonic()
-            while len(waiting) < most and (runs := self._next()):
-                try:
-                    waiting[executor.submit(execute, self._task(runs))] = runs
-                except BrokenExecutor:
-                    # It broke just now; who has broken it is among those that were begun.
-                    self._schedule.take_back(runs)
-                    self._lose([*waiting.values()], alone=False)
-                    return
-            if not waiting:
-                return
-            ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            rows: list[Row] = []
-            lost: list[list[Run]] = []
-            for future in ended:
-                runs = waiting.pop(future)
-                error = future.exception()
-                if error is None:
-                    rows += future.result()
-                elif isinstance(error, HmrsimError):
-                    raise error
-                else:
-                    lost.append(runs)
-            self._note(rows)
-            if lost:
-                self._note(self._lose([*lost, *waiting.values()], alone=most == 1, seconds=time.monotonic() - begun))
-                return
-
     def _next(self) -> list[Run]:
-        if self._suspects:
-            return [self._suspects.pop()]
         return self._schedule.next(self._chunk)
 
-    def _task(self, runs: list[Run]) -> Task:
+    def _submit(self, executor: Executor, runs: Sequence[Run]) -> Future[list[Row]]:
         plan = self._plan
-        return Task(str(plan.path), plan.variant, plan.hash, tuple(run.number for run in runs))
+        return executor.submit(
+            execute, Task(str(plan.path), plan.variant, plan.hash, tuple(run.number for run in runs))
+        )
 
-    def _lose(self, lost: list[list[Run]], *, alone: bool, seconds: float = 0.0) -> list[Row]:
-        """Note that an executor has broken; return the result of the run that has broken it, if that is known.
-
-        Args:
-            lost: The runs that were under way.
-            alone: Whether there was one only.
-            seconds: How long it was under way.
-        """
-        runs = [run for each in lost for run in each]
-        if alone and len(runs) == 1:
-            return [Row(runs[0], *ending_of_lost(self._plan.file.limits, seconds), wall=seconds)]
-        self._suspects += sorted(runs, key=lambda run: -run.number)
-        return []
+    def _lost(self, run: Run, seconds: float) -> Row:
+        return Row(run, *ending_of_lost(self._plan.file.limits, seconds), wall=seconds)
 
     def _note(self, rows: list[Row]) -> None:
         if not rows:
@@ -197,6 +149,6 @@ class Campaign:
         progress.mishap = progress.mishap or next(mishaps, None)
         pace = sum(row.wall for row in rows) / len(rows)
         self._chunk = max(1, min(_MAX_CHUNK, int(_TASK_SECONDS / max(pace, 1e-3))))
-        left = (progress.expected - progress.done) // (self._workers * _AHEAD)
+        left = (progress.expected - progress.done) // self._batches.most
         self._chunk = max(1, min(self._chunk, left))
         self._tell(progress)

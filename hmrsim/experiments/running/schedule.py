@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from statistics import fmean
 from typing import TYPE_CHECKING, Final
@@ -85,10 +85,6 @@ class Schedule:
             if run.number not in self._done:
                 found.append(run)
         return found
-
-    def take_back(self, runs: Iterable[Run]) -> None:
-        """Note that runs were not made after all; they are next."""
-        self._further.extendleft(runs)
 
     def note(self, run: Run, value: Value, fingerprint: str = "") -> None:
         """Note the result of a run."""

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from hmrsim.fault_search.running.covered import Covered
 from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
 from hmrsim.fault_search.running.single import without_run
 from hmrsim.fault_search.running.tasks import Task, execute
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.trials.executors import stop
+from hmrsim.trials.batches import Batches
 from hmrsim.trials.guards import ending_of_lost
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor, Future
+
     from hmrsim.fault_search.file.check import Check
 
 _PIECES: Final = 4
@@ -29,25 +29,8 @@ _PIECE: Final = 0.25
 """Wall seconds that a task is to take at most, unless one run takes longer."""
 _MANY: Final = 32
 """How many workers there may be where it is not known."""
-_AHEAD: Final = 2
-"""Tasks for each worker that are submitted at once."""
-_GRACE: Final = 1.0
-"""Wall seconds that a run has to end when its time is over, until its process is ended."""
 _KEPT: Final = 50_000
 """Outcomes that are kept, so that no case is run twice."""
-
-
-class Serial(Executor):
-    """An executor that calls in this process, one call after the other."""
-
-    def submit(self, function: Callable[..., object], /, *args: object, **kwargs: object) -> Future[object]:  # type: ignore[override]  # of any result
-        """Call a function; return its result."""
-        future: Future[object] = Future()
-        try:
-            future.set_result(function(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001 - as an executor does
-            future.set_exception(error)
-        return future
 
 
 class Evaluator:
@@ -67,8 +50,8 @@ class Evaluator:
         self.runs = 0
         self.covered = Covered()
         self.workers = workers or _MANY
-        self._check, self._make = check, make
-        self._executor: Executor | None = None
+        self._check = check
+        self._batches = Batches(make, self.workers)
         self._known: dict[str, Outcome] = {}
         self._seconds: float | None = None
 
@@ -87,9 +70,7 @@ class Evaluator:
 
     def stop(self) -> None:
         """End the executor; the next cases have a new one."""
-        executor, self._executor = self._executor, None
-        if executor is not None:
-            stop(executor)
+        self._batches.stop()
 
     def outcomes(self, cases: Sequence[Case], until: float = math.inf) -> list[Outcome]:
         """Return what comes of some cases, in order; only of the first ones if time is over before; see `stream`."""
@@ -135,41 +116,23 @@ class Evaluator:
     def _run(
         self, cases: Sequence[Case], until: float, *, story: bool = False
     ) -> Generator[tuple[str, Outcome], None, None]:
-        """Yield the key and the outcome of each case, in order; fewer if time is over.
+        """Yield the key and the outcome of each case, in order; fewer if time is over."""
+        pieces, check = self._pieces(cases), self._check
 
-        Only as many pieces are submitted as keep the workers busy, so that the others can be dropped.
-        """
-        pieces = deque(self._pieces(cases))
-        begun: deque[_Begun] = deque()
-        try:
-            while pieces or begun:
-                try:
-                    while pieces and len(begun) < _AHEAD * self.workers:
-                        begun.append(_Begun(pieces[0], self._submit(pieces[0], until, story=story)))
-                        pieces.popleft()
-                    outcomes = _awaited(begun[0].future, until)
-                    piece = begun.popleft().piece
-                except BrokenExecutor:
-                    self.stop()
-                    # One of them has broken it: the first one is run alone, and the others once more.
-                    pieces.extendleft(each.piece for each in reversed(begun))
-                    begun.clear()
-                    piece = pieces.popleft()
-                    outcomes = [each for case in piece for each in self._alone(case, until, story=story)]
-                if outcomes is None:
-                    # What does not mind that its time is over ends with its process.
-                    self.stop()
-                    return
+        def submit(executor: Executor, piece: Sequence[Case]) -> Future[list[Outcome]]:
+            return executor.submit(execute, Task(check, piece, story, until - time.monotonic()))
+
+        def lost(case: Case, seconds: float) -> Outcome:
+            return without_run(check, case, *ending_of_lost(check.file.limits, seconds))
+
+        running = self._batches.results(lambda: next(pieces, ()), submit, lost, in_order=True, until=until)
+        with closing(running):
+            for piece, outcomes in running:
                 self.covered.take(outcome.coverage for outcome in outcomes)
                 for case, outcome in zip(piece, outcomes, strict=False):
                     self.runs += 1
                     self._seconds = outcome.wall if self._seconds is None else (7 * self._seconds + outcome.wall) / 8
                     yield case.key, outcome
-                if len(outcomes) < len(piece):
-                    return
-        finally:
-            for each in begun:
-                each.future.cancel()
 
     def _pieces(self, cases: Sequence[Case]) -> Iterator[Sequence[Case]]:
         """Yield the cases in pieces of a fraction of a second, so that little is in vain when the rest is dropped."""
@@ -178,37 +141,6 @@ class Evaluator:
             size = min(size, int(_PIECE / self._seconds))
         size = max(1, size)
         return (cases[i : i + size] for i in range(0, len(cases), size))
-
-    def _submit(self, piece: Sequence[Case], until: float, *, story: bool) -> Future[list[Outcome]]:
-        executor = self._executor = self._executor or self._make()
-        return executor.submit(execute, Task(self._check, piece, story, until - time.monotonic()))
-
-    def _alone(self, case: Case, until: float, *, story: bool) -> list[Outcome]:
-        """Return what comes of a case that may have broken an executor; nothing if time is over."""
-        begun = time.monotonic()
-        try:
-            return _awaited(self._submit([case], until, story=story), until) or []
-        except BrokenExecutor:
-            self.stop()
-            seconds = time.monotonic() - begun
-            return [without_run(self._check, case, *ending_of_lost(self._check.file.limits, seconds))]
-
-
-class _Begun(NamedTuple):
-    """A piece that an executor has."""
-
-    piece: Sequence[Case]
-    future: Future[list[Outcome]]
-
-
-def _awaited(future: Future[list[Outcome]], until: float) -> list[Outcome] | None:
-    """Return the outcomes of a piece; None if it is not done some time after time is over."""
-    try:
-        return future.result(None if until == math.inf else max(0.0, until - time.monotonic()) + _GRACE)
-    except TimeoutError:
-        if future.done():
-            raise
-        return None
 
 
 def _light(outcome: Outcome) -> Outcome:

@@ -32,7 +32,7 @@ def check(*words):
     return main(["check", *words])
 
 
-SERIAL = ("--executor", "hmrsim.fault_search.running.evaluator:Serial")
+SERIAL = ("--executor", "hmrsim.trials.executors:Serial")
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
-from hmrsim.fault_search.running.evaluator import Evaluator, Serial
+from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
@@ -17,6 +17,7 @@ from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.fault_search.searching.mutation import without_twins
 from hmrsim.fault_search.searching.search import BATCH, Search
 from hmrsim.fault_search.space.menu import Menu
+from hmrsim.trials.executors import Serial
 from tests.porters import check_of, searched
 from tests.torture.planted import catalogue
 from tests.torture.planted import check_of as planted

@@ -1,0 +1,173 @@
+"""Many trials on an executor, piece by piece, whatever becomes of single ones."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from typing import Final, Generic, TypeVar
+
+from hmrsim.errors import HmrsimError
+from hmrsim.trials.executors import stop
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_AHEAD: Final = 2
+"""Pieces for each worker that are submitted before they are begun."""
+_GRACE: Final = 1.0
+"""Wall seconds that a piece has to end when time is over, until its process is ended."""
+
+
+class Batches:
+    """Has work done on an executor, which is made when it is needed, and anew when it has broken.
+
+    Args:
+        make: Makes an executor.
+        workers: How many pieces it does at once.
+
+    Attributes:
+        most: How many are under way at most.
+    """
+
+    def __init__(self, make: Callable[[], Executor], workers: int) -> None:
+        self.most = _AHEAD * workers
+        self._make = make
+        self._executor: Executor | None = None
+
+    def stop(self) -> None:
+        """End the executor, with what it does; the next work has a new one."""
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            stop(executor)
+
+    def close(self) -> None:
+        """End the executor once it has done what it has begun."""
+        executor, self._executor = self._executor, None
+        if executor is not None:
+            executor.shutdown(wait=True, cancel_futures=True)
+
+    def results(
+        self,
+        pieces: Callable[[], Sequence[T]],
+        submit: Callable[[Executor, Sequence[T]], Future[list[R]]],
+        lost: Callable[[T, float], R],
+        *,
+        in_order: bool = False,
+        until: float = math.inf,
+    ) -> Generator[tuple[Sequence[T], list[R]], None, None]:
+        """Yield pieces with what comes of them, as soon as that is known.
+
+        When the executor breaks, each thing that was under way is done once more, alone, so that it is known which of
+        them has broken it. Who has seen enough closes the generator: no further piece is begun then.
+
+        Args:
+            pieces: Returns the next piece; an empty one when there is none.
+            submit: Submits a piece, whose results are in the order of its things; fewer if its time is over.
+            lost: Returns what comes of a thing that has broken its executor, after so many wall seconds.
+            in_order: Whether pieces are yielded in their order.
+            until: The last moment, by the monotonic clock; work that goes on after it is ended.
+
+        Raises:
+            HmrsimError: A piece raises it.
+        """
+        return _Work(self, pieces, submit, lost, in_order=in_order, until=until).results()
+
+    @property
+    def executor(self) -> Executor:
+        """What executes them."""
+        self._executor = self._executor or self._make()
+        return self._executor
+
+
+class _Work(Generic[T, R]):
+    """One call of `Batches.results`."""
+
+    def __init__(
+        self,
+        batches: Batches,
+        pieces: Callable[[], Sequence[T]],
+        submit: Callable[[Executor, Sequence[T]], Future[list[R]]],
+        lost: Callable[[T, float], R],
+        *,
+        in_order: bool,
+        until: float,
+    ) -> None:
+        self._batches, self._pieces, self._submit, self._lost = batches, pieces, submit, lost
+        self._in_order, self._until = in_order, until
+        self._begun: dict[Future[list[R]], Sequence[T]] = {}
+        # What was not begun when the executor broke, and what may have broken it.
+        self._again: Sequence[T] = ()
+        self._suspects: deque[T] = deque()
+        self._alone, self._since = False, 0.0
+        # What was under way when the executor broke; None while it is whole.
+        self._broken: list[T] | None = None
+
+    def results(self) -> Generator[tuple[Sequence[T], list[R]], None, None]:
+        try:
+            while self._begin():
+                done = [] if self._broken is not None else self._wait()
+                if done is None:
+                    # What does not mind that its time is over ends with its process.
+                    self._batches.stop()
+                    return
+                for future in done:
+                    piece = self._begun.pop(future)
+                    if not self._breaks(future, piece):
+                        yield piece, future.result()
+                        if len(future.result()) < len(piece):
+                            return
+                if self._broken is not None:
+                    yield from self._after_break(self._broken)
+        finally:
+            for future in self._begun:
+                future.cancel()
+
+    def _begin(self) -> bool:
+        """Begin as many pieces as may be under way; return whether there is anything to wait for."""
+        self._alone, self._since = bool(self._suspects), time.monotonic()
+        most = 1 if self._alone else self._batches.most
+        while len(self._begun) < most and (piece := self._next()):
+            try:
+                self._begun[self._submit(self._batches.executor, piece)] = piece
+            except BrokenExecutor:
+                # Who has broken it is among those that were begun, if there are any.
+                self._again, self._broken = (piece, []) if self._begun else ((), [*piece])
+                break
+        return bool(self._begun) or self._broken is not None
+
+    def _next(self) -> Sequence[T]:
+        if self._suspects:
+            return [self._suspects.popleft()]
+        again, self._again = self._again, ()
+        return again or self._pieces()
+
+    def _wait(self) -> list[Future[list[R]]] | None:
+        """Wait for one of the pieces, or the first; return those that are done, None if none is some time too late."""
+        timeout = None if self._until == math.inf else max(0.0, self._until - time.monotonic()) + _GRACE
+        awaited = [next(iter(self._begun))] if self._in_order else [*self._begun]
+        done = wait(awaited, timeout, return_when=FIRST_COMPLETED).done
+        return [future for future in awaited if future in done] or None
+
+    def _breaks(self, future: Future[list[R]], piece: Sequence[T]) -> bool:
+        """Note that the executor has broken at a piece, if it has."""
+        error = future.exception()
+        if isinstance(error, HmrsimError):
+            raise error
+        if error is not None:
+            self._broken = [*(self._broken or ()), *piece]
+        return error is not None
+
+    def _after_break(self, broken: list[T]) -> Generator[tuple[Sequence[T], list[R]], None, None]:
+        """Go on with a new executor; yield what comes of a thing that has broken one alone."""
+        self._batches.stop()
+        broken += [thing for piece in self._begun.values() for thing in piece]
+        self._begun.clear()
+        self._broken = None
+        if self._alone:
+            seconds = time.monotonic() - self._since
+            yield broken, [self._lost(thing, seconds) for thing in broken]
+        else:
+            self._suspects.extend(broken)

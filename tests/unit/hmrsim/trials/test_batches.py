@@ -1,0 +1,114 @@
+"""Many trials on an executor that may break."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hmrsim.errors import HmrsimError
+from hmrsim.trials.batches import Batches
+from hmrsim.trials.executors import Serial
+
+
+class Pool(Serial):
+    """An executor whose process some things kill."""
+
+    def __init__(self, killers):
+        self._killers = killers
+        self._broken = False
+
+    def submit(self, function, piece):
+        """Do a piece of work, if the process is alive."""
+        if self._broken:
+            raise BrokenProcessPool
+        if self._killers.isdisjoint(piece):
+            return super().submit(function, piece)
+        self._broken = True
+        future = Future()
+        future.set_exception(BrokenProcessPool())
+        return future
+
+
+def tenfold(piece):
+    """Do a piece of work."""
+    return [10 * thing for thing in piece]
+
+
+def results(batches, pieces, **options):
+    """Return what comes of pieces: pairs of a thing and its result, in the order in which they come."""
+    there = iter(pieces)
+
+    def submit(executor, piece):
+        return executor.submit(tenfold, piece)
+
+    with closing(batches.results(lambda: next(there, ()), submit, lambda thing, _seconds: -thing, **options)) as found:
+        return [pair for piece, each in found for pair in zip(piece, each, strict=True)]
+
+
+@given(
+    sizes=st.lists(st.integers(1, 4), max_size=12),
+    killers=st.sets(st.integers(1, 40), max_size=4),
+    workers=st.integers(1, 3),
+    in_order=st.booleans(),
+)
+def test_each_thing_has_one_result_whatever_breaks(sizes, killers, workers, in_order):
+    """Its own, and only what has broken an executor is lost."""
+    numbers = iter(range(1, 100))
+    pieces = [[next(numbers) for _ in range(size)] for size in sizes]
+    found = results(Batches(lambda: Pool(killers), workers), pieces, in_order=in_order)
+
+    expected = [(thing, -thing if thing in killers else 10 * thing) for piece in pieces for thing in piece]
+    assert expected == sorted(found)
+
+
+def test_pieces_come_in_their_order_if_that_is_asked_for():
+    """Also those that are done once more."""
+    found = results(Batches(lambda: Pool({3}), 2), [[1], [2], [3], [4], [5]], in_order=True)
+
+    assert [1, 2, 3, 4, 5] == [thing for thing, _ in found]
+
+
+def test_an_executor_that_can_not_do_anything_ends():
+    """Each thing is lost."""
+
+    class Broken(Serial):
+        def submit(self, *_arguments):
+            raise BrokenProcessPool
+
+    assert [(1, -1), (2, -2), (3, -3)] == results(Batches(Broken, 1), [[1, 2], [3]])
+
+
+def test_an_error_of_a_users_file_is_raised():
+    """It is not the executor's."""
+
+    def submit(_executor, _piece):
+        future = Future()
+        future.set_exception(HmrsimError("the file has changed"))
+        return future
+
+    pieces = iter([[1]])
+    with pytest.raises(HmrsimError, match="has changed"):
+        list(Batches(Serial, 1).results(lambda: next(pieces, ()), submit, lambda thing, _seconds: thing))
+
+
+def test_what_does_not_end_in_time_is_left():
+    """With its executor; the next work has a new one."""
+    made = []
+
+    def make():
+        made.append(Serial())
+        return made[-1]
+
+    batches = Batches(make, 1)
+    pieces = iter([[1], [2]])
+    late = batches.results(lambda: next(pieces, ()), lambda *_: Future(), lambda *_: 0, until=time.monotonic() - 10.0)
+
+    assert [] == list(late)
+    assert [(3, 30)] == results(batches, [[3]])
+    assert 2 == len(made)
