@@ -1,9 +1,10 @@
-"""The work of a goal within one process, as exact counts: Python calls, modules, and passes from or to JSON."""
+"""The work of a goal as counts: Python calls, modules, and passes from or to JSON; in one process they are exact."""
 
 from __future__ import annotations
 
 import sys
 import tempfile
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,10 +20,14 @@ from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 from hmrsim.world.model import World
+from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh import Client
+from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -47,6 +52,8 @@ def drive(client):
 """
 _WARM: Final = 5
 """Runs before the one that is counted: the first ones fill caches."""
+_MANY: Final = 50
+"""Goals over Zenoh of which the mean is taken: how many queries are served together is a matter of chance."""
 
 _PASSES: Final = frozenset({"validate_json", "validate_python", "to_json", "to_python", "from_json"})
 """The functions of pydantic's core that make models of data, and data of models."""
@@ -70,21 +77,21 @@ class Counts:
         """All calls."""
         return sum(self.calls.values())
 
+    def note(self, frame: FrameType, event: str, function: Any) -> None:
+        """Count what a thread does, as `sys.setprofile` tells it."""
+        if event == "call":
+            module = frame.f_globals.get("__name__", "?")
+            self.calls[module] += 1
+            self.passes += (module, frame.f_code.co_name) in _JSON
+        elif event == "c_call":
+            self.passes += getattr(function, "__name__", "") in _PASSES
+
 
 @contextmanager
 def counted() -> Iterator[Counts]:
     """Count what the calling thread does; exact, and the same each time on one version of Python."""
     counts = Counts()
-
-    def note(frame: FrameType, event: str, function: Any) -> None:
-        if event == "call":
-            module = frame.f_globals.get("__name__", "?")
-            counts.calls[module] += 1
-            counts.passes += (module, frame.f_code.co_name) in _JSON
-        elif event == "c_call":
-            counts.passes += getattr(function, "__name__", "") in _PASSES
-
-    sys.setprofile(note)
+    sys.setprofile(counts.note)
     try:
         yield counts
     finally:
@@ -104,6 +111,38 @@ def goal() -> Counts:
         with counted() as counts:
             eve.send_goal(goals[0]).result()
     return counts
+
+
+def served_goal() -> Counts:
+    """Return what the simulator does for one warm goal in lockstep over Zenoh: the mean of some, in all its threads.
+
+    What Zenoh does, and how its threads hand queries over, is not counted.
+    """
+    navigate = registry()["navigate_to_pose"]
+    goals = [_to(x) for x in (4.0, 0.0)]
+    world = World.model_validate(_WORLD)
+    loaded = LoadedWorld(world, Path("world"), ())
+    noted = [Counts()]
+
+    def note(frame: FrameType, event: str, function: Any) -> None:
+        noted[-1].note(frame, event, function)
+
+    # Of all threads that are started until it is set anew.
+    threading.setprofile(note)
+    with Host(loaded, SessionOptions(listen=("tcp/127.0.0.1:0",)), RunSettings(clock="lockstep")) as host:
+        host.start()
+        threading.setprofile(None)
+        with Client(SessionOptions(connect=host.endpoints), clock="lockstep") as client:
+            eve = client.action_client("eve", navigate)
+            for number in range(2 * _WARM):
+                eve.send_goal(goals[number % 2]).result()
+            noted.append(Counts())
+            for number in range(_MANY):
+                eve.send_goal(goals[number % 2]).result()
+            counts = noted[-1]
+            noted.append(Counts())
+    calls = Counter({module: round(number / _MANY) for module, number in counts.calls.items()})
+    return Counts(+calls, round(counts.passes / _MANY))
 
 
 def tree() -> Counts:
@@ -152,6 +191,7 @@ def run() -> list[Row]:
     """Return the counts of each case."""
     cases = {
         "a goal, from `send_goal` to its result": (goal(), 260, 45, 0),
+        "a goal in lockstep over Zenoh, the simulator's side": (served_goal(), 260, None, 3),
         "a test of a tree of four goals, with set-up and end": (tree(), 1_900, None, 6),
         "a schedule of a search, with one goal": (schedule(), 1_300, None, 4),
     }

@@ -122,13 +122,17 @@ def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
 def test_a_goal_within_one_process_takes_no_more_calls():
     """Nor a pass through JSON. Counts are exact: whoever makes them smaller lowers the limits.
 
-    They are those of a process that does nothing else, and has no other threads and children.
+    They are those of a process that does nothing else, and has no other threads and children. Over Zenoh they are the
+    mean of fifty goals.
     """
-    said = "from benchmarks.calls import *; print([[of.total, of.passes] for of in (goal(), tree(), schedule())])"
+    said = (
+        "from benchmarks.calls import *\n"
+        "print([[of.total, of.passes] for of in (goal(), tree(), schedule(), served_goal())])"
+    )
     done = subprocess.run([sys.executable, "-c", said], cwd=ROOT, check=True, capture_output=True, text=True)
     counts = json.loads(done.stdout)
 
-    limits = [[430, 0], [5_050, 6], [2_700, 4]]
+    limits = [[430, 0], [5_050, 6], [2_700, 4], [385, 5]]
     pairs = [pair for count, limit in zip(counts, limits, strict=True) for pair in zip(count, limit, strict=True)]
     assert [] == [(value, most) for value, most in pairs if value > most]
 
