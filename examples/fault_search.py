@@ -37,7 +37,14 @@ def deliver(client: Client) -> bool:
     return True
 
 
-@check(WORLD, PROPERTIES, python="examples/fault_search.py:deliver", runs=60, space={"only": ["claw_drops", "slip"]})
+@check(
+    WORLD,
+    PROPERTIES,
+    python="examples/fault_search.py:deliver",
+    budget="1h",
+    runs=60,
+    space={"only": ["claw_drops", "slip"]},
+)
 def test_delivery(summary: Summary) -> None:
     """Whatever goes wrong, the box arrives."""
     print(f"{len(summary.findings)} failure in {summary.tried.runs} runs")

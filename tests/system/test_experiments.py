@@ -138,11 +138,10 @@ def test_any_command_is_a_controller(experiment):
     }
     found = experiment("commands", treatments=treatments)
     child_of_its_own = "import subprocess, sys; subprocess.call([sys.executable, '-c', 'while True: pass'])"
-    endless = {
-        "stuck": {"command": [sys.executable, "-c", "import time; time.sleep(1000)"]},
-        "busy": {"command": [sys.executable, "-c", child_of_its_own]},
-    }
-    found += experiment("endless", treatments=endless, limits={**BASE["limits"], "wall": 2, "processor": 2})
+    stuck = {"stuck": {"command": [sys.executable, "-c", "import time; time.sleep(1000)"]}}
+    found += experiment("stuck", treatments=stuck, limits={**BASE["limits"], "wall": 2, "processor": 1000})
+    busy = {"busy": {"command": [sys.executable, "-c", child_of_its_own]}}
+    found += experiment("busy", treatments=busy, limits={**BASE["limits"], "processor": 2})
     by = {row["treatment"]: row for row in found}
 
     assert ("succeeded", f"seed {by['script']['seed']} run 0 hello") == (by["script"]["ending"], by["script"]["output"])

@@ -23,6 +23,7 @@ from hmrsim.world_checks import load_world
 from hmrsim_zenoh import Client, SessionOptions
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
@@ -109,7 +110,7 @@ class _Steps:
 
     def _ended(self, goal: GoalHandle[Any, Any]) -> object:
         try:
-            return goal.result(20.0).model_dump(mode="json"), goal.status.name
+            return goal.result(PATIENCE).model_dump(mode="json"), goal.status.name
         except HmrsimError as error:
             return type(error).__name__, str(error), goal.status.name
 

@@ -7,10 +7,12 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 
 from hmrsim.cli import main
+from tests.patience import PATIENCE
 
 needs_bash = pytest.mark.skipif(shutil.which("bash") is None, reason="bash, which completes files, is not installed")
 
@@ -132,8 +134,12 @@ def test_without_a_simulator_nothing_is_completed(complete, line):
     ],
 )
 def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words):
-    """Robots, actions, topics and services are those that there are."""
-    assert words == complete(line, endpoint)
+    """Robots, actions, topics and services are those that there are, if the simulator says so in time."""
+    end = time.monotonic() + PATIENCE
+    while not (found := complete(line, endpoint)) and time.monotonic() < end:
+        pass
+
+    assert words == found
 
 
 @needs_bash

@@ -112,7 +112,7 @@ def test_what_a_service_has_changed_is_seen_at_the_same_instant(run):
 @pytest.mark.parametrize("run", ["lockstep"], indirect=True)
 def test_a_service_that_takes_simulated_time_fails_in_lockstep(run, monkeypatch):
     """Time stands while the tree waits for it; nothing hangs."""
-    monkeypatch.setattr(service_clients, "_AT_ONCE", 0.2)
+    monkeypatch.setattr(service_clients, "_AT_ONCE", 2.0)
     pause = SetSimulationState.Request.model_validate({"state": {"state": 2}})
     step = FromConstant("Step", StepSimulation, "step_simulation", StepSimulation.Request(steps=10))
     steps = [FromConstant("Pause", SetSimulationState, "set_simulation_state", pause), step]
