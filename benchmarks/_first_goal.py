@@ -9,6 +9,10 @@ from __future__ import annotations
 import json
 import sys
 import time
+from typing import Final
+
+_PATIENCE: Final = 300
+"""Wall seconds to reach the simulator, and for an answer."""
 
 
 def by_client(endpoint: str) -> None:
@@ -18,7 +22,7 @@ def by_client(endpoint: str) -> None:
     from hmrsim_zenoh import Client  # noqa: PLC0415
     from hmrsim_zenoh.wire.options import SessionOptions  # noqa: PLC0415
 
-    with Client(SessionOptions(connect=(endpoint,))) as client:
+    with Client(SessionOptions(connect=(endpoint,), timeout=_PATIENCE), acknowledge_timeout=_PATIENCE) as client:
         wall_e = client.action_client("wall_e", registry()["navigate_to_pose"])
         wall_e.send_goal(NavigateToPose.Goal()).wait_accepted()
         print("accepted", flush=True)
@@ -32,7 +36,7 @@ def by_bare_keys(endpoint: str) -> None:
     for key, value in {
         "mode": "client",
         "connect/endpoints": [endpoint],
-        "connect/timeout_ms": 10_000,
+        "connect/timeout_ms": 1000 * _PATIENCE,
         "connect/retry": {"period_init_ms": 20, "period_max_ms": 200, "period_increase_factor": 1.05},
         "scouting/multicast/enabled": False,
     }.items():

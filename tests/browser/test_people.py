@@ -134,7 +134,8 @@ def test_a_hopeless_goal_is_shown_as_aborted(hospital):
     page.evaluate("""async () => {
       const {Orders} = await import('/orders.js');
       const toasts = {said: [], show(kind, text, more) { this.said.push([kind, text, more]); }};
-      const orders = new Orders({...hmrsim, toasts, aim() {}, map: hmrsim.map});
+      const patience = {sent: 3e5, shown: 3e5, begun: 3e5};
+      const orders = new Orders({...hmrsim, toasts, aim() {}, map: hmrsim.map}, patience);
       orders.sendToPoint('wall_e', {kind: 'floor', name: '', point: [1e6, 1e6]});
       window.said = toasts.said;
     }""")

@@ -172,7 +172,7 @@ class _Steps:
     def _read(self) -> object:
         robot = self._chance.choice([*self._robots])
         key = self._chance.choice([f"{robot}/odom", f"{robot}/battery_state", "_world/clock", "_world/scene"])
-        return self._client.get(f"hmrsim/{key}").decode()
+        return self._client.get(f"hmrsim/{key}", PATIENCE).decode()
 
     def _break(self) -> object:
         robot = self._chance.choice([*self._robots])
@@ -185,7 +185,7 @@ class _Steps:
             ]
         )
         request = json.dumps({**fault, "robot": robot})
-        return self._client.get("hmrsim/_world/inject_fault", payload=request.encode()).decode()
+        return self._client.get("hmrsim/_world/inject_fault", PATIENCE, payload=request.encode()).decode()
 
     def _listen(self) -> object:
         key = self._chance.choice(["hmrsim/_world/events", "hmrsim/*/odom", "hmrsim/**"])
@@ -195,7 +195,7 @@ class _Steps:
     def _reset(self) -> object:
         if self._chance.random() < 0.7:
             return None
-        return self._client.get("hmrsim/_world/reset_simulation", payload=b"{}").decode()
+        return self._client.get("hmrsim/_world/reset_simulation", PATIENCE, payload=b"{}").decode()
 
 
 def compare(world: str, seed: int) -> str:

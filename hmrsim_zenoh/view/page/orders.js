@@ -3,14 +3,18 @@
 import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
 import { actionWords } from './panels/phrases.js';
 
-const SHOWN = 10000; // ms in which a goal that was accepted is shown, on a page that is busy, too
-const AT_ONCE = 1000; // ms in which one that is shown begins, unless time stands still
-const A_MOMENT = 300; // ms in which one that has begun and is hopeless ends
+// How many ms are waited for the next stage of a goal.
+const PATIENCE = {
+  sent: 10000, // until one that was accepted is shown, on a page that is busy, too
+  shown: 1000, // until it begins, unless time stands still
+  begun: 300, // until one that is hopeless ends
+};
 
 export class Orders {
-  /** @param {import('./app.js').App} app */
-  constructor(app) {
+  /** @param {import('./app.js').App} app @param {typeof PATIENCE} [patience] */
+  constructor(app, patience = PATIENCE) {
     this.app = app;
+    this.patience = patience;
   }
 
   /** Send a robot to what was picked: into a dock, or to the point. */
@@ -90,13 +94,12 @@ export class Orders {
       let seen = '';
       const look = () => {
         const { status } = known() ?? {};
-        const [stage, patience] = status === undefined ? ['sent', SHOWN]
-          : status <= ACCEPTED ? ['shown', AT_ONCE] : ['begun', isActive(status) ? A_MOMENT : 0];
-        if (patience === 0) return end();
+        const stage = status === undefined ? 'sent' : status <= ACCEPTED ? 'shown' : isActive(status) ? 'begun' : '';
+        if (!stage) return end();
         if (stage === seen) return;
         seen = stage;
         clearTimeout(timer);
-        timer = setTimeout(end, patience);
+        timer = setTimeout(end, this.patience[stage]);
       };
       const end = () => (clearTimeout(timer), model.removeEventListener('goals', look), resolve());
       model.addEventListener('goals', look);

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import time
 
 import pytest
 
 from hmrsim_zenoh.wire.session import open_client
 from tests.cases import case
+from tests.patience import PATIENCE
 from tests.wire.security.conftest import REQUESTS, over_json, over_ros, strangers
 
 EXECUTED = ["SendGoal", "SendGoal", "CancelGoal", "CallService"]
@@ -31,7 +33,10 @@ def test_strangers_execute_nothing(secured, tmp_path, wire):
 def test_a_controller_drives_its_robots_and_commands_no_world(secured, wire, name):
     """The same requests as a stranger's: goals are executed, the fault is not injected."""
     secured.ledger.commands.clear()
-    answered = wire(secured.of(name))
+    # ROS declares services a moment after a node has come.
+    end = time.monotonic() + PATIENCE
+    while not (answered := wire(secured.of(name))) and time.monotonic() < end:
+        pass
 
     assert (EXECUTED[:3] if wire is over_json else EXECUTED[:1]) == secured.ledger.commands
     assert len(secured.ledger.commands) == len(answered)

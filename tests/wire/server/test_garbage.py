@@ -12,6 +12,7 @@ import pytest
 
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.ros2.wires import RmwZenoh
+from tests.patience import PATIENCE
 from tests.served_world import served_world
 
 TIMES = 5
@@ -26,7 +27,7 @@ def ask():
         Client(options, clock="realtime") as listener,
     ):
         listener.subscribe("**", lambda *_sample: None)
-        yield lambda key, values: json.loads(client.get(f"hmrsim/{key}", payload=json.dumps(values).encode()))
+        yield lambda key, values: json.loads(client.get(f"hmrsim/{key}", PATIENCE, payload=json.dumps(values).encode()))
 
 
 def goal(ask, number):
