@@ -52,7 +52,7 @@ _MISSION_SECONDS: Final = 600.0
 """Simulated seconds after which the simulator ends the mission; it takes about 200."""
 _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
-_PATIENCE: Final = 0.5
+_PATIENCE: Final = 2.0
 """Wall seconds that a line of one process waits for an earlier line of the other."""
 
 

@@ -63,7 +63,8 @@ def test_a_healthy_simulator(doctor):
         code, out, err = doctor(options)
 
     lines = out.splitlines()
-    assert (0, "") == (code, err)
+    # The simulator is in this process, and may say that the machine can't keep up.
+    assert (0, []) == (code, [line for line in err.splitlines() if not line.startswith("[WARNING] the machine")])
     assert f"network     {options.connect[0]}: the simulator is the router" == lines[0]
     assert lines[1].endswith(", contract 1, prefix hmrsim, world 'small'")
     assert "robots      wall_e, eve (17 actions each), cart (15 actions); 3 of 3 with a liveliness token" == lines[3]

@@ -224,6 +224,8 @@ def test_gets_are_counted(page, session):
     """A page may have 64 under way, and gets an error for one more."""
     held = []
     session.declare_queryable("hmrsim/held", held.append)
+    # As above.
+    session.get("hmrsim/_world/info").recv()
     for id_ in range(65):
         page.say("get", id=id_, key="held", timeout=60)
 
@@ -251,5 +253,7 @@ def test_a_controller_answers_for_its_tree(page, session):
     """A wildcard reaches controllers, though the simulator, which has no trees, refuses it."""
     key = "hmrsim/wall_e/_tree"
     session.declare_queryable(key, lambda query: query.reply(key, '{"status": "RUNNING"}'))
+    # As above.
+    session.get("hmrsim/_world/info").recv()
 
     assert [["wall_e/_tree", {"status": "RUNNING"}]] == page.get("*/_tree")["replies"]
