@@ -81,11 +81,11 @@ async ([base, VIEW]) => {
     },
     async 'many changes of the scene at once ask for it twice, some time apart'() {
       const { made } = await begun();
+      const [before] = made.scenes();
       made.at.length = made.asked.length = 0;
-      const began = performance.now();
       for (let i = 0; i < 20; i += 1) made.tell('teleported', { entity: 'wall_e', at: [i, 0] }, 4);
       await once(made, () => made.scenes().length === 1);
-      equal(true, made.scenes()[0] - began >= 700);
+      equal(true, made.scenes()[0] - before >= 740);
       for (let i = 0; i < 20; i += 1) made.tell('teleported', { entity: 'wall_e', at: [i, 0] }, 4);
       await once(made, () => made.scenes().length === 2);
       equal(true, made.scenes()[1] - made.scenes()[0] >= 740);
