@@ -3,11 +3,13 @@
 import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
 import { actionWords } from './panels/phrases.js';
 
-// How many ms are waited for the next stage of a goal.
+const LOOK = 50; // ms from one look at a goal to the next
+// How many looks the next stage of a goal is waited for. Looks are counted, as on a busy page a timer may be due before
+// what had come earlier is read; and none is counted before simulated time has passed the goal's first instant.
 const PATIENCE = {
-  sent: 10000, // until one that was accepted is shown, on a page that is busy, too
-  shown: 1000, // until it begins, unless time stands still
-  begun: 300, // until one that is hopeless ends
+  sent: 600, // until one that was accepted is shown
+  shown: 20, // until it begins, unless time stands still
+  begun: 6, // until one that is hopeless ends
 };
 
 export class Orders {
@@ -89,23 +91,22 @@ export class Orders {
   async #begun(id) {
     const { model } = this.app;
     const known = () => model.goals.get(id);
-    await new Promise((resolve) => {
-      let timer;
-      let seen = '';
-      const look = () => {
-        const { status } = known() ?? {};
-        const stage = status === undefined ? 'sent' : status <= ACCEPTED ? 'shown' : isActive(status) ? 'begun' : '';
-        if (!stage) return end();
-        if (stage === seen) return;
-        seen = stage;
-        clearTimeout(timer);
-        timer = setTimeout(end, this.patience[stage]);
-      };
-      const end = () => (clearTimeout(timer), model.removeEventListener('goals', look), resolve());
-      model.addEventListener('goals', look);
-      look();
-    });
+    let [stage, looks] = ['', 0];
+    for (let waited = 0; waited < this.patience.sent; waited += 1) {
+      const before = stage;
+      stage = stageOf(known());
+      if (stage === 'ended') break;
+      looks = stage !== before || this.#isFirstInstant(known()) ? 0 : looks + 1;
+      if (looks >= this.patience[stage]) break;
+      await new Promise((resolve) => setTimeout(resolve, LOOK));
+    }
     if (known()?.status === ABORTED) throw new Error(known().errorMsg || `aborted, code ${known().errorCode}`);
+  }
+
+  /** Return whether more may come of the instant in which a goal was accepted. */
+  #isFirstInstant(goal) {
+    const { factor, paused, received } = this.app.clock;
+    return goal !== undefined && factor > 0 && !paused && received <= goal.accepted;
   }
 
   /**
@@ -135,6 +136,13 @@ export class Orders {
       !only || only.includes(name) || only.includes(this.app.model.robots.get(name)?.type));
     return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
   }
+}
+
+/** @param {{status: number} | undefined} goal @returns {'sent' | 'shown' | 'begun' | 'ended'} */
+function stageOf(goal) {
+  if (goal === undefined) return 'sent';
+  if (goal.status <= ACCEPTED) return 'shown';
+  return isActive(goal.status) ? 'begun' : 'ended';
 }
 
 /** Throw an error again, with the names of the form's fields in its details. @param {Error} error */
