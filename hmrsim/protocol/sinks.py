@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeGuard
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 class Sink(Protocol):
     """Receives the outputs; called in the simulation's thread, which it must not block.
 
-    One that needs outputs of some types only may have them in an attribute ``takes``, a frozenset of those types.
+    One that needs outputs of some types only, or has a function for each, is a `SelectiveSink`.
     """
 
     def emit(self, output: Output) -> None:
@@ -21,6 +22,13 @@ class Sink(Protocol):
 
     def wants(self, topic: Topic) -> bool:
         """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""
+
+
+class SelectiveSink(Sink, Protocol):
+    """A sink that is asked once for each type of outputs."""
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type in place of `emit`; None if they are not for this sink."""
 
 
 class CommandSink(Sink, Protocol):
@@ -34,6 +42,12 @@ class CommandSink(Sink, Protocol):
             by: The participant that sent it, if one did.
             now: The simulated time, in seconds.
         """
+
+
+def taker_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
+    """Return what takes outputs of a type; None if they are not for this sink."""
+    selects: Callable[[type], Callable[[Any], object] | None] | None = getattr(sink, "taker", None)
+    return sink.emit if selects is None else selects(kind)
 
 
 def hears_commands(sink: Sink) -> TypeGuard[CommandSink]:

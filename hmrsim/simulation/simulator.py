@@ -44,7 +44,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
-from hmrsim.protocol.sinks import hears_commands
+from hmrsim.protocol.sinks import hears_commands, taker_of
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
@@ -145,7 +145,7 @@ class Simulator:
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._sinks: list[Sink] = []
         # The sinks that take outputs of a type.
-        self._takers: dict[type, list[Sink]] = {}
+        self._takers: dict[type, list[tuple[Sink, Callable[[Any], object]]]] = {}
         self._fatal: tuple[Sink, BaseException] | None = None
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
@@ -406,10 +406,11 @@ class Simulator:
         kind = type(output)
         takers = self._takers.get(kind)
         if takers is None:
-            takers = self._takers[kind] = [sink for sink in self._sinks if kind in getattr(sink, "takes", {kind})]
-        for sink in takers:
+            asked = [(sink, taker_of(sink, kind)) for sink in self._sinks]
+            takers = self._takers[kind] = [(sink, take) for sink, take in asked if take is not None]
+        for sink, take in takers:
             try:
-                sink.emit(output)
+                take(output)
             except BUGS as bug:
                 # The other sinks are to have it.
                 self._sink_failed(sink, bug)
@@ -502,13 +503,13 @@ class Simulator:
         *until* is in simulated seconds, and *idle* says whether to take samples when no event is scheduled, too.
 
         Returns:
-            Whether anything was due.
+            Whether more may be due then: so many were processed, or the simulation was halted.
         """
         limit = self.gate.limit
         return self._process(until if limit == math.inf else min(until, end_of_instant(limit)), most, idle=idle)
 
     def _process(self, until: float, most: int, *, idle: bool) -> bool:
-        """Process at most so many events and samples that are due at *until* or before; return whether any was."""
+        """Process at most so many events and samples that are due at *until* or before; return whether more may be."""
         env, telemetry = self.env, self.telemetry
         busy, taken = self._busy, 0
         env.horizon, self._busy = until, True
@@ -528,7 +529,7 @@ class Simulator:
                     self._check_sinks()
         finally:
             self._busy = busy
-        return taken > 0
+        return taken >= most or env.horizon < until
 
     def finish_instant(self) -> None:
         """Take all that is due in this nanosecond, also while time may not move on.

@@ -67,11 +67,6 @@ class Lockstep:
         lost: Which participant was dropped last, and why; empty if none was.
     """
 
-    takes: Final = frozenset(
-        {Answered, GoalChanged, GoalTold, FeedbackSent, TimeRestarted, RosterChanged, PlanWanted, Sampled, EventStamped}
-    )
-    """The outputs that are recorded, or that conditions follow."""
-
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
         self.epoch = 0
         self.granting = False
@@ -101,6 +96,8 @@ class Lockstep:
             TimeRestarted: lambda restarted: self._participants.shift(restarted.ended / NANOSECONDS),
             RosterChanged: self._note_roster,
             PlanWanted: self._note_plan,
+            Sampled: self._follow,
+            EventStamped: self._follow,
         }
 
     @property
@@ -508,9 +505,14 @@ class Lockstep:
 
     def emit(self, output: Output) -> None:
         """Record an event that a participant waits for."""
-        note = self._noting.get(type(output))
-        if note is not None:
-            note(output)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self._noting.get(kind)
+
+    def _follow(self, output: Output) -> None:
         if self._conditions.watched:
             self._conditions.emit(output)
 
@@ -535,6 +537,7 @@ class Lockstep:
     def _note_change(self, change: GoalChanged) -> None:
         if change.robot not in self._simulator.dispatcher.news.late:
             self._note_news(change)
+        self._follow(change)
 
     def _note_news(self, change: GoalChanged) -> None:
         """Record a change of a goal when participants may know it."""
@@ -549,6 +552,7 @@ class Lockstep:
     def _note_feedback(self, feedback: FeedbackSent) -> None:
         if "feedback" in self._kinds:
             self._note("feedback", stamp(self._simulator.now), feedback)
+        self._follow(feedback)
 
     def _note_roster(self, _changed: RosterChanged) -> None:
         """Record the withheld changes of goals of robots that are connected again."""

@@ -224,23 +224,32 @@ class Pacing:
             self._paced_round(self.real_time_factor)
 
     def _lockstep_round(self) -> None:
-        lockstep = self.lockstep
-        if self._take_commands():
-            # One of them may have reset the simulation, or ended the run.
+        lockstep, inbox = self.lockstep, self._inbox
+        taken = self._take_commands()
+        if taken and (taken == _EVENTS_BETWEEN_POLLS or self._is_another):
             return
-        if lockstep.granting:
-            if lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()) or not lockstep.granting:
+        if not lockstep.granting:
+            if lockstep.over:
+                self._over = True
                 return
-        elif lockstep.over:
-            self._over = True
-            return
-        elif lockstep.ready:
-            # What a goal that begins brings about, such as an intervention, comes before time moves.
-            lockstep.begin()
-            return
-        elif not lockstep.participates and next(self._preparations, self) is not self:
+            if lockstep.ready:
+                lockstep.begin()
+                # What a goal that begins brings about, such as an intervention, comes before time moves.
+                if inbox.waiting:
+                    return
+            elif not (taken or lockstep.participates) and next(self._preparations, self) is not self:
+                return
+        if lockstep.granting and (
+            lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time())
+            or (not lockstep.granting and (inbox.waiting or lockstep.over or lockstep.ready or self._is_another))
+        ):
             return
         self._stand()
+
+    @property
+    def _is_another(self) -> bool:
+        """Whether the run is over, was reset, or has another clock, since this round began."""
+        return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
 
     def _free_round(self) -> None:
         simulator = self._simulator

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.protocol.commands import ForgetResult
@@ -28,8 +29,6 @@ class Retention:
         keep_results: Results that are kept per robot anyway: of more goals none needs to be dropped.
     """
 
-    takes: Final = frozenset({GoalChanged})
-
     def __init__(self, timeout: float, keep_results: int = 1000) -> None:
         self._timeout = timeout
         self._keep_results = keep_results
@@ -38,12 +37,21 @@ class Retention:
 
     def emit(self, output: Output) -> None:
         """Record a goal that has ended."""
-        if self._timeout >= 0 and isinstance(output, GoalChanged) and output.status.terminal:
-            expires = wall_time() + self._timeout
-            if output.robot not in self._ended:
-                self._ended[output.robot] = deque(maxlen=self._keep_results)
-            self._ended[output.robot].append((expires, output.action, output.goal_id))
-            self._next = min(self._next, expires)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self._note_change if kind is GoalChanged and self._timeout >= 0 else None
+
+    def _note_change(self, change: GoalChanged) -> None:
+        if change.result is None:
+            return
+        expires = wall_time() + self._timeout
+        if change.robot not in self._ended:
+            self._ended[change.robot] = deque(maxlen=self._keep_results)
+        self._ended[change.robot].append((expires, change.action, change.goal_id))
+        self._next = min(self._next, expires)
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: ends of goals are delivered without it."""

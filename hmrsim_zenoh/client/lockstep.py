@@ -404,14 +404,15 @@ class Lockstep:
     def _deliver(self, grant: Granted) -> None:
         """Run the callbacks of a grant. Only its acceptance, the first of them, makes that the next one is taken."""
         applied = self._sent[: len(grant.accepted)]
-        self._undelivered.extend(
-            [
-                partial(self._accept, grant, idle=self._idle + 1 if grant.reason == "idle" and not applied else 0),
-                *(partial(each.then, answer) for each, answer in zip(applied, grant.accepted, strict=True)),
-                *(partial(self._tell, kind, event) for kind, _, event in grant.events),
-                *(partial(self._end_watch, name, None) for name in grant.met),
-            ]
-        )
+        idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
+        calls: list[Callable[[], None]] = [partial(self._accept, grant, idle=idle)]
+        for each, answer in zip(applied, grant.accepted, strict=True):
+            calls.append(partial(each.then, answer))
+        for kind, _, event in grant.events:
+            calls.append(partial(self._tell, kind, event))
+        if grant.met:
+            calls += [partial(self._end_watch, name, None) for name in grant.met]
+        self._undelivered.extend(calls)
         self._hand_out()
         if grant.over and self._error is None:
             self._error = SimulationEnded(f"the run is over: {grant.over}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -53,8 +53,6 @@ class LocalCommands:
         server: The server of the same simulation.
     """
 
-    takes: Final = frozenset({Answered})
-
     def __init__(self, exchange: Exchange, server: Server) -> None:
         self._exchange = exchange
         self._server = server
@@ -71,12 +69,16 @@ class LocalCommands:
             self._exchange.deliver(then, self._refusal(command) if self._inbox.closed else self._server.info())
             self._exchange.settle()
             return
+        losses = self._losses
+        # Readings are left alone, which are repeated without a thought.
+        disturbed = losses.active and not isinstance(command, ReadTime)
+        asked = _Asked(then, losses.lost if disturbed and losses.watching else None)
         try:
-            command = self._checked(command, "goal_info.goal_id", "goal_id")
+            command = self._checked(command, asked, "goal_info.goal_id", "goal_id")
         except UnreadableError as error:
             self._exchange.deliver(then, RequestError(str(error), error.details))
         else:
-            self._put(command, then)
+            self._put(command, then, repeated=disturbed and losses.comes_twice())
         self._exchange.settle()
 
     def wants(self, _topic: Topic) -> bool:
@@ -85,23 +87,26 @@ class LocalCommands:
 
     def emit(self, output: Output) -> None:
         """Pass an answer on to who has asked."""
-        if isinstance(output, Answered) and type(output.reply_to) is _Asked:
-            asked = output.reply_to
-            lost = asked.loses is not None and asked.loses()
-            self._exchange.deliver(asked.then, None if lost else _as_told(output.answer))
+        if isinstance(output, Answered):
+            self._answer(output)
 
-    def _put(self, command: ClientCommand, then: Callable[[Any], object]) -> None:
-        losses = self._losses
-        # Readings are left alone, which are repeated without a thought.
-        disturbed = losses.active and not isinstance(command, ReadTime)
-        asked = _Asked(then, losses.lost if disturbed and losses.watching else None)
-        repeated = disturbed and losses.comes_twice()
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self._answer if kind is Answered else None
+
+    def _answer(self, answered: Answered) -> None:
+        asked = answered.reply_to
+        if type(asked) is _Asked:
+            lost = asked.loses is not None and asked.loses()
+            self._exchange.deliver(asked.then, None if lost else _as_told(answered.answer))
+
+    def _put(self, command: ClientCommand, then: Callable[[Any], object], *, repeated: bool) -> None:
         try:
             for each in self._server.before(command):
                 self._inbox.put(each)
-            self._inbox.put(command._replace(reply_to=asked))
+            self._inbox.put(command)
             if repeated:
-                self._inbox.put(command)
+                self._inbox.put(command._replace(reply_to=None))
         except SimulationStopped:
             self._exchange.deliver(then, self._refusal(command))
 
@@ -110,32 +115,33 @@ class LocalCommands:
         served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
         return _as_told(self._server.refusal_of(command)) if served else None
 
-    def _checked(self, command: ClientCommand, cancel: str, result: str) -> ClientCommand:
+    def _checked(self, command: ClientCommand, asked: _Asked | None, cancel: str, result: str) -> ClientCommand:
         """Return a command with real names and with messages, whatever its sender has written.
 
-        *cancel* and *result* are the fields that have the goal's id on the wire, for errors.
+        *asked* receives its answer; *cancel* and *result* are the fields that have the goal's id on the wire, for
+        errors.
 
         Raises:
             UnreadableError: It can't be understood.
         """
         match command:
-            case Advance(participant, epoch, until, wake, report, commands) if commands:
-                return Advance(participant, epoch, until, wake, report, tuple(map(self._given, commands)))
+            case Advance(participant, epoch, until, wake, report, commands):
+                return Advance(participant, epoch, until, wake, report, tuple(map(self._given, commands)), asked)
             case SendGoal():
-                return self._goal(command)
+                return self._goal(command, asked)
             case CancelGoal():
-                return self._named(command, cancel)
+                return self._named(command, asked, cancel)
             case GetResult():
-                return self._named(command, result)
+                return self._named(command, asked, result)
             case CallService(request=request):
                 check_texts_of(request)
-        return command
+        return command if asked is None else command._replace(reply_to=asked)
 
     def _given(self, command: Any) -> Any:
         """Return a command of an advance, or why it can't be understood, which is its answer."""
         try:
             if not isinstance(command, Watched):
-                return self._checked(command, "cancel", "result")
+                return self._checked(command, None, "cancel", "result")
             name, wanted = command
             asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
             return condition(plain(WatchRequest).validate_python(asked), self._server.keys)
@@ -144,20 +150,20 @@ class LocalCommands:
         except UnreadableError as error:
             return Unreadable(_error(error))
 
-    def _named(self, command: CancelGoal | GetResult, field: str) -> CancelGoal | GetResult:
+    def _named(self, command: CancelGoal | GetResult, asked: _Asked | None, field: str) -> CancelGoal | GetResult:
         try:
             goal_id = parse_goal_id(command.goal_id)
         except ValueError as error:
             raise unreadable_at(field, str(error), command.goal_id) from None
         robot, action = self._server.keys.resolve(command.robot, command.action)
-        return command._replace(robot=robot, action=action, goal_id=goal_id)
+        return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=asked)
 
-    def _goal(self, command: SendGoal) -> SendGoal:
+    def _goal(self, command: SendGoal, asked: _Asked | None) -> SendGoal:
         robot, name = self._server.keys.resolve(command.robot, command.action)
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
         goal = None if action is None else _message(action.goal, command.goal)
-        return SendGoal(robot, name, goal, command.goal_id)
+        return SendGoal(robot, name, goal, command.goal_id, asked)
 
 
 def _message(kind: type[Message], goal: Any) -> Message:

@@ -91,11 +91,13 @@ class LoopbackSession:
         Raises:
             zenoh.ZError: The session is closed.
         """
-        self._check()
+        if self._closed or self._waits is not None:
+            self._check()
         if self._take is None:
             raise zenoh.ZError("the session is the simulator's own")
         self._take(command, self._heard(then))
-        self._check_cut()
+        if self._error is not None:
+            raise self._error
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
         """Publish."""

@@ -66,6 +66,11 @@ class LocalInbox(QueryInbox):
             return self._commands.popleft()
         return super().poll() if self._queries else None
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a query or a command waits."""
+        return bool(self._commands or self._queries)
+
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
         """Prepare for the next query, and return."""
         self._prepare(None)

@@ -223,7 +223,8 @@ class Server:
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands that come before one of a client in this process: what has changed around it."""
-        first = self.planner.look() if isinstance(command, (SendGoal, Advance)) else []
+        plans = self._description.plans_externally and isinstance(command, (SendGoal, Advance))
+        first = self.planner.look() if plans else []
         if (changes := self._interest.look()) != self._changes_reported:
             self._changes_reported = changes
             first.append(InterestChanged())
@@ -304,6 +305,10 @@ class Server:
         # The limiter has to learn of the ends of goals whose feedback it has passed.
         if kind not in _UNHEARD or self._interest.any or self._followed or self._limiter.sent:
             self._emitters[kind](output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in _UNHEARD else self._emitters.get(kind)
 
     def _emit_answer(self, event: Answered) -> None:
         asked = event.reply_to
