@@ -28,7 +28,7 @@ from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.program.users_code import mistakes_in
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client.goal_places import with_poses
+from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:

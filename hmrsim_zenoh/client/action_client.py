@@ -50,7 +50,7 @@ class ActionClient(Generic[G, R, F]):
         goal_id: str | None = None,
         adopt: bool = False,
         read_result: bool = True,
-        on_feedback: Callable[[F], None] | None = None,
+        on_feedback: Callable[[F], object] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
@@ -85,7 +85,7 @@ class ActionClient(Generic[G, R, F]):
         *,
         goal_id: str | None = None,
         read_result: bool = True,
-        on_feedback: Callable[[F], None] | None = None,
+        on_feedback: Callable[[F], object] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
         """Send a goal as `send_goal` does, in one query instead of two, and return its handle.
@@ -109,7 +109,7 @@ class ActionClient(Generic[G, R, F]):
         lockstep: Lockstep | None,
         goal: G | Mapping[str, Any],
         goal_id: str | None,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> GoalExchange[R, F]:
         """Return a goal's handle, which is to be started."""

@@ -53,7 +53,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         target: ActionTarget,
         command: SendGoal,
         *,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
         on_done: Callable[[GoalExchange[R, F]], None],
     ) -> None:

@@ -34,7 +34,7 @@ class GoalHandle(ABC, Generic[R, F]):
         name: str,
         goal_id: str,
         *,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> None:
         self._name = name
@@ -53,7 +53,7 @@ class GoalHandle(ABC, Generic[R, F]):
         self._done = False
         self._found: GoalStatus | None = None
         # Callbacks that are due, each with what it is told.
-        self._mail: deque[tuple[Callable[[Any], None], object]] = deque()
+        self._mail: deque[tuple[Callable[[Any], object], object]] = deque()
         self._delivering = False
 
     def __repr__(self) -> str:
@@ -253,7 +253,7 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._delivering or not self._mail:
                 return
             self._delivering = True
-            mail: tuple[Callable[[Any], None], object] | None = self._mail.popleft()
+            mail: tuple[Callable[[Any], object], object] | None = self._mail.popleft()
         try:
             while mail is not None:
                 callback, told = mail

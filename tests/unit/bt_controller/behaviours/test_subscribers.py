@@ -20,7 +20,7 @@ from hmrsim.interfaces.vision_msgs import (
     ObjectHypothesisWithPose,
 )
 from hmrsim_zenoh.client.condition import Condition
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 
 def at(x):
