@@ -15,7 +15,7 @@ from hmrsim.trials.local import LocalTrial
 from hmrsim_gym.errand import dock, go, pick_up, put_down, send
 from hmrsim_gym.setting import CHARGED
 from hmrsim_gym.truth import Truth
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -19,7 +19,7 @@ from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
-from hmrsim_zenoh.client.warm_up import for_client
+from hmrsim_zenoh.client.action_client import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:

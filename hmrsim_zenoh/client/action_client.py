@@ -17,10 +17,11 @@ from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
 from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
-from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, UnreadableError, around, plain, read
 
 if TYPE_CHECKING:
-    from hmrsim.actions import Action
+    from hmrsim.actions import Action, AnyAction
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
@@ -195,3 +196,15 @@ class ActionClient(Generic[G, R, F]):
 def _kind(goal: object) -> str:
     """Return a goal of another kind for a message: its type, if it is a message, as those are long."""
     return goal.ros_type if isinstance(goal, Message) else shown(goal)
+
+
+_ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
+_ENDED = b'{"status":0,"result":{}}'
+
+
+def for_client(action: AnyAction) -> None:
+    """Prepare to send goals of an action and to read their feedback and results."""
+    result: type[Message] = action.result
+    encoding.message(action.goal())
+    read(plain(SendGoalResponse), _ACCEPTED)
+    read(around(GetResultResponse, result), _ENDED)

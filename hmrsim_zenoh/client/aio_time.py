@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
-    from hmrsim_zenoh.client.sim_clock import SimClock
-    from hmrsim_zenoh.client.subscription import Subscription
+    from hmrsim_zenoh.client.subscription import SimClock, Subscription
     from hmrsim_zenoh.errors import RequestError
 
 _LOOK_AROUND: Final = 0.5

@@ -31,7 +31,7 @@ from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
 from hmrsim_zenoh.client.places import NamedPlaces
-from hmrsim_zenoh.client.sim_clock import SimClock, read_clock
+from hmrsim_zenoh.client.subscription import SimClock, read_clock
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,

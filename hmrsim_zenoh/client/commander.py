@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
-from hmrsim_zenoh.client.charge import BATTERY_PERIOD, Charge
+from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,9 +13,8 @@ from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.client.queries import Queries
-from hmrsim_zenoh.client.sim_clock import SimClock
-from hmrsim_zenoh.client.subscription import Subscription
-from hmrsim_zenoh.client.worker import Rounds, Worker
+from hmrsim_zenoh.client.subscription import SimClock, Subscription
+from hmrsim_zenoh.client.threads import Rounds, Worker
 from hmrsim_zenoh.client.zenoh_connection import ZenohConnection
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
 from hmrsim_zenoh.loopback.session import LoopbackSession

@@ -13,7 +13,7 @@ import zenoh
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.worker import Worker
+    from hmrsim_zenoh.client.threads import Worker
 
 
 class Presence:

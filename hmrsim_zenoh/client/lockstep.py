@@ -23,15 +23,15 @@ from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.conditions import Unwatch
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.participant import Participant, Wish
-from hmrsim_zenoh.client.single_flight import SingleFlight
+from hmrsim_zenoh.client.threads import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import GetResult, SendGoal
     from hmrsim.protocol.outputs import GoalChanged, Granted
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.participant import Kind

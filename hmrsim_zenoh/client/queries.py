@@ -14,7 +14,7 @@ from pydantic_core import to_json
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.worker import Worker
+    from hmrsim_zenoh.client.threads import Worker
     from hmrsim_zenoh.wire.enclave import Enclave
 
 Reply = bytes | RequestError | None

@@ -23,7 +23,7 @@ from hmrsim.protocol.conditions import Unwatch, Watching
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import Ask, ReadInfo
 from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire import encoding

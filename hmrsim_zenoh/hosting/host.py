@@ -13,7 +13,6 @@ from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
 from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.claim import Claim
-from hmrsim_zenoh.server.intake import OVER_ZENOH
 from hmrsim_zenoh.server.sessions import Sessions
 from hmrsim_zenoh.wire.enclave import SIMULATOR
 from hmrsim_zenoh.wire.keys import Keys
@@ -82,7 +81,7 @@ class Host:
             sessions = Sessions(self._session, enclave.access_control) if enclave else None
             self._claim = Claim(self._session, keys)
             self._served = ServedSimulation(
-                Wiring(self._session, keys, OVER_ZENOH, sessions, wires),
+                Wiring(self._session, keys, sessions=sessions, wires=wires),
                 loaded.world,
                 settings,
                 Observers(sinks, watchers, on_wait),

@@ -15,7 +15,7 @@ from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind

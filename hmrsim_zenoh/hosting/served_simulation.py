@@ -16,6 +16,8 @@ from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
+from hmrsim_zenoh.server.channel_inbox import ChannelInbox
+from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.intake import Intake
+    from hmrsim_zenoh.server.inbox import InboxMaker
+    from hmrsim_zenoh.server.interest import InterestMaker
     from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.keys import Keys
@@ -45,7 +48,8 @@ class Wiring:
     Attributes:
         session: An open session.
         keys: How keys are spelled there.
-        intake: How queries are taken and subscribers are found.
+        inbox: Makes the inbox of queries.
+        interest: Makes the detection of subscribers.
         sessions: Who is connected, where certificates say so.
         wires: The ROS 2 wires to serve beside the JSON wire.
         answers: Makes the sink that answers commands of this process; None where there are none.
@@ -53,7 +57,8 @@ class Wiring:
 
     session: zenoh.Session
     keys: Keys
-    intake: Intake
+    inbox: InboxMaker = ChannelInbox
+    interest: InterestMaker = SubscriberWatch
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
     answers: Callable[[Server], Sink] | None = None
@@ -193,7 +198,8 @@ class ServedSimulation:
             submit=simulator.submit,
             on_roster=self._follow,
             settings=settings,
-            intake=self._wiring.intake,
+            inbox=self._wiring.inbox,
+            interest=self._wiring.interest,
         )
         self._servers.append(self.server)
         if self._wiring.wires:
