@@ -75,6 +75,8 @@ class CommandTrial(Trial):
         self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
         self._command = command
         self._first: ControllerProcess | None = None
+        # Set when the first process was started, or can't be: it may act before this process knows it.
+        self._started = threading.Event()
         self._killed = self._over = False
         self._others: list[_Other] = []
         super().__init__(self._host, disturber)
@@ -95,6 +97,8 @@ class CommandTrial(Trial):
             first = self._first = self._start()
         except OSError as error:
             raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
+        finally:
+            self._started.set()
         try:
             ending, cause = self._followed(first)
         except TimeLimit as limit:
@@ -168,6 +172,7 @@ class CommandTrial(Trial):
         return [name for name in self._lockstep.participants if name not in others]
 
     def _kill(self, restart_after: float | None) -> None:
+        self._started.wait()
         if self._killed or self._first is None:
             return
         # Noted before the process has ended, as another thread looks at both.
