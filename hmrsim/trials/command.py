@@ -132,9 +132,9 @@ class CommandTrial(Trial):
             if self._killed:
                 if self._restarts.is_set():
                     self._restarts.clear()
-                    with first:
-                        first = self._first = self._start()
-                        self._killed = False
+                    first.end()
+                    first = self._first = self._start()
+                    self._killed = False
                 elif self._gone and not (self._others or self._lockstep.expects):
                     return GONE
             elif code is not None:
