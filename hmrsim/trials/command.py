@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.errors import HmrsimError, SimulationStopped
 from hmrsim.trials.endings import HUNG, TIMEOUT, TimeLimit, ending_of_code
 from hmrsim.trials.processes import GRACE, ControllerProcess
-from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial, Watchers, unwatched
+from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial
 from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
 from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.claim import Claim
 from hmrsim_zenoh.server.sessions import Sessions
@@ -21,8 +21,6 @@ from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.losses import Losses
@@ -62,7 +60,7 @@ class Host:
         *,
         wires: Sequence[Wire] = (),
         sinks: Sequence[Sink] = (),
-        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        watchers: Watchers = unwatched,
         on_wait: Sequence[Callable[[], None]] = (),
         preparations: Iterable[object] = (),
     ) -> None:

@@ -9,7 +9,7 @@ from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
 from hmrsim_zenoh.loopback.exchange import Exchange, Kind
 from hmrsim_zenoh.loopback.session import LoopbackSession, open_session
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
     from hmrsim.world.model import World
     from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.server import Server
@@ -55,7 +53,7 @@ class LoopbackHost:
         *,
         prefix: str = "hmrsim",
         sinks: Sequence[Sink] = (),
-        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        watchers: Watchers = unwatched,
     ) -> None:
         self._reason = "the simulation has ended"
         self._begun = self._ended = False

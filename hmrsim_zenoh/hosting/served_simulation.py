@@ -36,6 +36,14 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+Watchers = Callable[[Simulator, Pacing], "Sequence[Sink]"]
+"""Makes further sinks of a simulation."""
+
+
+def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
+    """Return no further sinks."""
+    return ()
+
 
 def _warn_of_lag(lag: float) -> None:
     _log.warning("the machine can't keep up: simulated time is %.1f wall seconds behind in all", lag)
@@ -75,7 +83,7 @@ class Observers:
     """
 
     sinks: Sequence[Sink] = ()
-    watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
+    watchers: Watchers = unwatched
     on_wait: Sequence[Callable[[], None]] = ()
 
 

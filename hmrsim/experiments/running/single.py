@@ -19,7 +19,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.endings import CRASHED, ERROR, FAILED, SUCCEEDED, TIMEOUT
-from hmrsim.trials.trial import Watchers, unwatched
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run
