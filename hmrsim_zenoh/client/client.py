@@ -62,8 +62,6 @@ _SUFFIX: Final = "HMRSIM_NAME_SUFFIX"
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
-_SLOW: Final = 60.0
-"""Wall seconds for which a simulator may not say which clock it has."""
 _RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
 """Services of the world by which simulated time may go back."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
@@ -344,8 +342,10 @@ class Client:
             self._await_simulator(key, until, timeout)
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
 
-    def get_all(self, key: str, timeout: float = 5.0) -> dict[str, bytes]:
-        """Return the latest values of all keys that match a key expression and arrive within *timeout*.
+    def get_all(self, key: str, timeout: float = PATIENCE) -> dict[str, bytes]:
+        """Return the latest values of all keys that match a key expression, as soon as all have answered.
+
+        Those that take longer than *timeout* wall seconds are left out.
 
         Raises:
             ClientClosed: The client was closed.
@@ -414,7 +414,7 @@ class Client:
         """
         if self._link.connection.in_process:
             return "lockstep"
-        limit = time.monotonic() + _SLOW
+        limit = time.monotonic() + PATIENCE
         while True:
             try:
                 return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"

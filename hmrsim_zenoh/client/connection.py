@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=Message)
 
-PATIENCE: Final = 30.0
-"""Wall seconds for an answer, unless the caller gives others; that a simulator is gone is noticed before."""
+PATIENCE: Final = 60.0
+"""Wall seconds for an answer on a busy machine, unless the caller gives others; that nobody is there, or any more, is
+noticed before."""
 
 Answer = Any
 """The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
