@@ -105,6 +105,7 @@ def _read(text: str, first: Callable[[World], Iterable[Finding]] = lambda _world
 
 def _serve(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Response:
     try:
+        # Read again, as a replay does, so that both run the same world or refuse it.
         world = _read(request.resource_string)
     except WorldError as error:
         # Written out, what an overlay makes of a few lines may have more values than are read.
