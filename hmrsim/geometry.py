@@ -6,9 +6,10 @@ A point is ``(x, y)`` in the world's unit. No function here depends on the direc
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Final, NamedTuple
 
 Point = tuple[float, float]
 
@@ -17,6 +18,9 @@ MAX_COORDINATE = 1e7
 
 SAME_PLACE = 1e-6
 """Two points nearer than this are one."""
+
+METER: Final[Mapping[str, float]] = MappingProxyType({"m": 1.0, "px": 80.0})
+"""A meter, in units of a world; in pixels, as many as stand for one."""
 
 
 class Pose(NamedTuple):
