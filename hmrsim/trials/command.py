@@ -76,8 +76,8 @@ class CommandTrial(Trial):
         self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
         self._command = command
         self._first: ControllerProcess | None = None
-        # Set when the first process was started, or can't be: it may act before this process knows it.
-        self._started = threading.Event()
+        # Held while the first process is started: it may act before this process knows it.
+        self._starting = threading.Lock()
         self._killed = self._over = False
         self._others: list[_Other] = []
         super().__init__(self._host, disturber)
@@ -93,13 +93,12 @@ class CommandTrial(Trial):
         Raises:
             HmrsimError: It can't be started.
         """
-        self._host.start()
-        try:
-            first = self._first = self._start()
-        except OSError as error:
-            raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
-        finally:
-            self._started.set()
+        with self._starting:
+            self._host.start()
+            try:
+                first = self._first = self._start()
+            except OSError as error:
+                raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
         try:
             ending, cause = self._followed(first)
         except TimeLimit as limit:
@@ -134,8 +133,9 @@ class CommandTrial(Trial):
                 if self._restarts.is_set():
                     self._restarts.clear()
                     first.end()
-                    first = self._first = self._start()
-                    self._killed = False
+                    with self._starting:
+                        first = self._first = self._start()
+                        self._killed = False
                 elif self._gone and not (self._others or self._lockstep.expects):
                     return GONE
             elif code is not None:
@@ -173,13 +173,14 @@ class CommandTrial(Trial):
         return [name for name in self._lockstep.participants if name not in others]
 
     def _kill(self, restart_after: float | None) -> None:
-        self._started.wait()
-        if self._killed or self._first is None:
+        with self._starting:
+            first = None if self._killed else self._first
+        if first is None:
             return
         # Noted before the process has ended, as another thread looks at both.
         self._killed = True
         names, lockstep = self._own_names, self._lockstep
-        self._first.kill()
+        first.kill()
         for name in names:
             lockstep.drop(name, TOKEN_GONE)
             lockstep.expect_no_more(name)

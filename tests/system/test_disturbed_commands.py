@@ -99,21 +99,24 @@ def test_a_killed_command_may_stay_away(disturbed):
 
 
 def test_a_command_is_killed_as_soon_as_it_was_started(disturbed, monkeypatch):
-    """Also if it has joined, and the disturbance is due, before this process knows that it was started."""
-    acted = threading.Event()
+    """Also if it has joined, and the disturbance is due, before this process knows that it was started, or again."""
+    acts = [threading.Event(), threading.Event()]
+    done, late = iter(acts), iter(acts)
 
     class LateProcess(ControllerProcess):
-        """A process that is not known to run before the disturbance is due."""
+        """A process that is not known to run before its disturbance is due, if there is one."""
 
         def __init__(self, *args):
             super().__init__(*args)
-            acted.wait(PATIENCE)
+            if act := next(late, None):
+                act.wait(PATIENCE)
 
     monkeypatch.setattr("hmrsim.trials.command.ControllerProcess", LateProcess)
     at_once = KILLED | {"when": {"event": "fault_began"}, "restart_after": 3.0}
-    ended, _ = disturbed(at_once, on_act=lambda _acted: acted.set())
+    again = KILLED | {"when": executing(nth=2), "restart_after": 2.0}
+    ended, _ = disturbed(at_once, again, on_act=lambda _acted: next(done).set())
 
-    assert ("succeeded", "", "3.0\n13.0\n23.0\ndone") == ended
+    assert ("succeeded", "", "5.0\n15.0\n25.0\ndone") == ended
 
 
 def test_a_stalled_command_goes_on_later(disturbed):
