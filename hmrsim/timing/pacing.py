@@ -139,12 +139,12 @@ class Pacing:
         return self._over
 
     def finish_instant(self) -> None:
-        """Let the run be over after this instant, of which all is taken still; from within the simulation."""
+        """End the run once all events of this instant are processed; to be called from within the simulation."""
         self._over = True
         self._simulator.halt()
 
     def intervene(self, act: Callable[[], None]) -> None:
-        """Call a function in the simulation's thread when all of this instant has been taken, and before time moves on.
+        """Call a function in the simulation's thread after all events of this instant, before time moves on.
 
         From any thread, and from within the simulation, as a sink may.
 
@@ -155,7 +155,7 @@ class Pacing:
         self._simulator.halt()
 
     def end(self, reason: str) -> None:
-        """End the run, and abort every goal with a reason; participants are told."""
+        """End the run, abort every goal with a reason, and report that to the participants."""
         self._over = True
         try:
             self.lockstep.end(self.loss or reason, reason)
@@ -165,7 +165,7 @@ class Pacing:
 
     @property
     def loss(self) -> str:
-        """Which participant was lost, so that the run ends, and why; empty if that is not why."""
+        """The participant whose loss ended the run, and the reason; empty if the run ended for another reason."""
         return self.lockstep.lost if self._end_on_loss else ""
 
     def submit(self, command: AnyCommand) -> None:
@@ -195,7 +195,7 @@ class Pacing:
 
     @property
     def hurries(self) -> bool:
-        """Whether time may pass faster than the wall's."""
+        """Whether simulated time may run faster than wall time."""
         return self.clock == LOCKSTEP or not 0.0 < self.real_time_factor <= 1.0
 
     @property
@@ -234,7 +234,7 @@ class Pacing:
                 return
             if lockstep.ready:
                 lockstep.begin()
-                # What a goal that begins brings about, such as an intervention, comes before time moves.
+                # Commands that the start of a goal caused, such as an intervention, come before time moves.
                 if inbox.waiting:
                     return
             elif not (taken or lockstep.participates) and next(self._preparations, self) is not self:
@@ -248,7 +248,7 @@ class Pacing:
 
     @property
     def _is_another(self) -> bool:
-        """Whether the run is over, was reset, or has another clock, since this round began."""
+        """Whether the run ended, was reset, or got another clock during this round."""
         return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
 
     def _free_round(self) -> None:
@@ -361,7 +361,7 @@ class Pacing:
             case CheckWatchdog():
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
-        # Time stands while another thinks; it is told of the end when it asks to advance.
+        # Another participant that still thinks learns of the end when it asks to advance.
         if self._end_on_loss and lockstep.lost and not lockstep.thinks:
             self._over = True
 

@@ -8,7 +8,7 @@
 
 In lockstep time goes on when all tasks wait: for robots, for simulated time, or for each other. The clock of the event
 loop is that of the simulation then, so that `asyncio.sleep` and `asyncio.timeout` take simulated seconds, and tasks run
-in the same order each time. What a task awaits from a thread or a file is not waited for.
+in the same order each time. Simulated time does not wait for tasks that await a thread or a file.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class AsyncClient:
         return self
 
     async def __aexit__(self, *_error: object) -> None:
-        """Disconnect."""
+        """Disconnect from the simulator."""
         stops = self._time.stops
         self._time.close()
         if self._given is not None:
@@ -135,7 +135,7 @@ class AsyncClient:
 
         def take(event: dict[str, Any]) -> None:
             come.put_nowait(event)
-            # A later one has time stop there, which is still to be told.
+            # Time stops at a later event, which is still to be reported.
             if self._time.has_come(event["stamp"]):
                 for wait in waits:
                     wait.happen()

@@ -1,4 +1,4 @@
-"""The charge of a robot's battery, for those who wait for it."""
+"""The charge of a robot's battery, and waiting for it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _TOPIC: Final = "battery_state"
 BATTERY_PERIOD: Final = 1.0
-"""Simulated seconds after which a battery is looked at again where time does not stop for conditions."""
+"""Simulated seconds between two readings of a battery where time does not stop for conditions."""
 _ROUNDING: Final = 1e-6
 """How far a battery that has reached a charge may seem to be from it."""
 

@@ -146,7 +146,7 @@ class Client:
 
     @property
     def absence(self) -> HmrsimError | None:
-        """Why nothing will be answered any more; None while the simulator is there, or may still come back."""
+        """Why the simulator will not answer; None while it is alive or may still come back."""
         return self._link.absence()
 
     def wait_for_simulator(self, timeout: float) -> None:
@@ -177,7 +177,7 @@ class Client:
             _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
 
     def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
-        """Report how the run has ended: to an experiment, which ends it then, and to whoever reads its events.
+        """Report how the run ended to the experiment, which then ends it, and to all subscribers of events.
 
         Args:
             label: How: a word of the controller's own, such as ``no_skill``.

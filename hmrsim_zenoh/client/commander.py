@@ -61,13 +61,13 @@ class Commander:
     def __init__(
         self, client: Client, robot: str, *, timeout: float | None = None, sim_timeout: float | None = None
     ) -> None:
-        """Command a robot.
+        """Create a commander for a robot.
 
         Args:
             client: The connection to its simulator.
             robot: Its name.
             timeout: Wall seconds for each goal, which is then canceled; None for no limit.
-            sim_timeout: Likewise, simulated seconds.
+            sim_timeout: The same in simulated seconds.
         """
         self.robot = robot
         self._client = client

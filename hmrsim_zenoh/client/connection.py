@@ -46,7 +46,7 @@ class ActionTarget:
 
 
 class ReadInfo(NamedTuple):
-    """Read what a simulator says of itself; answered by plain values, of which the caller may do what it likes."""
+    """Read the simulator's description; answered by plain values, which the caller may modify."""
 
 
 class Ask(NamedTuple):
@@ -63,7 +63,7 @@ class Ask(NamedTuple):
 
 
 Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
-"""What one thread asks for and waits for."""
+"""A request that blocks the calling thread until its answer arrives."""
 
 
 class Call(Protocol):
@@ -83,7 +83,7 @@ class Call(Protocol):
 
 
 class Commands(Protocol):
-    """What takes the commands of a goal handle: a connection, or lockstep, which sends them with the next advance.
+    """The receiver of a goal handle's commands: a connection, or lockstep, which sends them with the next advance.
 
     *then* receives the answer, once.
 
@@ -123,25 +123,25 @@ class Commands(Protocol):
         """Ask for the result of a goal that has ended before."""
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action."""
+        """Subscribe a listener to the feedback of an action."""
 
 
 class Listener(Protocol):
-    """Takes the feedback of an action."""
+    """Receives the feedback of an action."""
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a goal whose feedback matters."""
+        """Whether the listener has a goal that needs feedback."""
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
-        """Take one sample."""
+        """Process the feedback of a goal."""
 
 
 class Connection(Commands, Protocol):
     """A way to one simulator.
 
     Attributes:
-        in_process: Whether the simulator runs in this process: then time moves only while a client waits for it.
+        in_process: Whether the simulator runs in this process, where time moves only while a client waits.
     """
 
     in_process: bool
@@ -168,14 +168,14 @@ class Connection(Commands, Protocol):
         """Return how many of some commands go with one advance; one at least."""
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Show that a participant is there; return what takes that back.
+        """Announce a participant; return a function that withdraws the announcement.
 
         Raises:
             ClientClosed: The connection is closed.
         """
 
     def close(self) -> None:
-        """Tell no listener any more."""
+        """Unsubscribe all listeners."""
 
     def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
         """Return why a command to an action is denied; None if access control allows it, or there is none."""

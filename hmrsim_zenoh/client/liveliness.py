@@ -51,7 +51,7 @@ class Presence:
 
     @property
     def is_there(self) -> bool:
-        """Whether the token is there, as far as is known."""
+        """Whether the token exists according to the last notification."""
         return self._alive
 
     @property

@@ -28,7 +28,7 @@ class Subscription:
     """Calls back for each sample until closed.
 
     The callback may block: the latest 10,000 samples wait meanwhile. A callback that blocked Zenoh's own thread
-    would hold up the simulator. Within one process the callback is called by whoever had time move, while it stands.
+    would hold up the simulator. Within one process, the thread that advances time calls the callback.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Subscription:
 
     @property
     def closed(self) -> bool:
-        """Whether it calls back no more."""
+        """Whether the subscription is closed."""
         return self._closed
 
     def close(self) -> None:
@@ -106,7 +106,7 @@ class Subscription:
     def _call(self, key: str, payload: bytes) -> None:
         try:
             self._callback(key, payload)
-        except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+        except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
             _log.exception("the callback of the subscription to %r failed", self._key)
 
     def _next(self) -> tuple[str, bytes] | None:
@@ -155,7 +155,7 @@ class SimClock:
         return self._now
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from the clock."""
         self._subscription.close()
 
     def _on_sample(self, key: str, payload: bytes) -> None:

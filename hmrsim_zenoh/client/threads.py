@@ -1,4 +1,4 @@
-"""A thread for a client's deferred calls: Zenoh's own threads must neither wait nor sleep."""
+"""Threads of a client: deferred calls, since Zenoh's threads must not block, and turns among waiting threads."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Calls functions after a delay, in a daemon thread of its own.
+    """Calls functions after a delay, in a daemon thread.
 
     Args:
         at_once: Whether to start the thread now and not upon first use: that may be in Zenoh's thread, which must not
@@ -54,7 +54,7 @@ class Worker:
         while (call := self._next()) is not None:
             try:
                 call()
-            except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+            except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                 _log.exception("a delayed call failed")
 
     def _next(self) -> Callable[[], None] | None:
@@ -102,7 +102,7 @@ class SingleFlight:
     """Lets one thread at a time do the work that all of them wait for."""
 
     def __init__(self) -> None:
-        # Taken directly where nobody has to be woken: a condition does it in Python.
+        # Acquired directly where no thread has to be woken: a condition does it in Python.
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
         self._waiting = 0
@@ -153,6 +153,6 @@ class SingleFlight:
             self._waiting -= 1
 
     def look(self) -> None:
-        """Have all waiting threads check whether their turn is needless."""
+        """Wake all waiting threads to check whether their turn is still needed."""
         with self._changed:
             self._changed.notify_all()

@@ -208,7 +208,7 @@ class ZenohConnection:
         timeout: float,
         read: bool = True,
     ) -> None:
-        """Ask for a result."""
+        """Request the result of a goal."""
         ports = self._of(target)
         answered = partial(_decode, then, partial(_result_response, target, whole=read))
         payload = b'{"goal_id":"%b"}' % command.goal_id.encode()
@@ -217,7 +217,7 @@ class ZenohConnection:
     look_up = get_result
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action, in Zenoh's thread."""
+        """Subscribe a listener to the feedback of an action; it is called in Zenoh's thread."""
         ports = self._of(target)
         kind: type[Message] = target.action.feedback
         reader = around(FeedbackMessage, kind)
@@ -235,7 +235,7 @@ class ZenohConnection:
         self._listening.append(self._queries.listen(ports.feedback, take))
 
     def close(self) -> None:
-        """Tell no listener any more; the session stays open."""
+        """Unsubscribe all listeners; the session stays open."""
         listening, self._listening = self._listening, []
         for end in listening:
             end()

@@ -40,7 +40,7 @@ class Host:
         preparations: Optional warm-up, run step by step in lockstep while time stands still.
 
     Attributes:
-        endpoints: What the session listens on.
+        endpoints: The endpoints on which the session listens.
         simulator: Other threads may read it while it runs, but must not change it.
         pacing: Likewise.
         error: The error that ended the simulation thread; None if it runs or ended regularly.
@@ -108,7 +108,7 @@ class Host:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice; for the simulation's thread once it runs."""
+        """The loss and duplication of requests and answers; for the simulation's thread once it runs."""
         return self._served.losses
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -116,10 +116,10 @@ class Host:
         return self._ended.wait(timeout)
 
     def end(self, reason: str) -> None:
-        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+        """End the run once all events of this instant are processed; a sink may call it.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals and in the answers to clients.
         """
         self._reason = reason
         self.pacing.finish_instant()

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 class LoopbackHost:
     """Serves a world to sessions of this process until it is stopped; a context manager that stops it.
 
-    The simulation runs in the thread of whoever sends a request, before the call returns: in lockstep until all
-    participants have been granted time, or one of them has yet to ask. What clients see, and the trace, is what it is
-    over Zenoh.
+    The simulation runs in the thread that sends a request, before the call returns: until all participants of lockstep
+    have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
 
     Args:
         settings: The clock is lockstep, whatever they say.
@@ -39,8 +38,8 @@ class LoopbackHost:
         watchers: Make further sinks from the simulator and its pacing.
 
     Attributes:
-        simulator: The simulator; to be read only.
-        pacing: What advances its time; likewise.
+        simulator: The simulator; read-only.
+        pacing: The clock that advances its time; read-only.
 
     Raises:
         ValueError: The prefix is none.
@@ -87,7 +86,7 @@ class LoopbackHost:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice."""
+        """The loss and duplication of requests and answers."""
         return self._served.losses
 
     def open_session(self, waits: Callable[[], bool] | None = None) -> zenoh.Session:
@@ -106,14 +105,14 @@ class LoopbackHost:
             session.cut(error)
 
     def go_on(self) -> None:
-        """Have the simulation run until it can't go on without a message."""
+        """Run the simulation until it needs a message to continue."""
         self._exchange.settle()
 
     def end(self, reason: str) -> None:
-        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+        """End the run once all events of this instant are processed; a sink may call it.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals and in the answers to clients.
         """
         self._reason = reason
         self.pacing.finish_instant()
@@ -143,7 +142,7 @@ class LoopbackHost:
 
 
 class LocalInbox(QueryInbox):
-    """An inbox that is never waited for: who sends a query has the simulation run."""
+    """An inbox without waiting: the sender of a query runs the simulation."""
 
     def __init__(
         self,
@@ -151,7 +150,7 @@ class LocalInbox(QueryInbox):
         key_expr: str,
         reader: Reader,
         *,
-        wakeup_key: str,  # noqa: ARG002 - nobody sleeps
+        wakeup_key: str,  # noqa: ARG002 - no thread sleeps
         prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
     ) -> None:
         super().__init__(reader, prepare)
@@ -213,7 +212,7 @@ K = TypeVar("K", bound="Hashable")
 
 
 class LocalInterest(Generic[K]):
-    """Whether there are subscribers, for each kind of keys; found out by each look.
+    """Whether there are subscribers, for each kind of keys, as of the last `look`.
 
     Args:
         exchange: Where they are.

@@ -1,4 +1,4 @@
-"""A simulator and its servers on an open session; whoever made it runs it."""
+"""A simulator with its servers on an open session."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _warn_of_lag(lag: float) -> None:
 
 @dataclass(frozen=True)
 class Wiring:
-    """Where a simulation is served.
+    """The session, keys and wires on which a simulation is served.
 
     Attributes:
         session: An open session.
@@ -74,7 +74,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Observers:
-    """Who observes a simulation.
+    """The observers of a simulation.
 
     Attributes:
         sinks: Sinks of events.
@@ -97,7 +97,7 @@ class ServedSimulation:
 
     Attributes:
         simulator: The simulator.
-        pacing: What advances its time.
+        pacing: The clock that advances its time.
         server: The server of the JSON wire.
     """
 
@@ -154,7 +154,7 @@ class ServedSimulation:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice."""
+        """The loss and duplication of requests and answers."""
         return self.server.inbox.losses
 
     def declare(self) -> None:
@@ -164,7 +164,7 @@ class ServedSimulation:
             ros2.start()
 
     def close(self) -> None:
-        """Accept no more queries; whoever runs it ends."""
+        """Accept no more queries, so that the run ends."""
         self.server.close()
 
     def finish(self, reason: str) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
 Submit = Callable[[Any, Callable[[Any], object]], None]
-"""Takes a command of a client, and what receives its answer."""
+"""Receives a command of a client, and the callback for its answer."""
 
 
 def open_session(
@@ -25,14 +25,14 @@ def open_session(
 
     Args:
         exchange: The exchange.
-        submit: Takes the commands of clients.
-        waits: Returns whether the session has to wait with what it wants to send, as others come first.
+        submit: Receives the commands of clients.
+        waits: Returns whether the session has to wait before it sends, because other threads come first.
     """
     return cast("zenoh.Session", LoopbackSession(exchange, submit, waits))
 
 
 class LoopbackSession:
-    """A session on an exchange. What it sends is taken, and answered as far as possible, before a call returns.
+    """A session on an exchange. Requests are handled, and answered if possible, before a call returns.
 
     Attributes:
         exchange: The exchange.
@@ -49,7 +49,7 @@ class LoopbackSession:
         self._closed = False
 
     def close(self) -> None:
-        """Take back what was declared."""
+        """Withdraw all declarations of the session."""
         if not self._closed:
             self._closed = True
             for token in self._tokens:
@@ -59,9 +59,9 @@ class LoopbackSession:
             self.exchange.settle()
 
     def cut(self, error: BaseException) -> None:
-        """Cut it off at once, as the end of its process would; also from within the simulation.
+        """Cut the session off at once, as the end of its process would; the simulation may call it, too.
 
-        Its tokens are gone, it gets nothing any more, and each call raises *error*, also one under way.
+        Its tokens disappear, it receives nothing further, and each call raises *error*, including calls in progress.
         """
         if self._closed:
             return
@@ -73,7 +73,7 @@ class LoopbackSession:
         self.exchange.notify()
 
     def is_closed(self) -> bool:
-        """Return whether it was closed."""
+        """Return whether the session was closed."""
         return self._closed
 
     def new_timestamp(self) -> str:
@@ -85,7 +85,7 @@ class LoopbackSession:
         return key
 
     def submit(self, command: Any, then: Callable[[Any], object]) -> None:
-        """Give the simulation a command; *then* receives its answer, once, unless the session was cut off.
+        """Send the simulation a command; *then* receives its answer, once, unless the session was cut off.
 
         Raises:
             zenoh.ZError: The session is closed.
@@ -99,7 +99,7 @@ class LoopbackSession:
             raise self._error
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
-        """Publish."""
+        """Publish a sample."""
         self._check()
         name = str(key)
         found = self.exchange.matching(Kind.SUBSCRIBER, name)
@@ -117,12 +117,12 @@ class LoopbackSession:
         among: Callable[[Declaration], bool] = lambda _declaration: True,
         **sent: Any,
     ) -> Iterator[Reply]:
-        """Query; without a handler the replies are returned.
+        """Send a query; without a handler the replies are returned.
 
         Args:
             key: A key expression.
-            handler: Takes the replies, and their end.
-            among: Which queryables are asked.
+            handler: Receives the replies, and their end.
+            among: Selects the queryables to query.
             **sent: The *payload*, *encoding* and *attachment* of the query; other options of Zenoh mean nothing here.
         """
         self._check()
@@ -146,15 +146,15 @@ class LoopbackSession:
         return iter(replies)
 
     def declare_subscriber(self, key: str, handler: Any) -> Declaration:
-        """Have a handler take what is published."""
+        """Declare a subscriber, and return it."""
         return self._declare(Kind.SUBSCRIBER, key, _taker(handler))
 
     def declare_queryable(self, key: str, handler: Any, **_: object) -> Declaration:
-        """Have a handler take queries."""
+        """Declare a queryable, and return it."""
         return self._declare(Kind.QUERYABLE, key, _taker(handler))
 
     def declare_querier(self, key: str, **_: object) -> Querier:
-        """Return what queries the other sessions on a key."""
+        """Return a querier for the queryables of the other sessions on a key."""
         return Querier(self, key)
 
     def liveliness(self) -> Liveliness:
@@ -189,7 +189,7 @@ class LoopbackSession:
             raise self._error
 
     def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
-        """Return what takes something unless the session was cut off."""
+        """Return a callback that ignores its message once the session was cut off."""
         return lambda item: take(item) if self._error is None else None
 
 
@@ -205,7 +205,7 @@ class Liveliness:
         return self._session._declare_token(key)  # noqa: SLF001 - a part of the session
 
     def declare_subscriber(self, key: str, handler: Any, *, history: bool = False) -> Declaration:
-        """Have a handler told of tokens that come and go; with *history* also of those that are there."""
+        """Declare a subscriber to tokens that come and go; *history* includes the tokens that exist already."""
         take = _taker(handler)
         declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - likewise
         if history:
@@ -215,7 +215,7 @@ class Liveliness:
         return declaration
 
     def get(self, key: str, handler: zenoh.handlers.Callback[Any], **_: object) -> None:
-        """Query which tokens are there."""
+        """Query the tokens that exist."""
         for each in self._exchange.matching(Kind.TOKEN, key):
             self._exchange.deliver(handler.callback, Reply(ok=Sample(str(each.key_expr))))
         if handler.drop is not None:
@@ -233,14 +233,14 @@ class Token:
         self._tell(zenoh.SampleKind.PUT)
 
     def undeclare(self) -> None:
-        """Take it back; once more has no effect."""
+        """Withdraw the token; a second call has no effect."""
         declaration, self._declaration = self._declaration, None
         if declaration is not None:
             declaration.undeclare()
             self._tell(zenoh.SampleKind.DELETE)
 
     def lose(self) -> None:
-        """Take it back within the simulation, which learns of it at once."""
+        """Withdraw the token from within the simulation, which learns of it at once."""
         declaration, self._declaration = self._declaration, None
         if declaration is not None:
             declaration.undeclare()
@@ -266,10 +266,10 @@ class Querier:
         return MatchingStatus(any(map(self._is_others, self._session.exchange.matching(Kind.QUERYABLE, self._key))))
 
     def declare_matching_listener(self, handler: object) -> None:
-        """Do nothing: the status is looked up before each request."""
+        """Do nothing: the status is read before each request."""
 
     def get(self, handler: zenoh.handlers.Callback[Any], **sent: Any) -> None:
-        """Query."""
+        """Send a query to the queryables of the other sessions."""
         self._session.get(self._key, handler, among=self._is_others, **sent)
 
     def _is_others(self, declaration: Declaration) -> bool:
@@ -277,7 +277,7 @@ class Querier:
 
 
 class MatchingStatus:
-    """Whether a key has somebody at its other end."""
+    """Whether another session has declared a matching key."""
 
     def __init__(self, matching: bool) -> None:  # noqa: FBT001 - as Zenoh's
         self.matching = matching
@@ -289,7 +289,7 @@ def _taker(handler: Any) -> Callable[[Any], object]:
 
 
 def _ignore(_item: object) -> None:
-    """Take nothing."""
+    """Ignore a message."""
 
 
 class Payload(bytes):
@@ -341,7 +341,7 @@ class Reply:
 
 
 class Query:
-    """A query at one queryable; it ends when it is dropped, or nobody holds it any more.
+    """A query at one queryable; it ends when it is dropped or garbage-collected.
 
     Args:
         sent: Its payload, encoding and attachment, as far as it has them.
@@ -363,7 +363,7 @@ class Query:
         self._on_end: Callable[[], None] | None = on_end
 
     def __del__(self) -> None:
-        """End."""
+        """End the query."""
         self.drop()
 
     def reply(
@@ -375,17 +375,17 @@ class Query:
         timestamp: str | None = None,
         attachment: bytes | None = None,
     ) -> None:
-        """Send a reply."""
+        """Send a sample as a reply."""
         attached = None if attachment is None else Payload.of(attachment)
         sample = Sample(str(key), Payload.of(payload), str(encoding), timestamp=timestamp, attachment=attached)
         self._on_reply(Reply(ok=sample))
 
     def reply_err(self, payload: Any, *, encoding: object = "") -> None:
-        """Send an error."""
+        """Send an error as a reply."""
         self._on_reply(Reply(err=ReplyError(Payload.of(payload), str(encoding))))
 
     def drop(self) -> None:
-        """Send no more replies."""
+        """End the query; no further replies are sent."""
         on_end, self._on_end = self._on_end, None
         if on_end is not None:
             on_end()
