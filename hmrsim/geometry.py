@@ -81,11 +81,12 @@ def _side(a: Point, b: Point, c: Point) -> float:
 
 def crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
     """Return whether the segments *a*-*b* and *c*-*d* meet; touching is meeting."""
+    # Most segments are nowhere near each other, and min() and max() take longer than all of this.
     if (
-        max(a[0], b[0]) < min(c[0], d[0])
-        or max(c[0], d[0]) < min(a[0], b[0])
-        or max(a[1], b[1]) < min(c[1], d[1])
-        or max(c[1], d[1]) < min(a[1], b[1])
+        (a[0] < c[0] and a[0] < d[0] and b[0] < c[0] and b[0] < d[0])
+        or (a[0] > c[0] and a[0] > d[0] and b[0] > c[0] and b[0] > d[0])
+        or (a[1] < c[1] and a[1] < d[1] and b[1] < c[1] and b[1] < d[1])
+        or (a[1] > c[1] and a[1] > d[1] and b[1] > c[1] and b[1] > d[1])
     ):
         return False
     return _side(a, b, c) * _side(a, b, d) <= 0.0 and _side(c, d, a) * _side(c, d, b) <= 0.0

@@ -168,7 +168,7 @@ class Environment(_Clock):
         """
         queue, step, began = self._queue, self.step, self._now
         for taken in range(most):
-            if self._abandoned:
+            if queue and queue[0][3].callbacks is _ABANDONED:
                 self._clear()
             # The horizon may come nearer with any event.
             if not queue or queue[0][0] > self.horizon or (self._background and not idle and self.idle):
@@ -195,9 +195,10 @@ class Environment(_Clock):
 
     def peek(self) -> float:
         """Return when the next event is due that is not abandoned; infinite when there is none."""
-        if self._abandoned:
+        queue = self._queue
+        if queue and queue[0][3].callbacks is _ABANDONED:
             self._clear()
-        return self._queue[0][0] if self._queue else math.inf
+        return queue[0][0] if queue else math.inf
 
     def abandon(self, event: simpy.Timeout | At) -> None:
         """Abandon an event of some time that no process waits for any more: time does not advance for it."""
