@@ -213,10 +213,6 @@ class Energy:
                 return level
         return Level.GOOD
 
-    def _upper_end(self, level: int) -> float:
-        """Return the units of energy at which a level begins."""
-        return self.battery.usable * self._shares[level]
-
     @property
     def _revived_at(self) -> float:
         settings = self.battery.settings
@@ -231,7 +227,7 @@ class Energy:
             self._due = math.inf
             return
         else:
-            self._target = self._upper_end(self.level + 1)
+            self._target = battery.usable * self._shares[self.level + 1]
             if battery.charge(now) <= self._target:
                 # What changes now comes first.
                 self._env.call_soon(self._publish_levels)
