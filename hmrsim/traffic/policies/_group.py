@@ -46,6 +46,8 @@ class Group:
         self.robots = robots
         self.target = target
         self.start: Places = tuple(slots.held(robot)[-1] for robot in robots)
+        # Those whose vehicle is in the middle of a lane.
+        self._middles = frozenset(filter(slots.is_lane, (*self.start, target)))
         self._slots = slots
         self._reservations = reservations
         self._members = dict.fromkeys(robots)
@@ -93,7 +95,7 @@ class Group:
         """Return the ways from where a vehicle is on which only others of the group can be in its way."""
         place = places[i]
         # A vehicle in the middle of a lane has ways of its own; elsewhere they are those of its kind.
-        key = (-1 - i if self._slots.is_lane(place) else self._kinds[i] if i else -1, place)
+        key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
         known = self._ways.get(key)
         if known is None:
             known = self._ways[key] = self._find_ways(i, place)
@@ -101,11 +103,11 @@ class Group:
 
     def _find_ways(self, i: int, place: int) -> list[Way]:
         robot = self.robots[i]
-        if place == self.start[i] and self._slots.is_lane(place):
+        if place == self.start[i] and place in self._middles:
             found = self._finder.leaving(robot)
         elif place in self._slots.points:
             found = self._finder.from_spot(place)
-        elif self._slots.is_lane(place):
+        elif place in self._middles:
             return []
         else:
             into = self._into.get(place, ())
@@ -120,8 +122,10 @@ class Group:
             return False
         if not self._finder.is_open(robot, way):
             return False
-        if any(other not in self._members for slot in way.slots for other in slots.in_the_way(robot, slot)):
-            return False
+        for slot in way.slots:
+            for other in slots.in_the_way(robot, slot):
+                if other not in self._members:
+                    return False
         return self._reservations.against(robot, way.slots, self.robots[0]) is None
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
@@ -177,7 +181,10 @@ class Group:
         return False
 
     def _is_full(self, slot: int, i: int, places: Places) -> bool:
-        inside = sum(j != i and slot in self.occupied(j, place) for j, place in enumerate(places))
+        inside, occupied = 0, self._occupied
+        for there in enumerate(places):
+            if there[0] != i:
+                inside += slot in occupied[there] if there in occupied else slot == there[1]
         return inside >= self._room(slot)
 
     def _room(self, slot: int) -> float:

@@ -248,8 +248,8 @@ class Slots:
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
         """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
-        held = self._held.get(robot, ())
-        taken = [at for slot in wanted if slot not in held for at, _ in self._beside(robot, slot)]
+        held, near = self._held.get(robot, ()), self.near
+        taken = [at for slot in wanted if slot in near and slot not in held for at, _ in self._beside(robot, slot)]
         for at in taken:
             self._wanted.setdefault(at, {})[robot] = None
         return bool(taken)

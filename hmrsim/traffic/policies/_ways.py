@@ -72,7 +72,11 @@ class Ways:
         """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
         if self._admission.all_open:
             return True
-        return all(leg.lane is None or self._admission.may_drive(robot, leg.lane) for leg in way.legs)
+        for leg in way.legs:
+            lane = leg.lane
+            if lane is not None and not self._admission.may_drive(robot, lane):
+                return False
+        return True
 
     def _at(self, place: int, point: Point) -> list[Way]:
         """Return the ways from a place that is no waypoint, where a vehicle stands at a point."""
