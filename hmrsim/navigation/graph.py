@@ -40,6 +40,7 @@ class WaypointGraph:
 
     Attributes:
         lanes: What no run changes of them.
+        drives: How robots drive there.
         doors: The doors that are closed now.
     """
 
@@ -49,6 +50,7 @@ class WaypointGraph:
         self._ground = ground_of(world)
         self._planners = self._ground.planners()
         self.lanes = self._ground.lanes
+        self.drives = self._ground.drives
         self.doors = ClosedDoors()
         self._closed: frozenset[Lane] = frozenset()
         self._current: Planner | None = None

@@ -17,7 +17,6 @@ from hmrsim.errors import NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
 from hmrsim.geometry import distance
-from hmrsim.navigation.motion import drive
 from hmrsim.robots.vehicle_body import VehicleBody
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
@@ -66,7 +65,7 @@ class DrivingVehicle(VehicleBody):
         yields = self._state.yields
         if self._delays:
             legs = [self._delays.of(leg, self.name, self.speed, self._trip) for leg in legs]
-        return drive(
+        return self._graph.drives.drive(
             self.pose(),
             legs,
             None if yields or self._route is None else self._final_yaw,
