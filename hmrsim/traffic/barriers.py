@@ -47,7 +47,8 @@ class Barriers:
     def __init__(self) -> None:
         self._all: list[Barrier] = []
         self._on_lanes: dict[Lane, list[Barrier]] = {}
-        self._refusing: dict[Lane, list[Barrier]] | None = None
+        # Most barriers are for every vehicle.
+        self._refusing: dict[Lane, list[Barrier]] = {}
         self._inside: dict[Vehicle, list[Barrier]] = {}
 
     def __len__(self) -> int:
@@ -59,34 +60,29 @@ class Barriers:
         self._all.append(barrier)
         for lane in barrier.lanes:
             self._on_lanes.setdefault(lane, []).append(barrier)
-        self._refusing = None
+            if barrier.refuses:
+                self._refusing.setdefault(lane, []).append(barrier)
 
     def on(self, lane: Lane) -> bool:
         """Return whether there is one on a lane."""
         return lane in self._on_lanes
 
-    def _that_refuse(self) -> dict[Lane, list[Barrier]]:
-        """Return those that refuse vehicles, by their lanes; most barriers are for every vehicle."""
-        refusing = self._refusing
-        if refusing is None:
-            there = self._on_lanes.items()
-            some = {lane: [barrier for barrier in barriers if barrier.refuses] for lane, barriers in there}
-            refusing = self._refusing = {lane: barriers for lane, barriers in some.items() if barriers}
-        return refusing
-
     def kept_off(self, robot: Vehicle) -> list[Lane]:
         """Return the lanes that a vehicle can never pass."""
-        return [lane for lane in self._that_refuse() if not self.may_pass(robot, lane)]
+        refusing = self._refusing
+        if not refusing:
+            return []
+        return [lane for lane in self._on_lanes if lane in refusing and not self.may_pass(robot, lane)]
 
     def may_pass(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can ever pass a lane."""
-        refusing = self._that_refuse()
+        refusing = self._refusing
         return lane not in refusing or all(barrier.may_pass(robot) for barrier in refusing[lane])
 
     def why_not(self, robot: Vehicle, leg: Leg) -> str:
         """Return why a vehicle can't begin a leg now, or ""; it does not join a lane to stop in the middle of it."""
-        first = ""
-        for barrier in self._on_lanes.get(leg.lane, ()) if leg.lane else self._all:
+        first, lane = "", leg.lane
+        for barrier in self._all if lane is None else self._on_lanes.get(lane, ()):
             # Each is asked, so that each begins to open.
             why = barrier.why_not(robot, leg)
             first = first or why
@@ -106,9 +102,8 @@ class Barriers:
         if robot in self._inside:
             self.leave(robot)
         lane = leg.leads_onto
-        barriers = self._on_lanes.get(lane) if lane else None
-        if barriers:
-            self._inside[robot] = [*barriers]
+        if lane in self._on_lanes:
+            barriers = self._inside[robot] = [*self._on_lanes[lane]]
             for barrier in barriers:
                 barrier.enter(robot, leg)
 
