@@ -29,8 +29,8 @@ _KEPT_POINTS = 1_024
 _KEPT_FEET = 100_000
 """Nearest points of lanes that are kept, of all points together."""
 
-_KEPT_DERIVED = 8
-"""Values that others derive from the lanes."""
+_KEPT_DERIVED = 32
+"""Values that others derive from the lanes, such as a policy for each of its settings."""
 
 _KEPT_LINES = 16_384
 """Straight lines, and lanes seen from points, for which it is kept what is in the way."""

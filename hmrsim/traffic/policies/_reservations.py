@@ -54,7 +54,7 @@ class Slots:
         waypoints: int,
         near: Near,
         *,
-        around: Callable[[Point], dict[int, float]],
+        around: Callable[[Point], Mapping[int, float]],
         reach: float,
         freed: Callable[[Sequence[Vehicle]], None],
         reserved: Callable[[int], bool],
@@ -111,10 +111,10 @@ class Slots:
             slot = len(self.free)
             self.free.append(room)
             self._inside.append([])
-        near = self._around(point)
+        near, (x, y), reach = {**self._around(point)}, point, self._reach
         for other, at in self.points.items():
-            away = distance(point, at)
-            if away < self._reach:
+            # Most are nowhere near.
+            if -reach < at[0] - x < reach and -reach < at[1] - y < reach and (away := distance(point, at)) < reach:
                 near[other] = away
         self._spots[point, shared] = slot
         self.points[slot] = point
@@ -249,7 +249,10 @@ class Slots:
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
         """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
         held, near = self._held.get(robot, ()), self.near
-        taken = [at for slot in wanted if slot in near and slot not in held for at, _ in self._beside(robot, slot)]
+        taken: list[int] = []
+        for slot in wanted:
+            if slot in near and slot not in held:
+                taken += [at for at, _ in self._beside(robot, slot)]
         for at in taken:
             self._wanted.setdefault(at, {})[robot] = None
         return bool(taken)
