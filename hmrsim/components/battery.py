@@ -150,17 +150,15 @@ class Battery:
 
     def reaches(self, level: float) -> float:
         """Return when so many units are in it, if nothing changes; infinite if it takes for ever."""
-        return self._since + self._seconds_to(level)
-
-    def _seconds_to(self, level: float) -> float:
         if not self.charging:
-            return max(0.0, self._charge - level) / self.drain if self.drain else math.inf
+            return self._since + max(0.0, self._charge - level) / self.drain if self.drain else math.inf
         taper = self._taper_from
         constant = max(0.0, min(taper, level) - self._charge) / self.charging
         if level <= max(taper, self._charge):
-            return constant
+            return self._since + constant
         limit, slowness = self._taper
-        return constant + slowness * math.log((limit - max(taper, self._charge)) / (limit - level))
+        tapering = slowness * math.log((limit - max(taper, self._charge)) / (limit - level))
+        return self._since + (constant + tapering)
 
     @property
     def _taper_from(self) -> float:

@@ -133,9 +133,10 @@ class DrivingVehicle(VehicleBody):
 
     def _sure_up_to(self, number: int) -> int:
         """Return up to which piece it drives on from one that it may drive, before something is to be decided."""
-        last = len(self._seconds) - 1
         if self._admission.needed and self._drive and self._state.needs_admission and not self.flies:
             last = self._admission.sure_up_to(self, self._drive.legs, number)
+        else:
+            last = len(self._seconds) - 1
         if self._follows_speed and self._drive:
             velocity = self._drive.piece(number).velocity
             while number < last and self._drive.piece(number + 1).velocity == velocity:
