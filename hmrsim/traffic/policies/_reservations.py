@@ -234,7 +234,7 @@ class Slots:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-        if self.near and self._waits_beside(robot, wanted):
+        if self.near and self._waits_beside(robot, wanted, held):
             return False
         for slot in wanted:
             if slot not in held:
@@ -246,12 +246,11 @@ class Slots:
                 self._release(robot, slot)
         return True
 
-    def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
+    def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...], held: tuple[int, ...]) -> bool:
         """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
-        held, near = self._held.get(robot, ()), self.near
         taken: list[int] = []
         for slot in wanted:
-            if slot in near and slot not in held:
+            if slot in self.near and slot not in held:
                 taken += [at for at, _ in self._beside(robot, slot)]
         for at in taken:
             self._wanted.setdefault(at, {})[robot] = None
