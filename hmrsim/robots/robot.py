@@ -242,8 +242,9 @@ class Robot(MobileBase):
 
     def settle_in(self) -> None:
         """Dock if it stands where it can, and obstruct the lane if it is disabled."""
+        here = self.pose().point
         for dock in self.docks.values():
-            if self.distance_to(dock.pose.point) <= SAME_PLACE and dock.has_room_for(self):
+            if dock.away(here) <= SAME_PLACE and dock.has_room_for(self):
                 dock.take_in(self)
                 break
         self._obstruct()

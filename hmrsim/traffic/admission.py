@@ -187,8 +187,10 @@ class Admission:
 
     def arrived(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands at the end of what it has driven."""
-        self.forget(robot)
-        self._barriers.leave(robot)
+        if robot in self.waits:
+            self.forget(robot)
+        if self._obstructed:
+            self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
 

@@ -121,7 +121,9 @@ class Ways:
 
     def to_places(self, node: int) -> list[Way]:
         """Return the ways from a waypoint to the places of the world that are beside the lanes."""
-        spots = [self._slots.spot(point) for point in self._places.get(node, ())]
+        if node not in self._places:
+            return []
+        spots = [self._slots.spot(point) for point in self._places[node]]
         return [way for spot in spots for start, way in self.to_spot(spot) if start == node]
 
     @cached_property
