@@ -92,7 +92,7 @@ def crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
     return _side(a, b, c) * _side(a, b, d) <= 0.0 and _side(c, d, a) * _side(c, d, b) <= 0.0
 
 
-def apart(a: Point, b: Point, c: Point, d: Point, room: float) -> bool:
+def apart(a: Sequence[float], b: Sequence[float], c: Point, d: Point, room: float) -> bool:
     """Return whether the segments *a*-*b* and *c*-*d* are farther than *room* from each other in x or in y."""
     for i in (0, 1):
         low, high = (c[i], d[i]) if c[i] < d[i] else (d[i], c[i])

@@ -125,7 +125,7 @@ class Energy:
         battery, now = self.battery, self._env.now
         charge = battery.charge(now)
         battery.settle(now, charge)
-        if self.level is not Level.EMPTY:
+        if Level.GOOD < self.level < Level.EMPTY:
             # A level that is come up to is not published.
             self.level = min(self.level, self._level(charge))
         charged_before = bool(battery.charging)
