@@ -18,10 +18,9 @@ from hmrsim.diagnostics import listed
 from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import WORLD
-from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
+from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests, goal_id_in
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -168,11 +167,11 @@ class Requests:
                 return [SendGoal(robot, name, goal, sent.goal_id, both, result_to=both)]
             case Verb.CANCEL_GOAL:
                 info = self._read(plain(CancelGoalRequest), query).goal_info
-                goal_id = _goal_id(info.goal_id, "goal_info.goal_id")
+                goal_id = goal_id_in("goal_info.goal_id", info.goal_id)
                 return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), reply_to)]
             case Verb.GET_RESULT:
                 request = self._read(plain(GetResultRequest), query)
-                return [GetResult(robot, name, _goal_id(request.goal_id, "goal_id"), reply_to)]
+                return [GetResult(robot, name, goal_id_in("goal_id", request.goal_id), reply_to)]
             case Verb.STATUS:
                 self._check_reading(query)
                 return [Read(Topic.STATUS, robot, name, reply_to)]
@@ -274,11 +273,3 @@ def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None)
         return plain(envelope[dict[str, Any]])  # type: ignore[index]  # mypy does not know that it is generic
     message: type[Message] = action.goal
     return around(envelope, message)
-
-
-def _goal_id(text: str, field: str) -> str:
-    try:
-        return parse_goal_id(text)
-    except ValueError as error:
-        detail = {"field": field, "message": str(error), "value": text[:200]}
-        raise UnreadableError(f"{field}: {error}", [detail]) from None

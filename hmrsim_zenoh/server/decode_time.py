@@ -9,10 +9,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
 import zenoh
-from pydantic import AfterValidator, Field, SkipValidation, ValidationError
+from pydantic import AfterValidator, Field, SkipValidation, ValidationError, create_model
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
+from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
@@ -20,7 +21,6 @@ from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim.settings.payload import MAX_PAYLOAD
 from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -37,8 +37,9 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
     from hmrsim.actions import AnyAction
-    from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import TimeCommand
     from hmrsim.protocol.conditions import Unwatch, Watch
     from hmrsim_zenoh.wire.access_control import AccessControl
@@ -132,6 +133,7 @@ class TimeRequests:
         self._members = frozenset(policy.rules if policy else ())
         self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
+        self._resolve = lru_cache(_KEPT)(keys.resolve)
         self._actions = actions
         self._max_payload = max_payload
 
@@ -195,7 +197,7 @@ class TimeRequests:
             if is_condition(item):
                 kind = WatchRequest if "watch" in item else UnwatchRequest
                 return condition(plain(kind).validate_python(item), self._keys)
-            request: CommandRequest = plain(CommandRequest).validate_python(item)
+            request: CommandRequest = self._reader_of(item).validate_python(item)
             check_texts(request, size)
             return self._command_of(request, member)
         except ValidationError as error:
@@ -203,24 +205,33 @@ class TimeRequests:
         except UnreadableError as error:
             return Unreadable(error.to_json())
 
+    def _reader_of(self, item: object) -> TypeAdapter[Any]:
+        """Return the reader of a command: with the message of a goal, if one is sent to a known action."""
+        match item:
+            case {"goal": dict(), "robot": str(robot), "action": str(name)}:
+                action = self._actions.get(self._resolve(robot, name)[1])
+                if action is not None:
+                    kind: type[Message] = action.goal
+                    return plain(_sending(kind))
+        return plain(CommandRequest)
+
     def _command_of(self, request: CommandRequest, member: str) -> SendGoal | CancelGoal | GetResult:
-        asked = [verb for verb, field in _FIELDS.items() if getattr(request, field) is not None]
-        if len(asked) != 1 or (request.goal_id is not None and asked != [Verb.SEND_GOAL]):
-            raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
-        (verb,) = asked
+        robot, name = self._resolve(request.robot, request.action)
+        command: SendGoal | CancelGoal | GetResult
+        match request.goal, request.cancel, request.result:
+            case None, str(cancel), None if request.goal_id is None:
+                verb, command = Verb.CANCEL_GOAL, CancelGoal(robot, name, goal_id_in("cancel", cancel))
+            case None, None, str(result) if request.goal_id is None:
+                verb, command = Verb.GET_RESULT, GetResult(robot, name, goal_id_in("result", result))
+            case Message() | dict() as goal, None, None:
+                # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
+                message = goal if isinstance(goal, Message) else None
+                verb, command = Verb.SEND_GOAL, SendGoal(robot, name, message, request.goal_id)
+            case _:
+                raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
         if member and (denial := self._denied(member, self._keys.action(request.robot, request.action, verb))):
             raise UnreadableError(denial)
-        robot, name = self._keys.resolve(request.robot, request.action)
-        if request.goal is None:
-            kind = CancelGoal if verb is Verb.CANCEL_GOAL else GetResult
-            try:
-                return kind(robot, name, parse_goal_id(getattr(request, _FIELDS[verb])))
-            except ValueError as error:
-                raise unreadable_at(_FIELDS[verb], str(error), getattr(request, _FIELDS[verb])) from None
-        action = self._actions.get(name)
-        # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal = None if action is None else read_goal(action.goal, request.goal, max_payload=self._max_payload)
-        return SendGoal(robot, name, goal, request.goal_id)
+        return command
 
     def _denied(self, member: str, key: str) -> str:
         """Return why a member may not command what it could ask on a key; empty if it may."""
@@ -234,11 +245,25 @@ class TimeRequests:
     )
 
 
-_FIELDS: Final = MappingProxyType({Verb.SEND_GOAL: "goal", Verb.CANCEL_GOAL: "cancel", Verb.GET_RESULT: "result"})
-"""The field of a command by what it stands for."""
+@cache
+def _sending(goal: type[Message]) -> type[CommandRequest]:
+    """Return the type of a command that sends a message of this type as its goal."""
+    return create_model("CommandRequest", __base__=CommandRequest, goal=(goal, ...))
 
 
-def read_goal(kind: type[Message], goal: Mapping[str, Any], *, max_payload: int = MAX_PAYLOAD) -> Message:
+def goal_id_in(field: str, text: str) -> str:
+    """Return the goal id in a field of a request.
+
+    Raises:
+        UnreadableError: It is none.
+    """
+    try:
+        return parse_goal_id(text)
+    except ValueError as error:
+        raise unreadable_at(field, str(error), text) from None
+
+
+def read_goal(kind: type[Message], goal: Mapping[str, Any]) -> Message:
     """Return plain values as a goal; the field of the request that they are in is ``goal``.
 
     Raises:
@@ -247,7 +272,7 @@ def read_goal(kind: type[Message], goal: Mapping[str, Any], *, max_payload: int 
     # Encoded as JSON again, so that a list or a number is validated as in any other request.
     payload = to_json(goal, inf_nan_mode="constants")
     try:
-        message: Message = read_often(plain(kind), payload, max_payload=max_payload)
+        message: Message = read_often(plain(kind), payload)
         check_texts(message, len(payload))
     except UnreadableError as error:
         raise error.below("goal") from None

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import cache, lru_cache
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -185,12 +185,17 @@ def _kept(reader: TypeAdapter[Any], payload: bytes) -> Any:
     return read(reader, payload)
 
 
+_OBJECT: Final = "Input should be an object"
+_IN_JSON: Final = {"model_type": _OBJECT, "dict_type": _OBJECT, "list_type": "Input should be a valid array"}
+"""Pydantic's messages that differ where plain values are read, which have Python's types."""
+
+
 def unreadable(error: ValidationError) -> UnreadableError:
-    """Return a validation error as an error of the wire."""
+    """Return a validation error as an error of the wire, in JSON's words also where plain values were read."""
     details: list[dict[str, Any]] = [
         {
             "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],
-            "message": item["msg"],
+            "message": _IN_JSON.get(item["type"], item["msg"]),
             "value": _shown(item["input"]) if item["type"] != "json_invalid" else None,
         }
         for item in error.errors(include_url=False, include_context=False)[:_MAX_DETAILS]

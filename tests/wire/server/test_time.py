@@ -206,7 +206,7 @@ def test_a_request_that_makes_no_sense_gets_one_error(steps, key, request_, fiel
         ({"cancel": A, "goal_id": A}, "", "a command has either a goal to send"),
         ({"goal": {"time": 3}}, "goal.time", "Input should be an object"),
         ({"goal": {"time": {"sec": 1e999}}}, "goal.time.sec", "Input should be a"),
-        ({"goal": 3}, "goal", "Input should be a valid dictionary"),
+        ({"goal": 3}, "goal", "Input should be an object"),
         ({"goal": {}, "x": 1}, "x", "Extra inputs are not permitted"),
         ({"cancel": "x"}, "cancel", "goal id 'x' is not a UUID"),
         ({"result": "x"}, "result", "goal id 'x' is not a UUID"),
