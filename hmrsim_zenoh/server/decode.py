@@ -37,7 +37,7 @@ from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter
+    from pydantic_core import SchemaValidator
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
@@ -268,7 +268,7 @@ class Requests:
         return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
 
 
-def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> TypeAdapter[Any]:
+def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> SchemaValidator:
     if action is None:
         return plain(envelope[dict[str, Any]])  # type: ignore[index]  # mypy does not know that it is generic
     message: type[Message] = action.goal

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
+from itertools import starmap
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
@@ -37,7 +37,7 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter
+    from pydantic_core import SchemaValidator
 
     from hmrsim.actions import AnyAction
     from hmrsim.protocol.commands import TimeCommand
@@ -205,7 +205,7 @@ class TimeRequests:
         except UnreadableError as error:
             return Unreadable(error.to_json())
 
-    def _reader_of(self, item: object) -> TypeAdapter[Any]:
+    def _reader_of(self, item: object) -> SchemaValidator:
         """Return the reader of a command: with the message of a goal, if one is sent to a known action."""
         match item:
             case {"goal": dict(), "robot": str(robot), "action": str(name)}:
@@ -308,16 +308,12 @@ def state(answer: TimeState) -> bytes:
 
 
 def _granted(answer: Granted) -> bytes:
-    accepted = b",".join(_accepted(each) for each in answer.accepted)
-    events = b",".join(_event(kind, at, event) for kind, at, event in answer.events)
-    head = f'{{"epoch":{answer.epoch},"now":{json.dumps(answer.now)},"reason":"{answer.reason}"'
+    accepted = b",".join([_WRITERS[type(each)](each) for each in answer.accepted])
+    events = b",".join(starmap(_event, answer.events))
+    head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
     met = b',"met":%b' % to_json(answer.met) if answer.met else b""
     over = b',"over":%b' % to_json(answer.over) if answer.over else b""
     return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
-
-
-def _accepted(answer: Any) -> bytes:
-    return _WRITERS[type(answer)](answer)
 
 
 _WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
