@@ -179,7 +179,7 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
-        if self._time.serves(topic):
+        if topic in self._time.topics:
             asked = query.payload.to_bytes() if query.payload else b""
             return [self._time.read(topic, asked, PendingReply(query, key))]
         if topic in self._services:

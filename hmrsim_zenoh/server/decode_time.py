@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import starmap
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
@@ -21,7 +21,7 @@ from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
+from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     Envelope,
@@ -125,12 +125,22 @@ class TimeRequests:
         max_payload: The largest request in bytes.
         policy: What the session enforces; None where it is open. Members that may not command everything advance on a
             key that ends in their name, so that the rights to each command can be looked up: `advance/NAME`.
+
+    Attributes:
+        topics: The topics of the world that are requests about time.
     """
 
     def __init__(
         self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int, policy: AccessControl | None = None
     ) -> None:
-        self._members = frozenset(policy.rules if policy else ())
+        self._readers: dict[str, Callable[[TimeRequests, bytes, Any], TimeCommand]] = {
+            **{f"{_FOLDER}{name}": reader for name, reader in self._READERS.items()},
+            **{
+                f"{_FOLDER}{_ADVANCE}/{member}": partial(TimeRequests._advance, member=member)
+                for member in (policy.rules if policy else ())
+            },
+        }
+        self.topics = self._readers.keys()
         self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
         self._resolve = lru_cache(_KEPT)(keys.resolve)
@@ -142,20 +152,13 @@ class TimeRequests:
         """The names of the requests, as the ends of keys."""
         return tuple(f"{_FOLDER}{name}" for name in self._READERS)
 
-    def serves(self, topic: str) -> bool:
-        """Return whether a topic of the world is a request about time."""
-        request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        known = topic.startswith(_FOLDER) and request in self._READERS
-        return known and (not member or (request == _ADVANCE and member in self._members))
-
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
         """Return the command of a request.
 
         Raises:
             UnreadableError: The request is invalid.
         """
-        request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        return self._advance(payload, reply_to, member) if member else self._READERS[request](self, payload, reply_to)
+        return self._readers[topic](self, payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         request = read(plain(kind), payload, max_payload=self._max_payload)
@@ -185,7 +188,7 @@ class TimeRequests:
             request.epoch,
             wake=_kinds(tuple(request.wake)),
             report=_kinds(tuple(request.report)),
-            commands=tuple(self._command(each, member, len(payload)) for each in request.commands),
+            commands=tuple([self._command(each, member, len(payload)) for each in request.commands]),
             reply_to=reply_to,
         )
         return advance if request.until is None else advance._replace(until=request.until)
@@ -194,9 +197,11 @@ class TimeRequests:
         self, item: object, member: str, size: int
     ) -> SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable:
         try:
-            if is_condition(item):
-                kind = WatchRequest if "watch" in item else UnwatchRequest
-                return condition(plain(kind).validate_python(item), self._keys)
+            match item:
+                case {"watch": _}:
+                    return condition(plain(WatchRequest).validate_python(item), self._keys)
+                case {"unwatch": _}:
+                    return condition(plain(UnwatchRequest).validate_python(item), self._keys)
             request: CommandRequest = self._reader_of(item).validate_python(item)
             check_texts(request, size)
             return self._command_of(request, member)

@@ -87,8 +87,9 @@ class QueryInbox(Inbox, ABC):
     def leave(self) -> None:
         """Take back what is declared and end all threads; after `close`."""
 
-    def _receive(self) -> None:
-        """Add a query that has come meanwhile, where queries have to be asked for."""
+    def _receive(self) -> bool:
+        """Add a query that has come meanwhile, where queries have to be asked for; return whether there is one."""
+        return False
 
 
 class InboxMaker(Protocol):

@@ -251,7 +251,7 @@ class Server:
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
-        if commands and isinstance(commands[0], (SendGoal, Advance)):
+        if self._description.plans_externally and commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]
         return commands
 
@@ -346,10 +346,11 @@ class Server:
                 asked.reply(encoding.message(message), encoding.of_message(message))
             case Refused(field, value, text):
                 asked.refuse(encoding.error(text, field, value))
-            case Message():
-                asked.reply(encoding.message(answer), encoding.of_message(answer))
             case Granted() | Joined() | HasLeft() | TimeState():
                 asked.reply(*encoded(answer))
+            # The last, as it is an abstract class, for which Python takes longer.
+            case Message():
+                asked.reply(encoding.message(answer), encoding.of_message(answer))
 
     def _follow(self, asked: PendingExecution, goal_id: str) -> None:
         """Send a query the feedback of its goal, which begins next, if it awaits feedback."""
