@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache, partial
 from itertools import starmap
@@ -13,7 +14,6 @@ from pydantic import AfterValidator, Field, SkipValidation, ValidationError, cre
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
-from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from pydantic_core import SchemaValidator
 
     from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import TimeCommand
     from hmrsim.protocol.conditions import Unwatch, Watch
     from hmrsim_zenoh.wire.access_control import AccessControl
@@ -183,15 +184,15 @@ class TimeRequests:
 
     def _advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
         request: AdvanceRequest = self._request(AdvanceRequest, payload)
-        advance = Advance(
+        return Advance(
             request.participant,
             request.epoch,
+            math.inf if request.until is None else request.until,
             wake=_kinds(tuple(request.wake)),
             report=_kinds(tuple(request.report)),
             commands=tuple([self._command(each, member, len(payload)) for each in request.commands]),
             reply_to=reply_to,
         )
-        return advance if request.until is None else advance._replace(until=request.until)
 
     def _command(
         self, item: object, member: str, size: int
@@ -212,12 +213,13 @@ class TimeRequests:
 
     def _reader_of(self, item: object) -> SchemaValidator:
         """Return the reader of a command: with the message of a goal, if one is sent to a known action."""
-        match item:
-            case {"goal": dict(), "robot": str(robot), "action": str(name)}:
+        if isinstance(item, dict) and item.get("goal") is not None:
+            robot, name = item.get("robot"), item.get("action")
+            if isinstance(robot, str) and isinstance(name, str):
                 action = self._actions.get(self._resolve(robot, name)[1])
                 if action is not None:
                     kind: type[Message] = action.goal
-                    return plain(_sending(kind))
+                    return _sender(kind)
         return plain(CommandRequest)
 
     def _command_of(self, request: CommandRequest, member: str) -> SendGoal | CancelGoal | GetResult:
@@ -228,9 +230,9 @@ class TimeRequests:
                 verb, command = Verb.CANCEL_GOAL, CancelGoal(robot, name, goal_id_in("cancel", cancel))
             case None, None, str(result) if request.goal_id is None:
                 verb, command = Verb.GET_RESULT, GetResult(robot, name, goal_id_in("result", result))
-            case Message() | dict() as goal, None, None:
-                # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-                message = goal if isinstance(goal, Message) else None
+            case goal, None, None if goal is not None:
+                # The simulation rejects an action that is not known, so that its goal has remained plain values.
+                message: Any = None if isinstance(goal, dict) else goal
                 verb, command = Verb.SEND_GOAL, SendGoal(robot, name, message, request.goal_id)
             case _:
                 raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
@@ -251,9 +253,9 @@ class TimeRequests:
 
 
 @cache
-def _sending(goal: type[Message]) -> type[CommandRequest]:
-    """Return the type of a command that sends a message of this type as its goal."""
-    return create_model("CommandRequest", __base__=CommandRequest, goal=(goal, ...))
+def _sender(goal: type[Message]) -> SchemaValidator:
+    """Return the reader of a command that sends a message of this type as its goal."""
+    return plain(create_model("CommandRequest", __base__=CommandRequest, goal=(goal, ...)))
 
 
 def goal_id_in(field: str, text: str) -> str:
