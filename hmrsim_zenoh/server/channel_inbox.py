@@ -144,7 +144,7 @@ class ChannelInbox(QueryInbox):
         """Block on the channel, without a timeout."""
         self._asleep = True
         try:
-            if not (self.waiting or self._closed):
+            if not (self._commands or self._queries or self._closed):
                 self._receive(block=True)
         finally:
             self._asleep = False

@@ -98,6 +98,7 @@ class Requests:
         self._wakeup_key = keys.wakeup_key()
         # Clients use the same keys again and again.
         self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
+        self._without_history = lru_cache(_KEPT_KEYS)(keys.without_history)
         self._actions = actions
         self._serves = serves
         self._fixed = fixed
@@ -109,7 +110,7 @@ class Requests:
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
         asked = str(query.key_expr)
-        key = self._keys.without_history(asked)
+        key = self._without_history(asked)
         if key == self._wakeup_key or (key != asked and not self._reads(key)):
             # All that may read may ask for earlier values, so that such a query gives no command.
             query.drop()

@@ -82,7 +82,7 @@ class QueryInbox(Inbox, ABC):
             self._prepare(query)
             for each in self.losses.arrivals(query):
                 self._commands.extend(reader.decode(each))
-        return super().poll()
+        return self._commands.popleft()
 
     def leave(self) -> None:
         """Take back what is declared and end all threads; after `close`."""
