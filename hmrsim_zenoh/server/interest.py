@@ -120,7 +120,7 @@ class SubscriberWatch(Generic[K]):
         if self.any or _matched(self._anything):
             with self._lock:
                 for kind in kinds or self._listened:
-                    if not self._listened[kind]:
+                    if not self._listened[kind] and _matched(self._publishers[kind]):
                         self._update(kind)
         return self._changes
 
