@@ -42,8 +42,11 @@ _log = logging.getLogger(__name__)
 PLANNER: Final = "_planner"
 """Listed among the participants that time waits for, in lockstep, while an external planner has not answered."""
 
-_EVENTS_BETWEEN_POLLS = 16
-"""Events that are processed between two polls of the inbox: a poll costs little, an event a microsecond or more."""
+_EVENTS_BETWEEN_POLLS = 4
+"""Events that are processed between two polls of the inbox, so that a query is answered soon while many are due."""
+
+_COMMANDS_AT_ONCE = 16
+"""Commands that are taken between two rounds of events."""
 
 _EVENTS_OF_A_GRANT = 64
 """Likewise while time is granted, when all participants wait for the grant anyway."""
@@ -226,7 +229,7 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        if taken and (taken == _EVENTS_BETWEEN_POLLS or self._is_another):
+        if taken and (taken == _COMMANDS_AT_ONCE or self._is_another):
             return
         if not lockstep.granting:
             if lockstep.over:
@@ -321,12 +324,12 @@ class Pacing:
 
     def _take_commands(self) -> int:
         """Submit some commands; return how many."""
-        for taken in range(_EVENTS_BETWEEN_POLLS):
+        for taken in range(_COMMANDS_AT_ONCE):
             command = self._inbox.poll()
             if command is None:
                 return taken
             self._take(command)
-        return _EVENTS_BETWEEN_POLLS
+        return _COMMANDS_AT_ONCE
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
-from pydantic_core import to_json
+from pydantic_core import ValidationError
 
 from hmrsim.interfaces.message import Message
-from hmrsim_zenoh.wire.envelopes import plain, read
+from hmrsim_zenoh.wire.envelopes import plain, unreadable
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action
@@ -182,12 +182,15 @@ class Connection(Commands, Protocol):
 
 
 def message_of(kind: type[M], value: object) -> M:
-    """Return a message that came as such, or in plain values.
+    """Return a message that arrived as an object or as plain values.
 
     Raises:
         UnreadableError: The values are not of the message's type.
     """
     if isinstance(value, kind):
         return value
-    message: M = read(plain(kind), to_json(value))
+    try:
+        message: M = plain(kind).validate_python(value)
+    except ValidationError as error:
+        raise unreadable(error) from None
     return message
