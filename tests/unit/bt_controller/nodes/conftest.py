@@ -95,7 +95,7 @@ class Tree:
         self.root = root
         self.now = 0.0
         for node in root.iterate():
-            if getattr(node, "_blackboard_client", True) is None:
+            if getattr(node, "_subtree_namespace", "/") is None:
                 node.setup_ports()
         for node in root.iterate():
             node.setup(**known)
