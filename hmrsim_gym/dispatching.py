@@ -129,31 +129,42 @@ class Dispatching:
     def run_on(self) -> None:
         """Let time go on until a robot asks, or it is over."""
         while not (self.over or self.asking):
-            if self.idle and not self._watching:
-                self._watching = True
-                self._lockstep.watch(_COMES, self._note_order)
-            low = [self.now + self.truth.lasts(robot) for robot in self.idle]
-            self._go_on(min([self._setting.horizon, *self._rests.values(), *self._failed.values(), *low]))
+            until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
+            if idle := self.idle:
+                if not self._watching:
+                    self._watching = True
+                    self._lockstep.watch(_COMES, self._note_order)
+                until.append(self.now + min(map(self.truth.lasts, idle)))
+            self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
         """Let time go on until something happens, or until then."""
         self._lockstep.advance(until=until)
+        if self._rests:
+            self._end_rests()
+        if self._failed:
+            self._forget_failures()
+        serving, before = self.serving.values(), self.free
+        self.free = [
+            order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in serving
+        ]
+        if not all(map(before.__contains__, self.free)):
+            self._waiting.clear()
+        for robot in self.idle:
+            self._charge_if_low(robot)
+
+    def _end_rests(self) -> None:
         now = self.now
         for robot in [robot for robot, end in self._rests.items() if end <= now]:
             del self._rests[robot]
             self._resume(robot)
+
+    def _forget_failures(self) -> None:
+        now = self.now
         if ended := [pair for pair, end in self._failed.items() if end <= now]:
             for pair in ended:
                 del self._failed[pair]
             self._waiting.clear()
-        before, served = [*self.free], [*self.serving.values()]
-        self.free = [
-            order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in served
-        ]
-        if any(order not in before for order in self.free):
-            self._waiting.clear()
-        for robot in self.idle:
-            self._charge_if_low(robot)
 
     def _note_order(self, _error: RequestError | None) -> None:
         self._watching = False
