@@ -52,6 +52,10 @@ class ReportSink:
         """Return whether it wants a topic: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
+
     def emit(self, output: Output) -> None:
         """Pass on an event as an occurrence."""
         if isinstance(output, EventStamped):

@@ -125,6 +125,10 @@ class Demand:
         """Return whether a topic's messages are wanted: events."""
         return topic is Topic.EVENTS
 
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind is EventStamped else None
+
     def emit(self, output: Output) -> None:
         """Note what happens to the item of an order; what comes of it is told at the end of this instant.
 

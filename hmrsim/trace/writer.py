@@ -167,6 +167,10 @@ class Trace:
         """Return whether it takes a topic: what happens, but no samples."""
         return topic is Topic.EVENTS
 
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
+
     def emit(self, output: Output) -> None:
         """Write an event."""
         kind = type(output)

@@ -46,7 +46,7 @@ class Thing:
         """Return whether another thing says the same."""
         return isinstance(other, Thing) and other.key == self.key
 
-    @property
+    @cached_property
     def family(self) -> str:
         """``type`` for a fault, ``change`` or ``disturbance``."""
         return next(key for key in _KEYS if key in self.said)

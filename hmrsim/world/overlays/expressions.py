@@ -75,6 +75,7 @@ def evaluate(expression: str, names: Names) -> Any:
     return _evaluated(_parsed(expression), names)
 
 
+@lru_cache(maxsize=4096)
 def names_in(expression: str) -> frozenset[str]:
     """Return the names that an expression asks for.
 
@@ -91,6 +92,8 @@ def names_asked_for(value: Any) -> frozenset[str]:
         OverlayFlaw: One is no expression.
     """
     if isinstance(value, str):
+        if "$" not in value:
+            return frozenset()
         found = [match["name"] or match["expression"] for match in _REFERENCE.finditer(value) if not match["escaped"]]
         return frozenset().union(*map(names_in, found))
     if isinstance(value, Mapping):
