@@ -35,7 +35,7 @@ class Entries(dict[str, Any]):
 
     def __setitem__(self, key: str, value: Any) -> None:
         """Write an entry and count the write."""
-        self.writes[key] += 1
+        self.writes[key] = self.writes.get(key, 0) + 1
         self.changes += key not in self or self[key] != value
         super().__setitem__(key, value)
 
