@@ -11,6 +11,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
+from hmrsim.fault_search.schedules.moment import What, anchored_to
 from hmrsim.faults import SUBJECTS, Anchor
 from hmrsim.trials.disturbances import Disturbance
 from hmrsim.world_checks.explain import explain
@@ -51,7 +52,7 @@ class Thing:
         """``type`` for a fault, ``change`` or ``disturbance``."""
         return next(key for key in _KEYS if key in self.said)
 
-    @property
+    @cached_property
     def kind(self) -> str:
         """The type of a fault, the kind of a disturbance, or the last step of a change's paths."""
         if self.family == CHANGE:
@@ -76,6 +77,11 @@ class Thing:
     def anchor(self) -> Mapping[str, Any]:
         """The anchor, in plain values; empty if it has none."""
         return self.said.get("when") or {}
+
+    @cached_property
+    def awaited(self) -> What:
+        """The moment that it is anchored to, in whatever run; one that never comes if it has no anchor."""
+        return anchored_to(self.anchor)
 
     @property
     def transient(self) -> bool:

@@ -13,8 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.schedules.moment import anchored_to
-
 if TYPE_CHECKING:
     import random
 
@@ -91,14 +89,14 @@ class Guide:
         """
         begun: list[Thing] = []
         waiting = [*schedule]
-        come = [thing for thing in waiting if anchored_to(thing.anchor) not in self._known]
+        come = [thing for thing in waiting if thing.awaited not in self._known]
         while waiting:
             begun += come
             waiting = [thing for thing in waiting if thing not in come]
             happened = self._happened.get(frozenset(begun))
             if happened is None:
                 return True
-            come = [thing for thing in waiting if anchored_to(thing.anchor) in happened]
+            come = [thing for thing in waiting if thing.awaited in happened]
             if waiting and not come:
                 return False
         return True
@@ -133,6 +131,6 @@ class Guide:
         return kept
 
     def _energy(self, kept: Kept) -> float:
-        rare = sorted(self.features[feature] for feature in kept.features)[:_MAX_RARE]
-        novelty = 0.1 + sum(1.0 / count for count in rare)
+        rare = sorted(map(self.features.__getitem__, kept.features))[:_MAX_RARE]
+        novelty = 0.1 + sum([1.0 / count for count in rare])
         return novelty * (_RECOVERY if kept.fresh else 1.0) / (1.0 + kept.chosen)
