@@ -49,6 +49,7 @@ class Dispatching:
         sinks: Further sinks of events.
 
     Attributes:
+        now: Simulated seconds.
         truth: What is true in it.
         demand: The orders of the world; to be read only.
         free: The orders that nobody serves, in the order in which they came.
@@ -70,16 +71,12 @@ class Dispatching:
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
         self._watching = False
+        self.now = 0.0
         self._go_on(0.0)
 
     def close(self) -> None:
         """End the run."""
         self._trial.close()
-
-    @property
-    def now(self) -> float:
-        """Simulated seconds."""
-        return self._lockstep.now
 
     @property
     def ended(self) -> bool:
@@ -140,6 +137,7 @@ class Dispatching:
     def _go_on(self, until: float) -> None:
         """Let time go on until something happens, or until then."""
         self._lockstep.advance(until=until)
+        self.now = self._lockstep.now
         if self._rests:
             self._end_rests()
         if self._failed:
@@ -176,14 +174,14 @@ class Dispatching:
 
     def _rest(self, robot: str) -> None:
         self._doing[robot] = "rests"
-        self._rests[robot] = self.now + REST
+        self._rests[robot] = self._lockstep.now + REST
 
     def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
         if succeeded:
             del self.serving[robot]
             self._become_idle(robot)
             return
-        self._failed[robot, order.name] = self.now + _PATIENCE
+        self._failed[robot, order.name] = self._lockstep.now + _PATIENCE
         self._resume(robot)
 
     def _resume(self, robot: str) -> None:
