@@ -141,7 +141,7 @@ class WaypointGraph:
         self._planner.find_ways(goal, speed)
 
     def seconds_to(self, goal: Point, speed: float, avoid: Collection[Lane] = ()) -> Sequence[float]:
-        """Return how long the quickest route to a destination takes from each waypoint, by its number; infinite for none.
+        """Return the seconds of the quickest route to a destination from each waypoint, by number; infinite for none.
 
         Raises:
             NoRoute: As `find_ways` says.
