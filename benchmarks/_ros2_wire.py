@@ -17,9 +17,9 @@ from benchmarks._wire import answer
 from hmrsim.actions import registry
 from hmrsim.interfaces.action_msgs import CancelGoal
 from hmrsim_zenoh.ros2 import keys
-from hmrsim_zenoh.ros2.attachment import Attachment
 from hmrsim_zenoh.ros2.codec.types import ActionType, MessageType, ServiceType, action_type
 from hmrsim_zenoh.ros2.keys import Endpoint, Kind, Node
+from hmrsim_zenoh.ros2.wires import Attachment
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message

@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2.codec.types import action_type, message_type, service_typ
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hmrsim_zenoh.ros2.codec.rihs01 import Structure
+    from hmrsim_zenoh.ros2.codec.structures import Structure
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import meant
 from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.types import DISTROS
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim_zenoh.doctor.problem import Problem, some
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, whole
 from hmrsim_zenoh.ros2.keys import Kind
-from hmrsim_zenoh.ros2.publishing.parts import FIRST
+from hmrsim_zenoh.ros2.publishing.endpoints import FIRST
 from hmrsim_zenoh.ros2.type_compat import known
 
 if TYPE_CHECKING:

@@ -20,9 +20,9 @@ from hmrsim_zenoh.recording import schemas
 from hmrsim_zenoh.recording.pictures import Pictures, looked_at_from_above
 from hmrsim_zenoh.recording.timeline import Timeline, nanoseconds_of
 from hmrsim_zenoh.recording.writing import Schema
-from hmrsim_zenoh.ros2.codec.definitions import definition
+from hmrsim_zenoh.ros2.codec.structures import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
-from hmrsim_zenoh.ros2.publishing.statuses import Statuses
+from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:

@@ -1,21 +1,55 @@
-"""The ROS names of the robots' actions, topics and services, and their nodes: Nav2's names."""
+"""The ROS names of the robots' nodes, actions and services, which are Nav2's."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
+from hmrsim.interfaces.lifecycle_msgs import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
+from hmrsim.interfaces.rcl_interfaces import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
 from hmrsim.protocol.goal import WORLD
 from hmrsim.simulation.detections import sensors_of
+from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.keys import Node
-from hmrsim_zenoh.ros2.per_robot import cached_per_robot
 
 if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.ros2.codec.types import ServiceType
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_SPARE: Final = 100
+"""Robots that are kept beyond twice the fleet."""
+
+_caches: Final[list[Any]] = []
+
+
+def cached_per_robot(function: F) -> F:
+    """Keep what a function returns for each robot, until `trim`."""
+    kept: Any = cache(function)
+    _caches.append(kept)
+    found: F = kept
+    return found
+
+
+def trim(robots: int) -> None:
+    """Forget all robots where many more are kept than the fleet has."""
+    for kept in _caches:
+        if kept.cache_info().currsize > 2 * robots + _SPARE:
+            kept.cache_clear()
+
 
 NODES: Final = MappingProxyType(
     {
@@ -164,3 +198,51 @@ def nodes_of(robot: str, actions: tuple[str, ...]) -> tuple[Node, ...]:
     """Return the nodes of a robot with these actions."""
     names = dict.fromkeys([*(_NODE_OF.get(action, OTHER_NODE) for action in actions), LOCALIZATION, OTHER_NODE])
     return tuple(Node(f"/{robot}", name) for name in names)
+
+
+class NodeService(NamedTuple):
+    """The type of a service."""
+
+    ros_type: str
+    request: type[Message]
+    response: type[Message]
+
+    def in_distro(self, distro: str) -> ServiceType:
+        """Return the type in a distribution."""
+        return service_type(self.ros_type, self.request, self.response, distro)
+
+
+def _service(package: str, service: Any) -> NodeService:
+    return NodeService(f"{package}/srv/{service.__name__}", service.Request, service.Response)
+
+
+PARAMETER_SERVICES: Final = MappingProxyType(
+    {
+        "describe_parameters": _service("rcl_interfaces", DescribeParameters),
+        "get_parameter_types": _service("rcl_interfaces", GetParameterTypes),
+        "get_parameters": _service("rcl_interfaces", GetParameters),
+        "list_parameters": _service("rcl_interfaces", ListParameters),
+        "set_parameters": _service("rcl_interfaces", SetParameters),
+        "set_parameters_atomically": _service("rcl_interfaces", SetParametersAtomically),
+    }
+)
+"""The services of all nodes; a client of parameters waits for all of them."""
+
+LIFECYCLE_SERVICES: Final = MappingProxyType(
+    {
+        LIFECYCLE_SERVICE: _service("lifecycle_msgs", GetState),
+        "change_state": _service("lifecycle_msgs", ChangeState),
+        "get_available_states": _service("lifecycle_msgs", GetAvailableStates),
+        "get_available_transitions": _service("lifecycle_msgs", GetAvailableTransitions),
+        "get_transition_graph": _service("lifecycle_msgs", GetAvailableTransitions),
+    }
+)
+"""The services of Nav2's nodes beside."""
+
+NODE_SERVICES: Final = MappingProxyType({**PARAMETER_SERVICES, **LIFECYCLE_SERVICES})
+
+
+def services_of(node: Node) -> dict[str, NodeService]:
+    """Return the services of a node, except for `LIFECYCLE_SERVICE`, which is declared with its topics."""
+    of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
+    return {name: service for name, service in (PARAMETER_SERVICES | of_lifecycle).items() if name != LIFECYCLE_SERVICE}

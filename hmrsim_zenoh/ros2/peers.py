@@ -25,7 +25,7 @@ from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
-    from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
+    from hmrsim_zenoh.ros2.requests.requests import RejectionLog
 
 _log = logging.getLogger(__name__)
 

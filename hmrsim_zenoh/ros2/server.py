@@ -19,16 +19,13 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import Answered
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.ros2.names import names_of
+from hmrsim_zenoh.ros2.names import names_of, trim
 from hmrsim_zenoh.ros2.peers import Peers, numbered
-from hmrsim_zenoh.ros2.per_robot import trim
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.handlers import SendGoalHandler
-from hmrsim_zenoh.ros2.requests.pending import PendingRosReply
-from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
-from hmrsim_zenoh.ros2.requests.requests import Requests
-from hmrsim_zenoh.ros2.requests.waiting import PendingResults
+from hmrsim_zenoh.ros2.requests.pending import PendingResults, PendingRosReply
+from hmrsim_zenoh.ros2.requests.requests import RejectionLog, Requests
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:

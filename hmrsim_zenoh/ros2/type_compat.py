@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from hmrsim.actions import registry as all_actions
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.types import DISTROS
 from hmrsim_zenoh.ros2.keys import NO_HASH, Node
 from hmrsim_zenoh.ros2.names import LOCALIZATION, WORLD_NODE
 from hmrsim_zenoh.ros2.publishing.endpoints import (

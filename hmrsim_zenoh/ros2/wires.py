@@ -1,13 +1,53 @@
-"""The mappings of ROS names to Zenoh keys; a wire also defines whether messages have attachments."""
+"""The mappings of ROS names to Zenoh keys, and the attachment of each message on rmw_zenoh's wire.
+
+An attachment has 33 bytes: the sequence number and the time in nanoseconds as int64, the length of the id as one byte,
+and the sender's id.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol
+from struct import Struct
+from typing import Final, NamedTuple, Protocol
 
 from hmrsim_zenoh.ros2 import keys
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
+from hmrsim_zenoh.ros2.codec.types import DISTROS
 from hmrsim_zenoh.ros2.keys import Address
+
+_LAYOUT: Final = Struct("<qqB16s")
+_ID_BYTES: Final = 16
+
+
+class Attachment(NamedTuple):
+    """The sender of a message, request or reply, and the sequence number.
+
+    Attributes:
+        sequence: Counts from 1 for each sender. A reply has that of its request.
+        stamp: Nanoseconds since 1970, of the wall clock.
+        gid: 16 bytes. A reply has that of its request.
+    """
+
+    sequence: int
+    stamp: int
+    gid: bytes
+
+    def to_bytes(self) -> bytes:
+        """Return the attachment."""
+        return _LAYOUT.pack(self.sequence, self.stamp, _ID_BYTES, self.gid)
+
+
+def read_attachment(data: bytes) -> Attachment:
+    """Return a parsed attachment.
+
+    Raises:
+        ValueError: It has not rmw_zenoh's layout.
+    """
+    if len(data) != _LAYOUT.size:
+        raise ValueError(f"an attachment of {len(data)} bytes; rmw_zenoh's has {_LAYOUT.size}")
+    sequence, stamp, length, gid = _LAYOUT.unpack(data)
+    if length != _ID_BYTES:
+        raise ValueError(f"an attachment with an id of {length} bytes; rmw_zenoh's has {_ID_BYTES}")
+    return Attachment(sequence, stamp, gid)
 
 
 class Wire(Protocol):

@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import zenoh
 
-from hmrsim_zenoh.ros2.attachment import Attachment
+from hmrsim_zenoh.ros2.wires import Attachment
 from tests.torture._made_requests import Fleet, Made, Maker
 from tests.torture._simulator import Simulator, simulator
 

@@ -16,7 +16,7 @@ from hmrsim_zenoh.ros2.codec.layout import HEADER
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.ros2.codec.rihs01 import Structure
+    from hmrsim_zenoh.ros2.codec.structures import Structure
 
 __all__ = ["CdrError", "decoder", "encoder"]
 

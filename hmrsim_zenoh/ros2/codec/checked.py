@@ -21,7 +21,7 @@ from hmrsim_zenoh.ros2.codec.layout import (
     size_of,
     weight,
 )
-from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import PADDING, Field, Kind, Structure
 
 _NOTHING: Final = object()
 """The value of a field that our message lacks: zero, or empty."""

@@ -24,7 +24,7 @@ from hmrsim_zenoh.ros2.codec.layout import (
     size_of,
     weight,
 )
-from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import Field, Kind, Structure
 
 _PRELUDE = {"unpack": struct.unpack_from, "flags": (False, True), "CdrError": CdrError}
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from hmrsim_zenoh.ros2.codec.codegen import Code
 from hmrsim_zenoh.ros2.codec.layout import FORMATS, HEADER, LITTLE_ENDIAN, Leaf, leaves, size_of
-from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import Field, Kind, Structure
 
 _PRELUDE = {
     "pack": struct.pack,

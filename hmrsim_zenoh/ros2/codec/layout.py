@@ -12,7 +12,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
-from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import Field, Kind, Structure
 
 HEADER: Final = 4
 """Bytes of the encapsulation before a message; alignment counts from there."""

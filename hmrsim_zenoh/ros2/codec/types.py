@@ -1,25 +1,162 @@
-"""Types of messages, services and actions in a distribution of ROS 2: names, hashes and codecs.
+"""Types of messages, services and actions in the distributions of ROS 2: names, hashes and codecs.
 
-All types derive from our models. A hash or a codec is built when it is first used.
-Distributions with the same type share one object.
+All types derive from our models, which are kilted's with some fields of lyrical's. A difference between a distribution
+and a model is data: fields that are missing, renamed, unwrapped or added. A field that a received message lacks has our
+message's default. A field that our message lacks is zero or empty when sent, and is ignored when received.
+
+A hash or a codec is built when it is first used. Distributions with the same type share one object.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
-from hmrsim_zenoh.ros2.codec import derived
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.simulation_interfaces import Resource
 from hmrsim_zenoh.ros2.codec.cdr import decoder, encoder
-from hmrsim_zenoh.ros2.codec.distros import OURS, structure_in
-from hmrsim_zenoh.ros2.codec.rihs01 import Structure, structure
+from hmrsim_zenoh.ros2.codec.structures import (
+    Field,
+    Kind,
+    Structure,
+    feedback_structure,
+    get_result_structures,
+    send_goal_structures,
+    service_structure,
+    structure,
+)
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
+
+DISTROS: Final = ("jazzy", "kilted", "lyrical")
+"""The supported distributions, oldest first."""
+
+OURS: Final = "kilted"
+"""The distribution that our models are of, but for a few fields; the default of all functions."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The differences of one type to our model.
+
+    Attributes:
+        name: The type's name, if it differs.
+        without: Our fields that it lacks.
+        renamed: Its names of our fields.
+        unwrapped: Our fields that nest a message, each with the nested field that replaces it under the outer name.
+        added: Fields that our model lacks, by the field of ours that follows them; ``""`` is the end.
+    """
+
+    name: str = ""
+    without: tuple[str, ...] = ()
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    unwrapped: Mapping[str, str] = field(default_factory=dict)
+    added: Mapping[str, tuple[Field, ...]] = field(default_factory=dict)
+
+
+# The tracking errors of a robot that drives along lanes: it keeps to them, so zero is correct.
+_TRACKING_ERRORS: Final = (Field("position_tracking_error", "float"), Field("heading_tracking_error", "float"))
+
+
+def _resource(name: str, *ours: str) -> Field:
+    """Return a field that nests a Resource of which our message has these fields directly."""
+    fields = (one if one.name in ours else replace(one, path=None) for one in structure(Resource).fields)
+    return Field(name, nested=Structure(Resource.ros_type, tuple(fields)), path=())
+
+
+_NOT_BEFORE_LYRICAL: Final = {
+    "nav2_msgs/action/ComputePathThroughPoses_Result": Difference(without=("last_reached_index",)),
+    "nav2_msgs/action/FollowPath_Feedback": Difference(without=("tracking_feedback",)),
+}
+
+_DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
+    {
+        "jazzy": {
+            **_NOT_BEFORE_LYRICAL,
+            "nav2_msgs/action/ComputePathThroughPoses_Goal": Difference(unwrapped={"goals": "goals"}),
+            "nav2_msgs/action/ComputeRoute_Result": Difference(without=("error_msg",)),
+            "nav2_msgs/action/ComputeAndTrackRoute_Result": Difference(without=("error_msg",)),
+            "nav2_msgs/action/BackUp_Goal": Difference(without=("disable_collision_checks",)),
+            "nav2_msgs/action/DriveOnHeading_Goal": Difference(without=("disable_collision_checks",)),
+            "nav2_msgs/action/Spin_Goal": Difference(without=("disable_collision_checks",)),
+            "nav2_msgs/action/NavigateThroughPoses_Goal": Difference(unwrapped={"poses": "goals"}),
+            "nav2_msgs/action/NavigateThroughPoses_Result": Difference(without=("waypoint_statuses",)),
+            "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(without=("waypoint_statuses",)),
+            "nav2_msgs/msg/WaypointStatus": Difference(
+                name="nav2_msgs/msg/MissedWaypoint",
+                without=("waypoint_status", "error_msg"),
+                renamed={"waypoint_index": "index", "waypoint_pose": "goal"},
+            ),
+        },
+        "kilted": _NOT_BEFORE_LYRICAL,
+        "lyrical": {
+            "nav2_msgs/action/NavigateToPose_Feedback": Difference(added={"": _TRACKING_ERRORS}),
+            "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(
+                added={"number_of_poses_remaining": _TRACKING_ERRORS}
+            ),
+            # Our planner follows the route graph, and there is one path handler, so both fields are ignored.
+            "nav2_msgs/action/ComputePathToPose_Goal": Difference(
+                added={"planner_id": (Field("viapoints", kind=Kind.UNBOUNDED, nested=structure(PoseStamped)),)}
+            ),
+            "nav2_msgs/action/FollowPath_Goal": Difference(added={"": (Field("path_handler_id", "string"),)}),
+            "nav2_msgs/action/FollowPath_Feedback": Difference(without=("distance_to_goal", "speed")),
+            # In version 2 of simulation_interfaces one or two fields became a Resource.
+            "simulation_interfaces/msg/Spawnable": Difference(
+                without=("uri",), added={"description": (_resource("entity_resource", "uri"),)}
+            ),
+            "simulation_interfaces/srv/SpawnEntity_Request": Difference(
+                without=("uri", "resource_string"),
+                added={"entity_namespace": (_resource("entity_resource", "uri", "resource_string"),)},
+            ),
+            "simulation_interfaces/srv/LoadWorld_Request": Difference(
+                without=("uri", "resource_string"),
+                added={"fail_on_unsupported_element": (_resource("world_resource", "uri", "resource_string"),)},
+            ),
+            # The parts of the state to set. As in version 1, all parts are set.
+            "simulation_interfaces/srv/SetEntityState_Request": Difference(
+                added={"": tuple(Field(name, "boolean") for name in ("set_pose", "set_twist", "set_acceleration"))}
+            ),
+        },
+    }
+)
+
+
+@cache
+def structure_in(distro: str, ours: Structure) -> Structure:
+    """Return a type in a distribution: the same object if it does not differ.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    if distro not in DISTROS:
+        raise ValueError(f"no distribution {distro!r}; there are {', '.join(DISTROS)}")
+    difference = _DIFFERENCES[distro].get(ours.name, Difference())
+    fields = tuple(_fields(distro, ours, difference))
+    return ours if fields == ours.fields else Structure(difference.name or ours.name, fields)
+
+
+def _fields(distro: str, ours: Structure, difference: Difference) -> Iterator[Field]:
+    for one in ours.fields:
+        yield from difference.added.get(one.name, ())
+        if one.name in difference.without:
+            continue
+        has = replace(one, name=difference.renamed.get(one.name, one.name))
+        if one.nested is not None:
+            has = replace(has, nested=structure_in(distro, one.nested))
+        yield _unwrapped(has, difference.unwrapped[one.name]) if one.name in difference.unwrapped else has
+    yield from difference.added.get("", ())
+
+
+def _unwrapped(outer: Field, name: str) -> Field:
+    inner = () if outer.nested is None else outer.nested.fields
+    held = next(field for field in inner if field.name == name)
+    return replace(held, name=outer.name, path=(*(outer.path or ()), *(held.path or ())))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +241,10 @@ def action_type(
     """
     return _action(
         name,
-        _service(distro, f"{name}_SendGoal", *derived.send_goal(name, structure(goal))),
+        _service(distro, f"{name}_SendGoal", *send_goal_structures(name, structure(goal))),
         service_type("action_msgs/srv/CancelGoal", CancelGoal.Request, CancelGoal.Response, distro),
-        _service(distro, f"{name}_GetResult", *derived.get_result(name, structure(result))),
-        _message(structure_in(distro, derived.feedback_message(name, structure(feedback)))),
+        _service(distro, f"{name}_GetResult", *get_result_structures(name, structure(result))),
+        _message(structure_in(distro, feedback_structure(name, structure(feedback)))),
         message_type(GoalStatusArray, distro),
     )
 
@@ -129,7 +266,9 @@ def dds_name(name: str) -> str:
 
 
 def _service(distro: str, name: str, request: Structure, response: Structure) -> ServiceType:
-    whole, *parts = (structure_in(distro, one) for one in (derived.service(name, request, response), request, response))
+    whole, *parts = (
+        structure_in(distro, one) for one in (service_structure(name, request, response), request, response)
+    )
     return _one_service(whole, *map(_message, parts))
 
 

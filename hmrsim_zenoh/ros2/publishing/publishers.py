@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 from zenoh import ext
 
-from hmrsim_zenoh.ros2.attachment import Attachment
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS
+from hmrsim_zenoh.ros2.wires import Attachment
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Endpoint

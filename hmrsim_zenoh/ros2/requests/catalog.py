@@ -8,8 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
-from hmrsim_zenoh.ros2.names import has_lifecycle, node_of, ros_services
-from hmrsim_zenoh.ros2.node_services import NODE_SERVICES, PARAMETER_SERVICES
+from hmrsim_zenoh.ros2.names import NODE_SERVICES, PARAMETER_SERVICES, has_lifecycle, node_of, ros_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,

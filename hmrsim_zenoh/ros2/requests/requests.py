@@ -1,17 +1,22 @@
-"""Decoding of ROS clients' queries to commands.
+"""Decoding of ROS clients' queries to commands, and the log of rejected requests.
 
 An invalid query is answered here at once, never with an error reply, after which a ROS client would wait forever. Any
-other query travels with its command as ``reply_to`` and is answered when the command has been processed.
+other query travels with its command as ``reply_to`` and is answered when the command has been processed. ROS's replies
+have no field for the reason of a rejection, so the log has it.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Final
 
 from pydantic import ValidationError
 
+from hmrsim.errors import printable
 from hmrsim.protocol.commands import CallService, GetResult, SendGoal
 from hmrsim_zenoh.ros2.codec.cdr import CdrError
 from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, attached_to
@@ -24,11 +29,60 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
-    from hmrsim_zenoh.ros2.requests.rejection_log import RejectionLog
-    from hmrsim_zenoh.ros2.requests.waiting import PendingResults
+    from hmrsim_zenoh.ros2.requests.pending import PendingResults
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
+
+MAX_PER_MINUTE: Final = 20
+"""The largest number of lines in a wall minute: a client with ever new ids could fill the disk."""
+_MINUTE: Final = 60.0
+_REMEMBERED: Final = 1_000
+"""The number of lines that are not repeated; the oldest are forgotten."""
+
+
+class RejectionLog:
+    """Logs each line once, and at most `MAX_PER_MINUTE` lines a minute; for any thread.
+
+    Args:
+        clock: Returns the wall time in seconds.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._said: OrderedDict[Hashable, None] = OrderedDict()
+        self._since = clock()
+        self._count = 0
+
+    def warn(self, text: str, client: str = "") -> None:
+        """Log a line, once for each client."""
+        if self.due((client, text)):
+            _log.warning("%s", printable(text))
+
+    def due(self, what: Hashable) -> bool:
+        """Return whether to log a line now; if so, it counts as logged."""
+        with self._lock:
+            if what in self._said:
+                self._said.move_to_end(what)
+                return False
+            self._look_at_the_clock()
+            self._count += 1
+            if self._count > MAX_PER_MINUTE:
+                return False
+            self._said[what] = None
+            if len(self._said) > _REMEMBERED:
+                self._said.popitem(last=False)
+            return True
+
+    def _look_at_the_clock(self) -> None:
+        now = self._clock()
+        if now - self._since < _MINUTE:
+            return
+        untold = self._count - MAX_PER_MINUTE
+        self._since, self._count = now, 0
+        if untold > 0:
+            _log.warning("ROS 2: suppressed %d more warnings in a minute", untold)
 
 
 class Requests:

@@ -200,7 +200,7 @@ def test_topics_and_services_of_the_world(live, ros):
 
 def test_servers_of_a_large_fleet_are_there_when_looked_for(monkeypatch, serve, ros):
     """Where only navigate_to_pose is declared unasked, clients and subscribers find all else as ever."""
-    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
     options = serve(wires=(RmwZenoh(),), real_time_factor=0)
     watcher, node = ros(options, node="watcher"), ros(options)
     watcher.graph.wait_for(("SS", "/cart/navigate_to_pose/_action/send_goal", DRIVE_TYPE))

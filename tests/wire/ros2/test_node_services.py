@@ -9,7 +9,7 @@ import pytest
 from hmrsim.interfaces.lifecycle_msgs import Transition
 from hmrsim.interfaces.rcl_interfaces import ParameterValue
 from hmrsim.trace.replay import replay
-from hmrsim_zenoh.ros2.node_services import NODE_SERVICES
+from hmrsim_zenoh.ros2.names import NODE_SERVICES
 from tests.patience import PATIENCE
 from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient
 from tests.wire.ros2.test_end_to_end import LONG, hosting

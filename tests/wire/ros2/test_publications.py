@@ -19,13 +19,12 @@ from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
-from hmrsim_zenoh.ros2.attachment import read_attachment
 from hmrsim_zenoh.ros2.keys import gid, read_token
 from hmrsim_zenoh.ros2.names import WORLD_NODE, names_of
 from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.publishing.publishers import LatchedPublisher, Publisher
-from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
+from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire, read_attachment
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 from tests.patience import PATIENCE
 
@@ -327,7 +326,7 @@ def test_served_of_a_lost_robot(stage):
 
 def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
     """What is not standing has no token until its name is asked for, and is published from then on."""
-    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
     stage.publications.start()
     stage.token("/cart/navigate_to_pose/_action/status")
     stage.publications.ask("/cart/nothing")

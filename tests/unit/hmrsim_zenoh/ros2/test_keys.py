@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim_zenoh.ros2.attachment import Attachment, read_attachment
 from hmrsim_zenoh.ros2.keys import (
     LATCHED_QOS,
     Address,
@@ -19,6 +18,7 @@ from hmrsim_zenoh.ros2.keys import (
     read_key,
     read_token,
 )
+from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
 
 SESSION = "5e65be91e5062821801d353a23e9dbeb"
 STATUS = Endpoint(

@@ -19,7 +19,7 @@ from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty, Header
 from hmrsim.interfaces.unique_identifier_msgs import UUID
 from hmrsim_zenoh.ros2.codec.cdr import MAX_BYTES, CdrError, decoder
-from hmrsim_zenoh.ros2.codec.rihs01 import Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import Field, Kind, Structure
 from hmrsim_zenoh.ros2.codec.types import ActionType, action_type, message_type
 
 UUID_BYTES = bytes(range(16))

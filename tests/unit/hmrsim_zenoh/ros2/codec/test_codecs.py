@@ -19,8 +19,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from hmrsim_zenoh.ros2.codec import checked
 from hmrsim_zenoh.ros2.codec.cdr import CdrError, decoder, encoder
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.codec.rihs01 import PADDING, Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import PADDING, Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.types import DISTROS
 from tests.cases import case
 from tests.profiles import examples
 from tests.ros_types import messages, structures

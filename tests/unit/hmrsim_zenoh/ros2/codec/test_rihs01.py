@@ -19,8 +19,8 @@ from hmrsim.interfaces.moveit_msgs import CollisionObject, Grasp, Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Empty
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.codec.rihs01 import structure
+from hmrsim_zenoh.ros2.codec.structures import structure
+from hmrsim_zenoh.ros2.codec.types import DISTROS
 from tests.ros_types import messages, structures
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.ros2.codec.types import message_type
-from hmrsim_zenoh.ros2.publishing.statuses import Statuses
+from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
 
 TYPE = message_type(GoalStatusArray)
 GOALS = [made_goal_id("test", number) for number in range(6)]

@@ -14,8 +14,7 @@ from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, NavigateToPose
-from hmrsim_zenoh.ros2.codec.distros import DISTROS
-from hmrsim_zenoh.ros2.codec.types import ActionType, ServiceType, action_type, message_type, service_type
+from hmrsim_zenoh.ros2.codec.types import DISTROS, ActionType, ServiceType, action_type, message_type, service_type
 
 MAKE_ALL = """
 from hmrsim_zenoh.ros2.codec import decoders, encoders
