@@ -74,6 +74,11 @@ class Node(NamedTuple):
         """The name as ``ros2 node list`` shows it."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
+    @property
+    def robot(self) -> str:
+        """The robot's name; empty for the world's node."""
+        return self.namespace[1:]
+
 
 @dataclass(frozen=True)
 class Endpoint:

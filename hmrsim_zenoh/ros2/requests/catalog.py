@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
 from hmrsim_zenoh.ros2.names import NODE_SERVICES, PARAMETER_SERVICES, has_lifecycle, node_of, ros_services
+from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
     Layouts,
+    NodeHandler,
     SendGoalHandler,
     WorldServiceHandler,
 )
-from hmrsim_zenoh.ros2.requests.node_handlers import HANDLERS, ChangeStateHandler
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -32,8 +33,7 @@ _ACTION: Final = "/_action/"
 _ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | GetResultHandler]]] = MappingProxyType(
     {"send_goal": SendGoalHandler, "cancel_goal": CancelGoalHandler, "get_result": GetResultHandler}
 )
-
-
+_RESPONSES: Final = {**parameter_services.RESPONSES, **lifecycle_services.RESPONSES}
 _MAX_LOST: Final = 10_000
 """The largest number of lost names of each kind; the oldest are forgotten."""
 
@@ -108,11 +108,11 @@ class Catalog:
             return None
         layouts = Layouts(tuple(NODE_SERVICES[verb].in_distro(distro) for distro in self._distros))
         lost = node_name not in nodes
-        if verb in HANDLERS:
-            return HANDLERS[verb](name, layouts, node, self._simulator, lost=lost)
-        robot = node.namespace[1:]
-        actions = (action for action in self._names.serves.get(robot, ()) if node_of(robot, action) == node)
-        return ChangeStateHandler(name, layouts, node, self._simulator, tuple(actions), lost=lost)
+        if verb in _RESPONSES:
+            response, respond = NODE_SERVICES[verb].response, _RESPONSES[verb]
+            return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=lost)
+        actions = (action for action in self._names.serves.get(node.robot, ()) if node_of(node.robot, action) == node)
+        return lifecycle_services.ChangeStateHandler(name, layouts, node, self._simulator, tuple(actions), lost=lost)
 
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))

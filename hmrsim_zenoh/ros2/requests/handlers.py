@@ -6,12 +6,14 @@ A service may have several layouts, as types differ between distributions; the k
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.interfaces.rcl_interfaces import SetParametersResult
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
@@ -24,8 +26,9 @@ if TYPE_CHECKING:
     from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.services import AnyService
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import ServiceType
-    from hmrsim_zenoh.ros2.keys import Address
+    from hmrsim_zenoh.ros2.keys import Address, Node
 
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
 _UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
@@ -197,6 +200,40 @@ class WorldServiceHandler(Handler):
             return response
         failed = Result(result=Result.RESULT_OPERATION_FAILED, error_message=text)
         return response.model_copy(update={"result": failed})
+
+
+@dataclass(frozen=True)
+class NodeHandler(Handler):
+    """The handler of a service that each ROS node has; it answers at once, without a command.
+
+    Attributes:
+        response: The type of the response. An empty one means that nothing was done.
+        respond: Returns the response to a request.
+    """
+
+    node: Node
+    simulator: Simulator
+    response: type[Message]
+    respond: Callable[[Simulator, Node, Mapping[str, Any]], Message]
+
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+        """Answer at once; there are no commands."""
+        if self.node.robot in self.simulator.dispatcher.cut_off:
+            reply_to.refuse(no_connection(self.node.robot))
+        else:
+            reply_to.answer(self.respond(self.simulator, self.node, request))
+        return []
+
+    def answer(self, answer: Message) -> Message:
+        """Return the response."""
+        return answer
+
+    def refusal(self, text: str) -> Message:
+        """Return an empty response, with the reason if the response has a field for it."""
+        response = self.response()
+        if not isinstance(getattr(response, "result", None), SetParametersResult):
+            return response
+        return response.model_copy(update={"result": SetParametersResult(reason=text)})
 
 
 def _goal_id(request: Mapping[str, Any]) -> str:

@@ -88,7 +88,7 @@ def test_parameters_can_not_be_set(tool):
 
     assert [False, False, False] == [one["successful"] for one in (*each, all_)]
     assert (
-        "parameter 'FollowPath.max_vel_x' is read-only: the world or the simulator's options say it"
+        "parameter 'FollowPath.max_vel_x' is read-only: it comes from the world's file or the simulator's options"
         == each[0]["reason"]
     )
     assert "parameter 'nothing' does not exist" == each[1]["reason"]

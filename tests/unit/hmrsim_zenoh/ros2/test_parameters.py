@@ -11,7 +11,7 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.keys import Node
 from hmrsim_zenoh.ros2.names import names_of
-from hmrsim_zenoh.ros2.requests.parameters import names_in, parameters_of
+from hmrsim_zenoh.ros2.requests.parameter_services import names_in, parameters_of
 from tests.profiles import examples
 
 WORLD = {

@@ -1,21 +1,37 @@
-"""The parameters of ROS nodes: what the simulation knows of a robot, by Nav2's names where Nav2 has it."""
+"""The parameters of ROS nodes, with Nav2's names where Nav2 has them, and the services that read them.
+
+Clients can't set parameters: their values come from the world's file and the simulator's options.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
-from hmrsim.interfaces.rcl_interfaces import ParameterDescriptor, ParameterValue
+from hmrsim.interfaces.rcl_interfaces import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    ListParametersResult,
+    ParameterDescriptor,
+    ParameterValue,
+    SetParameters,
+    SetParametersAtomically,
+    SetParametersResult,
+)
 from hmrsim_zenoh.ros2.names import FURTHER_NAMES, NODES, OTHER_NODE
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from hmrsim.interfaces.message import Message
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Node
 
     Value = bool | int | float | str | list[str]
+
+_T = TypeVar("_T")
 
 _DOT: Final = "."
 _UNLIMITED: Final = 1e9
@@ -51,7 +67,7 @@ class NodeParameter(NamedTuple):
 def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
     """Return the parameters of a node by name, in order of name."""
     found = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
-    robot = simulator.robots.get(node.namespace[1:])
+    robot = simulator.robots.get(node.robot)
     if robot is None:
         found["world"] = NodeParameter(simulator.world.name, "The name of the world.")
         found["seed"] = NodeParameter(simulator.seed, "The seed of the run.")
@@ -143,3 +159,71 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
         },
     }
     return found.get(node, {})
+
+
+def get_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return the values of the requested parameters."""
+    return GetParameters.Response(values=_map(simulator, node, request, lambda _name, one: one.as_value()))
+
+
+def get_parameter_types(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return the types of the requested parameters."""
+    return GetParameterTypes.Response(types=_map(simulator, node, request, lambda _name, one: one.type))
+
+
+def describe_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return the descriptions of the requested parameters."""
+    found = _map(simulator, node, request, lambda name, one: one.as_descriptor(name))
+    return DescribeParameters.Response(descriptors=found)
+
+
+def list_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return the names that a request selects."""
+    names = names_in(parameters_of(simulator, node), request["prefixes"], request["depth"])
+    prefixes = list(dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name))
+    return ListParameters.Response(result=ListParametersResult(names=names, prefixes=prefixes))
+
+
+def set_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return for each parameter why it can't be set."""
+    return SetParameters.Response(results=_not_set(simulator, node, request))
+
+
+def set_parameters_atomically(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
+    """Return why the first parameter can't be set."""
+    results = _not_set(simulator, node, request) or [SetParametersResult(successful=True)]
+    return SetParametersAtomically.Response(result=results[0])
+
+
+RESPONSES: Final = MappingProxyType(
+    {
+        "get_parameters": get_parameters,
+        "get_parameter_types": get_parameter_types,
+        "describe_parameters": describe_parameters,
+        "list_parameters": list_parameters,
+        "set_parameters": set_parameters,
+        "set_parameters_atomically": set_parameters_atomically,
+    }
+)
+"""The function that responds to each parameter service."""
+
+
+def _map(
+    simulator: Simulator, node: Node, request: Mapping[str, Any], convert: Callable[[str, NodeParameter], _T]
+) -> list[_T]:
+    """Convert each requested parameter; return an empty list if one does not exist, as rclcpp does."""
+    parameters, names = parameters_of(simulator, node), request["names"]
+    return [convert(name, parameters[name]) for name in names] if parameters.keys() >= set(names) else []
+
+
+def _not_set(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> list[SetParametersResult]:
+    """Return for each parameter of a request why it can't be set."""
+    parameters = parameters_of(simulator, node)
+    reasons = {
+        True: "is read-only: it comes from the world's file or the simulator's options",
+        False: "does not exist",
+    }
+    return [
+        SetParametersResult(reason=f"parameter {name!r} {reasons[name in parameters]}")
+        for name in (one["name"] for one in request["parameters"])
+    ]

@@ -1,0 +1,179 @@
+"""The lifecycle services of ROS nodes: states of rcl_lifecycle, and the transitions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.goals.node_states import ACTIVE, NAMES, TRANSITIONS
+from hmrsim.interfaces.lifecycle_msgs import ChangeState as ChangeStateService
+from hmrsim.interfaces.lifecycle_msgs import (
+    GetAvailableStates,
+    GetAvailableTransitions,
+    GetState,
+    State,
+    Transition,
+    TransitionDescription,
+)
+from hmrsim.protocol.commands import ChangeState
+from hmrsim_zenoh.ros2.requests.handlers import Handler
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.ros2.keys import Node
+    from hmrsim_zenoh.ros2.requests.handlers import ReplyTo
+
+_UNKNOWN, _ERROR = State.PRIMARY_STATE_UNKNOWN, State.TRANSITION_STATE_ERRORPROCESSING
+
+_STATES: Final = MappingProxyType(
+    {
+        _UNKNOWN: "unknown",
+        **NAMES,
+        State.TRANSITION_STATE_CONFIGURING: "configuring",
+        State.TRANSITION_STATE_CLEANINGUP: "cleaningup",
+        State.TRANSITION_STATE_SHUTTINGDOWN: "shuttingdown",
+        State.TRANSITION_STATE_ACTIVATING: "activating",
+        State.TRANSITION_STATE_DEACTIVATING: "deactivating",
+        _ERROR: "errorprocessing",
+    }
+)
+"""All states of rcl_lifecycle, in its order."""
+
+_LABELS: Final = MappingProxyType(
+    {
+        Transition.TRANSITION_CONFIGURE: "configure",
+        Transition.TRANSITION_CLEANUP: "cleanup",
+        Transition.TRANSITION_ACTIVATE: "activate",
+        Transition.TRANSITION_DEACTIVATE: "deactivate",
+        Transition.TRANSITION_UNCONFIGURED_SHUTDOWN: "shutdown",
+        Transition.TRANSITION_INACTIVE_SHUTDOWN: "shutdown",
+        Transition.TRANSITION_ACTIVE_SHUTDOWN: "shutdown",
+    }
+)
+
+_DURING: Final = MappingProxyType(
+    {
+        "configure": State.TRANSITION_STATE_CONFIGURING,
+        "cleanup": State.TRANSITION_STATE_CLEANINGUP,
+        "activate": State.TRANSITION_STATE_ACTIVATING,
+        "deactivate": State.TRANSITION_STATE_DEACTIVATING,
+        "shutdown": State.TRANSITION_STATE_SHUTTINGDOWN,
+    }
+)
+"""The states that a node passes; a simulated one does so in no time."""
+
+_ENDS: Final = ("transition_success", "transition_failure", "transition_error")
+"""The labels of the transitions that end the passing states; their numbers count from ten times the beginning's."""
+
+
+def get_state(simulator: Simulator, node: Node, _request: Mapping[str, Any]) -> Message:
+    """Return the state of a node."""
+    return GetState.Response(current_state=_state(_state_of(simulator, node)))
+
+
+def get_available_states(_simulator: Simulator, _node: Node, _request: Mapping[str, Any]) -> Message:
+    """Return all states."""
+    return GetAvailableStates.Response(available_states=[_state(number) for number in _STATES])
+
+
+def get_available_transitions(simulator: Simulator, node: Node, _request: Mapping[str, Any]) -> Message:
+    """Return the transitions from the current state of a node."""
+    return GetAvailableTransitions.Response(available_transitions=_available(simulator, node))
+
+
+def get_transition_graph(_simulator: Simulator, _node: Node, _request: Mapping[str, Any]) -> Message:
+    """Return all transitions."""
+    return GetAvailableTransitions.Response(available_transitions=[*_beginnings(), *_endings()])
+
+
+RESPONSES: Final = MappingProxyType(
+    {
+        "get_state": get_state,
+        "get_available_states": get_available_states,
+        "get_available_transitions": get_available_transitions,
+        "get_transition_graph": get_transition_graph,
+    }
+)
+"""The function that responds to each lifecycle service, except for ``change_state``."""
+
+
+@dataclass(frozen=True)
+class ChangeStateHandler(Handler):
+    """The handler of ``change_state``.
+
+    Attributes:
+        actions: The actions that the node serves.
+    """
+
+    node: Node
+    simulator: Simulator
+    actions: tuple[str, ...]
+
+    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+        """Return the command that changes the state."""
+        number, label = request["transition"]["id"], request["transition"]["label"]
+        if label:
+            possible = (one.transition for one in _available(self.simulator, self.node))
+            number = next((transition.id for transition in possible if transition.label == label), None)
+        if number is None:
+            reply_to.answer(False)
+            return []
+        return [ChangeState(self.node.robot, self.node.name, self.actions, number, reply_to)]
+
+    def answer(self, changed: object) -> Message:
+        """Return whether the state has changed."""
+        return ChangeStateService.Response(success=changed is True)
+
+    def refusal(self, _text: str) -> Message:
+        """Return that the state has not changed."""
+        return ChangeStateService.Response()
+
+
+def _state_of(simulator: Simulator, node: Node) -> int:
+    return simulator.dispatcher.nodes.of(node.robot, node.name)
+
+
+def _available(simulator: Simulator, node: Node) -> list[TransitionDescription]:
+    state = _state_of(simulator, node)
+    return [one for one in _beginnings() if one.start_state.id == state]
+
+
+def _state(number: int) -> State:
+    return State(id=number, label=_STATES[number])
+
+
+def _transition(number: int, label: str, start: int, goal: int) -> TransitionDescription:
+    return TransitionDescription(
+        transition=Transition(id=number, label=label), start_state=_state(start), goal_state=_state(goal)
+    )
+
+
+def _beginnings() -> Iterator[TransitionDescription]:
+    """Yield the transitions that clients may ask for."""
+    for number, (before, _) in TRANSITIONS.items():
+        yield _transition(number, _LABELS[number], before, _DURING[_LABELS[number]])
+
+
+def _endings() -> Iterator[TransitionDescription]:
+    """Yield the transitions that end those: in success, failure and error."""
+    unconfigured, inactive, finalized = (
+        State.PRIMARY_STATE_UNCONFIGURED,
+        State.PRIMARY_STATE_INACTIVE,
+        State.PRIMARY_STATE_FINALIZED,
+    )
+    after = {
+        "configure": (inactive, unconfigured),
+        "cleanup": (unconfigured, inactive),
+        "activate": (ACTIVE, inactive),
+        "deactivate": (inactive, ACTIVE),
+        "shutdown": (finalized, finalized),
+    }
+    for tens, (label, (success, failure)) in enumerate(after.items(), start=1):
+        for units, (end, goal) in enumerate(zip(_ENDS, (success, failure, _ERROR), strict=True)):
+            yield _transition(10 * tens + units, end, _DURING[label], goal)
+    for units, (end, goal) in enumerate(zip(_ENDS, (unconfigured, finalized, finalized), strict=True)):
+        yield _transition(60 + units, end, _ERROR, goal)
