@@ -14,7 +14,7 @@ from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim_zenoh.recording.chunks import Budget, Piece, TooMuch, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
-from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.wire.keys import TREE
 

@@ -19,7 +19,7 @@ from hmrsim.interfaces.action_msgs import CancelGoal
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as services
 from hmrsim_zenoh.ros2 import keys as ros_keys
-from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.codec.types import ActionType, ServiceType, action_type, service_type
 from hmrsim_zenoh.ros2.names import ros_services
 from tests.extremes import NUMBERS, body

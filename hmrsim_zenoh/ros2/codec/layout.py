@@ -1,13 +1,14 @@
-"""The layout of a type's fields in bytes, from which `encoders` and `decoders` generate code.
+"""The layout of messages in CDR, from which the functions of `encoder` and `decoder` are generated.
 
-Nested messages have no bytes of their own, so a type is a sequence of leaves: numbers, strings and lists.
-Adjacent numbers form a run, which is packed at once; its padding depends on its offset.
+A message is an encapsulation of four bytes and then its values, each aligned to its size. A nested message adds no
+bytes to those of its fields, so a type is a sequence of leaves: numbers, strings and lists. Adjacent numbers form a
+run, which is packed at once. Its padding depends on its offset.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -17,16 +18,11 @@ from hmrsim_zenoh.ros2.codec.structures import Field, Kind, Structure
 HEADER: Final = 4
 """Bytes of the encapsulation before a message; alignment counts from there."""
 
-LITTLE_ENDIAN: Final = b"\0\1\0\0"
-"""The encapsulation of written messages."""
-
-MAX_ALIGNMENT: Final = 8
+_MAX_ALIGNMENT: Final = 8
 """The alignment of the largest numbers in bytes: the offset of a run matters only modulo this."""
 
-MAX_ITEMS: Final = 10_000
-"""The largest number of messages and strings in all lists of one message: each takes microseconds to check."""
-
-TOO_MANY: Final = f"more than {MAX_ITEMS} messages and strings in the lists of one message"
+_UNALIGNED: Final = "xsbB?"
+"""The formats of single bytes, which need no padding."""
 
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -47,42 +43,31 @@ FORMATS: Final[Mapping[str, str]] = MappingProxyType(
 """The primitives of fixed size and their formats in the module `struct`."""
 
 
+class CdrError(ValueError):
+    """Bytes are not a message of their type, or a value does not fit into its field."""
+
+
 class Leaf(NamedTuple):
     """A field that is not a single nested message.
 
     Attributes:
+        name: The name in the type, with the names of the enclosing fields: ``stamp.sec``.
         path: The path of the value in our message, outermost name first; None if our message lacks it.
     """
 
+    name: str
     field: Field
     path: tuple[str, ...] | None
 
 
-def leaves(described: Structure, within: tuple[str, ...] | None = ()) -> Iterator[Leaf]:
+def leaves(described: Structure, name: str = "", within: tuple[str, ...] | None = ()) -> Iterator[Leaf]:
     """Yield the leaves of a type in the order of its bytes."""
     for field in described.fields:
         path = None if within is None or field.path is None else within + field.path
         if field.nested is not None and field.kind is Kind.SINGLE:
-            yield from leaves(field.nested, path)
+            yield from leaves(field.nested, f"{name}{field.name}.", path)
         else:
-            yield Leaf(field, path)
-
-
-def containers(described: Structure) -> Iterator[tuple[str, ...]]:
-    """Yield the path of each nested message that is not in a list, the outer ones first."""
-    for field in described.fields:
-        if field.path is not None and field.nested is not None and field.kind is Kind.SINGLE:
-            if field.path:
-                yield field.path
-            yield from (field.path + path for path in containers(field.nested))
-
-
-@cache
-def weight(field: Field) -> int:
-    """Return the weight of one list item towards `MAX_ITEMS`: the number of messages in it; 0 for a number."""
-    if field.nested is not None:
-        return 1 + sum(1 for _ in containers(field.nested))
-    return 1 if field.primitive == "string" else 0
+            yield Leaf(name + field.name, field, path)
 
 
 def padding(at: int, size: int) -> int:
@@ -92,54 +77,60 @@ def padding(at: int, size: int) -> int:
 
 @cache
 def size_of(code: str) -> int:
-    """Return the size of a number in bytes, by its format."""
+    """Return the size of a number, or of an array such as ``36d``, in bytes."""
     return struct.calcsize(f"<{code}")
 
 
-@cache
-def least_size(field: Field) -> int:
-    """Return the smallest size of one item of a field in bytes; at least 1, as no ROS type is empty."""
-    if field.nested is not None:
-        return sum(_least(leaf.field) for leaf in leaves(field.nested))
-    return size_of("I" if field.primitive == "string" else FORMATS[field.primitive])
+class Code:
+    """The source of a function for one type, and the values of the names in it.
 
+    Args:
+        at: The offset of the message in the bytes; None if it varies.
+        order: The byte order, ``<`` or ``>``.
 
-def _least(field: Field) -> int:
-    match field.kind:
-        case Kind.SINGLE:
-            return least_size(field)
-        case Kind.ARRAY:
-            return least_size(field) * field.capacity
-    return size_of("I")
+    Attributes:
+        at: The offset of the next value in the bytes; None if it is known only at run time.
+    """
 
+    def __init__(self, names: Mapping[str, Any], at: int | None, order: str) -> None:
+        self.lines: list[str] = []
+        self.names: dict[str, Any] = dict(names)
+        self.at = at
+        self.order = order
 
-class Run(NamedTuple):
-    """Adjacent numbers, each as ``d`` or ``36d``; ``x`` is a padding byte."""
+    def run(self, codes: Sequence[str], use: Callable[[struct.Struct], Any]) -> tuple[str, str]:
+        """Return an expression for a method of a run's struct, and the line that advances the position.
 
-    codes: tuple[str, ...]
+        Args:
+            codes: The formats of the numbers, each such as ``d`` or ``36d``; ``x`` is a padding byte.
+            use: Returns the method of a struct.
+        """
+        name = f"run{len(self.names)}"
+        if self.at is None and any(code[-1] not in _UNALIGNED for code in codes):
+            packed = [self._struct(codes, at) for at in range(_MAX_ALIGNMENT)]
+            self.names[name] = tuple(map(use, packed))
+            self.names[f"{name}_size"] = tuple(one.size for one in packed)
+            return f"{name}[pos & 7]", f"pos += {name}_size[pos & 7]"
+        one = self._struct(codes, self.at or 0)
+        self.names[name] = use(one)
+        if self.at is None:
+            return name, f"pos += {one.size}"
+        self.at += one.size
+        return name, f"pos = {self.at}"
 
-    def packed(self, at: int) -> struct.Struct:
-        """Return the struct of the run at the offset *at*."""
-        return _struct(self._format(at))
+    def function(self, head: str, described: Structure) -> Any:
+        """Return the generated function, whose first line is *head*."""
+        source = "\n    ".join([head, *self.lines]) + "\n"
+        exec(compile(source, f"<{head} of {described.name}>", "exec"), self.names)  # noqa: S102 - made of field names only
+        return self.names[head[len("def ") : head.index("(")]]
 
-    def each(self, use: Callable[[struct.Struct], Any]) -> tuple[Any, ...]:
-        """Return *use* of the struct for each offset modulo `MAX_ALIGNMENT`."""
-        return tuple(use(self.packed(at)) for at in range(MAX_ALIGNMENT))
-
-    @property
-    def shifts(self) -> bool:
-        """Whether the padding depends on the offset."""
-        return any(code[-1] not in "xsbB?" for code in self.codes)
-
-    def _format(self, at: int) -> str:
-        parts = ["<"]
-        for code in self.codes:
+    def _struct(self, codes: Sequence[str], at: int) -> struct.Struct:
+        parts = [self.order]
+        for code in codes:
             pad = padding(at, size_of(code[-1]))
             parts.append(f"{pad}x{code}" if pad else code)
             at += pad + size_of(code)
-        return "".join(parts)
+        return _struct("".join(parts))
 
 
-@cache
-def _struct(form: str) -> struct.Struct:
-    return struct.Struct(form)
+_struct = cache(struct.Struct)

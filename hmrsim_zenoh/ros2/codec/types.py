@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.simulation_interfaces import Resource
-from hmrsim_zenoh.ros2.codec.cdr import decoder, encoder
+from hmrsim_zenoh.ros2.codec.decoder import decoder
+from hmrsim_zenoh.ros2.codec.encoder import encoder
 from hmrsim_zenoh.ros2.codec.structures import (
     Field,
     Kind,

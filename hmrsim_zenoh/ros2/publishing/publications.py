@@ -15,7 +15,7 @@ from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.publishing import goal_topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import (

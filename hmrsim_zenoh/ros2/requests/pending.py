@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from hmrsim.protocol.commands import GetResult, StopWaiting
-from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
 
 if TYPE_CHECKING:

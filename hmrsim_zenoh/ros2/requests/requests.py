@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from hmrsim.errors import printable
 from hmrsim.protocol.commands import CallService, GetResult, SendGoal
-from hmrsim_zenoh.ros2.codec.cdr import CdrError
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, attached_to
 from hmrsim_zenoh.wire.envelopes import UnreadableError, unreadable
 from hmrsim_zenoh.wire.texts import check_texts

@@ -26,7 +26,7 @@ from hmrsim.interfaces.nav2_msgs import (
 from hmrsim.interfaces.nav_msgs import Goals
 from hmrsim.interfaces.simulation_interfaces import LoadWorld, SetEntityState, Spawnable, SpawnEntity
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim_zenoh.ros2.codec.cdr import encoder
+from hmrsim_zenoh.ros2.codec.encoder import encoder
 from hmrsim_zenoh.ros2.codec.structures import Structure
 from hmrsim_zenoh.ros2.codec.types import message_type
 

@@ -17,11 +17,12 @@ from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, NavigateToPose
 from hmrsim_zenoh.ros2.codec.types import DISTROS, ActionType, ServiceType, action_type, message_type, service_type
 
 MAKE_ALL = """
-from hmrsim_zenoh.ros2.codec import decoders, encoders
+from hmrsim_zenoh.ros2.codec.decoder import decoder
+from hmrsim_zenoh.ros2.codec.encoder import encoder
 from hmrsim_zenoh.ros2.codec.types import action_type
 from hmrsim.interfaces.moveit_msgs import Pickup
 action = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback)
-print(action.send_goal.hash, encoders.encoder.cache_info().currsize, decoders.decoder.cache_info().currsize)
+print(action.send_goal.hash, encoder.cache_info().currsize, decoder.cache_info().currsize)
 """
 
 
