@@ -16,7 +16,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Output

@@ -17,9 +17,9 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.recording.listening import Listener
+from hmrsim_zenoh.recording.listener import Listener
 from hmrsim_zenoh.recording.recorder import Recorder
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:

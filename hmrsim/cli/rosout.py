@@ -9,7 +9,7 @@ from hmrsim.cli.telling import text_of
 from hmrsim.errors import printable
 from hmrsim.events import Severity
 from hmrsim.interfaces.rcl_interfaces import Log
-from hmrsim_zenoh.recording.recorder import Told
+from hmrsim_zenoh.recording.recorder import LogLine
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
@@ -24,7 +24,7 @@ _LEVELS: Final[Mapping[Severity, int]] = {
 }
 
 
-def told(event: Event) -> Told | None:
+def told(event: Event) -> LogLine | None:
     """Return the line about an event; None if it has none."""
     text = text_of(event)
-    return Told(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None
+    return LogLine(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None

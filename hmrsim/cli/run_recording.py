@@ -12,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 
 if TYPE_CHECKING:
     from pathlib import Path

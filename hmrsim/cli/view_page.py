@@ -17,17 +17,17 @@ from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.settings import ViewSettings
-from hmrsim_zenoh.view.live import Live
+from hmrsim_zenoh.view.access import Rights
 from hmrsim_zenoh.view.server import ViewServer
-from hmrsim_zenoh.view.visitors import Rights
+from hmrsim_zenoh.view.sources import Live
 from hmrsim_zenoh.wire.options import session_options
 from hmrsim_zenoh.wire.session import enclave_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim_zenoh.view.recorded import Recorded
     from hmrsim_zenoh.view.server import Source
+    from hmrsim_zenoh.view.sources import Recorded
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -60,7 +60,7 @@ def serve(args: argparse.Namespace) -> int:
 def _recorded(path: Path) -> Recorded:
     # Loads what reads recordings, which a live picture does not need.
     from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
-    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
+    from hmrsim_zenoh.view.sources import Recorded  # noqa: PLC0415
 
     return Recorded(open_recording(path))
 

@@ -1,4 +1,7 @@
-"""Conversion of a simulation's events and samples to a recording: ROS 2 messages, and the JSON of the wire."""
+"""Conversion of a simulation's events and samples to a recording: ROS 2 messages, and the JSON of the wire.
+
+The recording's time is simulated time that continues after a reset.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +11,24 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim import CONTRACT, __version__
 from hmrsim.actions import registry as actions
+from hmrsim.engine.sim_time import JITTER
 from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.interfaces.action_msgs import GoalStatusArray
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.visualization_msgs import MarkerArray
-from hmrsim_zenoh.recording import schemas
-from hmrsim_zenoh.recording.pictures import Pictures, looked_at_from_above
-from hmrsim_zenoh.recording.timeline import Timeline, nanoseconds_of
-from hmrsim_zenoh.recording.writing import Schema
+from hmrsim_zenoh.recording.markers import WorldMarkers, frames_metadata
+from hmrsim_zenoh.recording.writer import (
+    EVENT_SCHEMA,
+    INFO_SCHEMA,
+    SCENE_SCHEMA,
+    Schema,
+    tree_schema,
+    world_definition_schema,
+)
 from hmrsim_zenoh.ros2.codec.structures import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
@@ -29,8 +38,82 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
-    from hmrsim_zenoh.recording.writing import RecordingFile
+    from hmrsim_zenoh.recording.writer import RecordingFile
     from hmrsim_zenoh.ros2.codec.types import MessageType
+
+
+class Timeline:
+    """Maps simulated time to the recording's time, which never goes back, even after a reset.
+
+    Attributes:
+        offset: Nanoseconds by which the recording's time is ahead of simulated time.
+        begin: The first time in the recording; 0 before that.
+        now: The latest time in the recording.
+    """
+
+    def __init__(self) -> None:
+        self.offset = 0
+        self.begin = 0
+        self.now = 0
+
+    @property
+    def simulated(self) -> int:
+        """The latest simulated time."""
+        return self.now - self.offset
+
+    def at(self, nanoseconds: int) -> int:
+        """Return the recording's time of an instant that is current now."""
+        # As everywhere, the first instant is 1: ROS reads zero as "unset".
+        nanoseconds = max(1, nanoseconds)
+        if nanoseconds + self.offset < self.now - JITTER:
+            self.offset = self.now - (nanoseconds if nanoseconds > 1 else 0)
+        self.now = max(self.now, nanoseconds + self.offset)
+        self.begin = self.begin or self.now
+        return self.now
+
+    def seconds(self, simulated: float) -> float:
+        """Return the recording's time of an instant, both in seconds."""
+        return simulated + self.offset / NANOSECONDS
+
+    def stamp(self, stamp: Mapping[str, int]) -> dict[str, int]:
+        """Return a stamp in the recording's time, as plain values."""
+        return values_of(nanoseconds_of(stamp) + self.offset)
+
+    def message(self, message: Message) -> Message:
+        """Return a message with its header's stamp, or its clock, in the recording's time."""
+        if not self.offset:
+            return message
+        if (clock := getattr(message, "clock", None)) is not None:
+            return message.model_copy(update={"clock": self._later(clock)})
+        header = getattr(message, "header", None)
+        if header is None:
+            return message
+        return message.model_copy(update={"header": header.model_copy(update={"stamp": self._later(header.stamp)})})
+
+    def scene(self, scene: dict[str, Any]) -> dict[str, Any]:
+        """Return a scene with all times in the recording's time."""
+        if not self.offset:
+            return scene
+        return {**scene, "stamp": self.stamp(scene["stamp"]), "robots": [self._robot(each) for each in scene["robots"]]}
+
+    def _robot(self, robot: dict[str, Any]) -> dict[str, Any]:
+        motion = robot["motion"]
+        if motion:
+            motion = {**motion, "began": self.seconds(motion["began"])}
+        return {**robot, "motion": motion, "goals": [self._goal(goal) for goal in robot["goals"]]}
+
+    def _goal(self, goal: dict[str, Any]) -> dict[str, Any]:
+        ended = goal.get("ended")
+        return {**goal, "stamp": self.stamp(goal["stamp"]), "ended": None if ended is None else self.stamp(ended)}
+
+    def _later(self, time: Time) -> Time:
+        return Time.from_nanoseconds(time.to_nanoseconds() + self.offset)
+
+
+def nanoseconds_of(stamp: Mapping[str, int]) -> int:
+    """Return a stamp's nanoseconds."""
+    return stamp["sec"] * NANOSECONDS + stamp["nanosec"]
+
 
 EVENTS, SCENE, INFO, WORLD_TOPIC = "/_world/events", "/_world/scene", "/_world/info", "/_world/world"
 ABOUT: Final = "hmrsim"
@@ -61,7 +144,7 @@ _THINGS_PERIOD: Final = NANOSECONDS // 10
 """Nanoseconds between two snapshots of all items, doors and lanes while some of them change."""
 
 
-class Told(NamedTuple):
+class LogLine(NamedTuple):
     """A line on ``/rosout``.
 
     Attributes:
@@ -85,10 +168,10 @@ class Recorder:
         time: The recording's time.
     """
 
-    def __init__(self, file: RecordingFile, line_of: Callable[[Event], Told | None]) -> None:
+    def __init__(self, file: RecordingFile, line_of: Callable[[Event], LogLine | None]) -> None:
         self._file = file
         self._line_of = line_of
-        self._pictures = Pictures()
+        self._markers = WorldMarkers()
         self._statuses: dict[tuple[str, str], Statuses] = {}
         self._channels: dict[str, tuple[int, MessageType]] = {}
         self._json: dict[str, int] = {}
@@ -112,13 +195,13 @@ class Recorder:
             "world": str(world["name"]),
             "world_hash": str(world["hash"]),
             "units": str(world["units"]),
-            **looked_at_from_above(world["units"]),
+            **frames_metadata(world["units"]),
             **more,
         }
         self._file.describe(ABOUT, about)
         self._file.attach("world.json", "application/json", json.dumps(definition).encode())
         # First, so that a reader of events finds their channel at once.
-        self._json_channel(EVENTS, schemas.EVENT)
+        self._json_channel(EVENTS, EVENT_SCHEMA)
         self.write_state(definition, info, scene)
 
     def forget_world(self) -> None:
@@ -129,10 +212,10 @@ class Recorder:
         """Write the world, the description and the scene again."""
         self.world_stale = False
         self._go_to(nanoseconds_of(scene["stamp"]))
-        self._add_json(WORLD_TOPIC, schemas.world, definition)
-        self._add_json(INFO, schemas.INFO, info)
-        self._pictures.load(definition)
-        if static := self._pictures.frames(self.time.now):
+        self._add_json(WORLD_TOPIC, world_definition_schema, definition)
+        self._add_json(INFO, INFO_SCHEMA, info)
+        self._markers.load(definition)
+        if static := self._markers.frames(self.time.now):
             self._add("/tf_static", TFMessage, static)
         self.scene(scene)
 
@@ -141,9 +224,9 @@ class Recorder:
         self.stale = self._restarted = False
         self._scene_at = self._go_to(nanoseconds_of(scene["stamp"]))
         shifted = self.time.scene(scene)
-        self._add_json(SCENE, schemas.SCENE, shifted)
-        self._pictures.follow(shifted)
-        self._add(MARKERS, MarkerArray, self._pictures.markers(self.time.now))
+        self._add_json(SCENE, SCENE_SCHEMA, shifted)
+        self._markers.follow(shifted)
+        self._add(MARKERS, MarkerArray, self._markers.markers(self.time.now))
         self._write_things(self.time.now)
 
     def event(self, event: Event, payload: bytes, nanoseconds: int) -> None:
@@ -158,15 +241,15 @@ class Recorder:
         time = self._go_to(nanoseconds)
         if self.time.offset:
             payload = dump({**json.loads(payload), "stamp": values_of(time)})
-        self._file.add(self._json_channel(EVENTS, schemas.EVENT), time, payload)
+        self._file.add(self._json_channel(EVENTS, EVENT_SCHEMA), time, payload)
         self.stale |= isinstance(event, _MAKES_SCENE_STALE)
         self._restarted |= isinstance(event, _RESTARTS)
         self.world_stale |= isinstance(event, WorldLoaded)
         if line is not None:
             self.log(line)
-        self._things_changed |= self._pictures.change(event)
+        self._things_changed |= self._markers.change(event)
 
-    def log(self, line: Told) -> None:
+    def log(self, line: LogLine) -> None:
         """Write a line on ``/rosout`` at the current time."""
         values = {"stamp": values_of(self.time.now), "level": line.level, "name": line.name, "msg": line.text}
         self._add("/rosout", Log, {**values, "file": "", "function": "", "line": 0})
@@ -207,7 +290,7 @@ class Recorder:
 
     def tree(self, robot: str, state: Mapping[str, Any]) -> None:
         """Write the state of a robot's behaviour tree, at the time of the latest event."""
-        self._add_json(f"/{robot}/_tree", schemas.tree, state)
+        self._add_json(f"/{robot}/_tree", tree_schema, state)
 
     def settle(self) -> None:
         """Write the pending data of this instant, after which no more of it may follow."""
@@ -234,7 +317,7 @@ class Recorder:
     def _write_things(self, time: int) -> None:
         """Write all items, doors and closed lanes; doing so at each change would take too long."""
         self._things_changed, self._things_at = False, time
-        self._add(THINGS, MarkerArray, self._pictures.things(time), time)
+        self._add(THINGS, MarkerArray, self._markers.things(time), time)
 
     def _add(
         self, topic: str, cls: type[Message], values: Message | Mapping[str, Any], time: int | None = None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -15,14 +16,72 @@ from starlette.websockets import WebSocketDisconnect
 from hmrsim import __version__
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.view import frames
-from hmrsim_zenoh.view.outbox import MAX_WAITING, MAX_WAITING_IN_ALL, Outbox
+from hmrsim_zenoh.view.frames import MAX_WAITING, MAX_WAITING_IN_ALL, Outbox
 
 if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
+    from hmrsim_zenoh.view.access import May
     from hmrsim_zenoh.view.feeds import Feeds
-    from hmrsim_zenoh.view.gets import Gets, Replies
-    from hmrsim_zenoh.view.visitors import May
+
+_MAX_REPLIED: Final = 32 * 2**20
+"""The largest number of bytes of the replies to one query."""
+
+
+@dataclass(frozen=True)
+class Replies:
+    """The replies to a query.
+
+    Attributes:
+        ok: Keys and payloads.
+        errors: The payloads of Zenoh's error replies.
+        cut: Whether the replies were too large.
+    """
+
+    ok: list[tuple[str, bytes]]
+    errors: list[bytes]
+    cut: bool
+
+
+class Gets:
+    """Sends queries below a prefix.
+
+    Args:
+        later: Schedules a call in the event loop's thread.
+    """
+
+    def __init__(self, session: zenoh.Session, prefix: str, later: Callable[[Callable[[], None]], None]) -> None:
+        self.prefix = prefix
+        self._session = session
+        self._later = later
+
+    def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
+        """Send a query; *then* receives all replies after the last one has arrived.
+
+        Raises:
+            zenoh.ZError: The session is closed.
+        """
+        ok: list[tuple[str, bytes]] = []
+        errors: list[bytes] = []
+        room = _MAX_REPLIED
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            nonlocal room
+            if reply.ok is None:
+                errors.append(reply.err.payload.to_bytes() if reply.err else b"")
+                return
+            room -= len(reply.ok.payload)
+            if room >= 0:
+                ok.append((str(reply.ok.key_expr)[len(self.prefix) + 1 :], reply.ok.payload.to_bytes()))
+
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
+        )
+        # Zenoh's best match would be the simulator alone, but each robot's controller answers for its tree.
+        target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
+        where = f"{self.prefix}/{key}"
+        self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)
+
 
 MAX_SUBSCRIPTIONS: Final = 64
 MAX_GETS: Final = 64

@@ -1,18 +1,19 @@
-"""Zenoh subscriptions that pages with the same key share.
+"""Zenoh subscriptions that pages with the same key share, and the log of the latest events.
 
-Samples stay in Zenoh's ring buffer until the next frame: no Python runs in Zenoh's threads, so a slow server never
-blocks a publisher. All functions are for the event loop's thread.
+Samples stay in Zenoh's ring buffer until the next frame or request: no Python runs in Zenoh's threads, so a slow server
+never blocks a publisher. All functions are for the event loop's thread.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
 
-from hmrsim_zenoh.view.frames import embedded
+from hmrsim_zenoh.view.frames import embedded, is_json
 
 if TYPE_CHECKING:
     import asyncio
@@ -98,3 +99,40 @@ class _Feed:
             lost = came == _RING
             for listener in list(self.listeners):
                 listener.on_samples(entries, lost=lost)
+
+
+MAX_EVENTS: Final = 500
+
+
+class EventLog:
+    """Keeps the latest events of a simulator; for the event loop's thread.
+
+    They stay in Zenoh's ring buffer until a page requests them, so that no Python runs for each.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(MAX_EVENTS)
+        self._subscriber = session.declare_subscriber(key, ring)
+        self._events: deque[bytes] = deque(maxlen=MAX_EVENTS)
+
+    def json(self) -> bytes:
+        """Return the events as a JSON list, oldest first."""
+        self._events.extend(filter(is_json, self._new()))
+        return b"[%b]" % b",".join(self._events)
+
+    def clear(self) -> None:
+        """Drop all events, since another simulator has started."""
+        self._events.clear()
+        for _ in self._new():
+            pass
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._subscriber.undeclare()
+
+    def _new(self) -> Iterator[bytes]:
+        for _ in range(MAX_EVENTS):
+            sample = self._subscriber.try_recv()
+            if sample is None:
+                return
+            yield sample.payload.to_bytes()

@@ -25,9 +25,8 @@ from websockets.exceptions import InvalidState
 from hmrsim.errors import HmrsimError, reason_of
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
-from hmrsim_zenoh.view.live import MAX_PAGES
-from hmrsim_zenoh.view.security import Gate
-from hmrsim_zenoh.view.visitors import NamedProtocol
+from hmrsim_zenoh.view.access import Gate, NamedProtocol
+from hmrsim_zenoh.view.sources import MAX_PAGES
 from hmrsim_zenoh.wire.enclave import AUTHORITY, CERTIFICATE, KEY
 from hmrsim_zenoh.wire.endpoints import is_loopback
 

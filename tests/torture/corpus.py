@@ -24,7 +24,7 @@ from hmrsim.world.route_graph import to_geojson
 from hmrsim.world.writing import to_json
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from tests.paths import ROOT, TESTS
 from tests.shipped import shipped
 from tests.simulation import simulate

@@ -125,7 +125,7 @@ def _checked(path: str) -> int:
 def _played(path: str) -> int:
     """Read a recording as ``hmrsim view`` does before it serves it."""
     # Loads what serves pages.
-    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
+    from hmrsim_zenoh.view.sources import Recorded  # noqa: PLC0415
 
     try:
         Recorded(open_recording(Path(path)))

@@ -13,9 +13,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.view.live import Live
+from hmrsim_zenoh.view.access import Rights
 from hmrsim_zenoh.view.server import ViewServer
-from hmrsim_zenoh.view.visitors import Rights
+from hmrsim_zenoh.view.sources import Live
 from hmrsim_zenoh.wire.session import enclave_of
 from tests.cases import case
 from tests.patience import PATIENCE

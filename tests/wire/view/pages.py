@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 from websockets.asyncio.client import connect
 
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.view.live import Live
 from hmrsim_zenoh.view.server import ViewServer
+from hmrsim_zenoh.view.sources import Live
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:

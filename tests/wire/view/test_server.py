@@ -15,8 +15,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from hmrsim.drawing import PALETTE
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import BadOptions, PortTaken
-from hmrsim_zenoh.view.recorded import Recorded
 from hmrsim_zenoh.view.server import ViewServer
+from hmrsim_zenoh.view.sources import Recorded
 from hmrsim_zenoh.wire.endpoints import is_loopback
 from tests.wire.view.pages import fetched, opened, viewed
 

@@ -25,7 +25,7 @@ from hmrsim.world_checks.loading import world_of
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from hmrsim_zenoh.wire import encoding
 from tests.simulation import Log
 from tests.unit.hmrsim.events.cleaning import FloorCleaned

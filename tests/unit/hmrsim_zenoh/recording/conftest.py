@@ -8,7 +8,7 @@ from hmrsim.cli.rosout import told
 from hmrsim.protocol.time import TimeState
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from tests import processes
 from tests.simulation import simulate
 

@@ -19,7 +19,7 @@ from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.services import registry as services
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from tests.simulation import SMALL_WORLD
 from tests.unit.hmrsim_zenoh.recording.conftest import recorded
 

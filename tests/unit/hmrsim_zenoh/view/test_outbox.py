@@ -6,8 +6,7 @@ import json
 
 import pytest
 
-from hmrsim_zenoh.view.frames import embedded
-from hmrsim_zenoh.view.outbox import Outbox
+from hmrsim_zenoh.view.frames import Outbox, embedded
 
 
 def entry(key: str, value: object) -> tuple[str, str]:

@@ -24,7 +24,7 @@ from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.errors import RequestError
-from hmrsim_zenoh.recording.timeline import nanoseconds_of
+from hmrsim_zenoh.recording.recorder import nanoseconds_of
 from hmrsim_zenoh.wire.envelopes import dump
 from hmrsim_zenoh.wire.keys import TREE, ActionKey, Keys, TopicKey, Verb
 

@@ -12,9 +12,9 @@ from hmrsim.cli.rosout import told
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World
-from hmrsim_zenoh.recording import listening, open_recording
+from hmrsim_zenoh.recording import listener, open_recording
 from hmrsim_zenoh.recording.recorder import Recorder
-from hmrsim_zenoh.recording.writing import RecordingFile
+from hmrsim_zenoh.recording.writer import RecordingFile
 from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.keys import Keys
 from tests.cases import case
@@ -58,7 +58,7 @@ class Listening:
         self.path = path
         self.link = Link()
         self.file = RecordingFile(path, reproducible=True)
-        self.listener = listening.Listener(self.link, Recorder(self.file, told))
+        self.listener = listener.Listener(self.link, Recorder(self.file, told))
         simulator = Simulator(World.model_validate(SMALL_WORLD))
         definition = {"world": {"world_resource": {"resource_string": json.dumps(SMALL_WORLD)}}}
         self.answers = {
@@ -152,8 +152,8 @@ def test_an_item_that_is_put_nowhere_does_no_harm(heard, at):
 
 def test_after_a_loss_everything_is_queried_anew(heard, monkeypatch):
     """It is queried once few samples wait: what was lost may have changed anything."""
-    monkeypatch.setattr(listening, "_MAX_WAITING", 3)
-    monkeypatch.setattr(listening, "_FEW_WAITING", 1)
+    monkeypatch.setattr(listener, "_MAX_WAITING", 3)
+    monkeypatch.setattr(listener, "_FEW_WAITING", 1)
     for _ in range(4):
         heard.hear("_world/events", json.dumps({**RESET, "kind": "door_closed"}).encode(), work=False)
     heard.listener.work(0.0)

@@ -1,10 +1,11 @@
-"""Writing of MCAP files, which can be read up to the last seconds after a crash."""
+"""Writing of MCAP files, which can be read up to the last seconds after a crash, and the schemas of JSON channels."""
 
 from __future__ import annotations
 
+import json
 import threading
 from contextlib import suppress
-from typing import IO, TYPE_CHECKING, Final, NamedTuple, Self
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 from mcap.writer import Writer
 
@@ -12,6 +13,8 @@ from hmrsim import __version__
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.outputs import unwritable
+from hmrsim.world_checks.schema import world_schema
+from hmrsim_zenoh.wire.tree_state import TreeState
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -195,3 +198,41 @@ def _opened(path: Path) -> IO[bytes]:
         return path.open("wb")
     except OSError as error:
         raise unwritable(str(path), error) from None
+
+
+_STAMP: Final = {
+    "type": "object",
+    "properties": {"sec": {"type": "integer"}, "nanosec": {"type": "integer"}},
+    "description": "Simulated time.",
+}
+_TEXT: Final = {"type": "string"}
+
+
+def _object(*lists: str, **properties: Any) -> dict[str, Any]:
+    """Return the schema of an object with these properties and these lists of objects; others are allowed."""
+    listed = {name: {"type": "array", "items": {"type": "object"}} for name in lists}
+    return {"type": "object", "properties": {**properties, **listed}}
+
+
+def _json_schema(name: str, schema: dict[str, Any]) -> Schema:
+    """Return the schema of a JSON channel."""
+    return Schema(name, "jsonschema", json.dumps(schema), "json")
+
+
+EVENT_SCHEMA: Final = _json_schema("hmrsim/Event", _object(stamp=_STAMP, kind=_TEXT, robot=_TEXT))
+SCENE_SCHEMA: Final = _json_schema(
+    "hmrsim/Scene", _object("robots", "items", "fixtures", "closed_lanes", "faults", stamp=_STAMP)
+)
+INFO_SCHEMA: Final = _json_schema(
+    "hmrsim/WorldInfo", _object("robots", "services", contract={"type": "integer"}, world=_object(name=_TEXT))
+)
+
+
+def world_definition_schema() -> Schema:
+    """Return the schema of worlds."""
+    return _json_schema("hmrsim/World", world_schema())
+
+
+def tree_schema() -> Schema:
+    """Return the schema of the tree states that controllers publish."""
+    return _json_schema("hmrsim/Tree", TreeState.model_json_schema(mode="serialization"))
