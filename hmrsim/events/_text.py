@@ -8,7 +8,7 @@ A template is text with fields of an event's JSON in it:
 - ``[: {why}| for {for:and}| for its turn]`` has alternatives: the first whose fields are all given counts;
 - ``{status=6}`` is a condition: nothing is shown for it, and it is given if the field has that value.
 
-Parts do not nest. ``hmrsim_zenoh/view/page/model/event_text.js`` is the same in JavaScript.
+Parts do not nest. ``hmrsim_zenoh/view/page/model/texts.js`` is the same in JavaScript.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ async ([base, VIEW, prefix = '']) => {
   const { Playback } = await import(`${base}/source/playback.js`);
   const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
-  const { told, goalWords } = await import(`${base}/model/words.js`);
+  const { told, goalWords } = await import(`${base}/model/texts.js`);
   const { blockerWords } = await import(`${base}/panels/phrases.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });

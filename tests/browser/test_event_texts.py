@@ -12,7 +12,7 @@ from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
 _TOLD = """async (events) => {
-  const { severityOf, subjectOf, textOf } = await import('/model/event_text.js');
+  const { severityOf, subjectOf, textOf } = await import('/model/texts.js');
   const { texts } = hmrsim.model;
   return events.map((event) => [severityOf(event, texts), subjectOf(event, texts), textOf(event, texts)]);
 }"""
@@ -53,7 +53,7 @@ def test_an_unknown_event_is_shown_by_its_kind(viewed, open_page):
 
     assert [["info", "eve", "floor cleaned"]] == page.evaluate(_TOLD, [{"kind": "floor_cleaned", "robot": "eve"}])
     assert "stops at home" == page.evaluate(
-        "async (texts) => (await import('/model/event_text.js'))"
+        "async (texts) => (await import('/model/texts.js'))"
         ".textOf({kind: 'stopped', robot: 'eve', at: [1, 2]}, texts, {point: () => 'home'})",
         texts(),
     )

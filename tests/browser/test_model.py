@@ -87,7 +87,7 @@ def test_the_page_knows_each_part_that_events_change(evaluate, view):
 
 _LOOKS = """async ([base, view, palette]) => {
   globalThis.Path2D = class { constructor(data) { this.data = data; } };
-  const { lookOf } = await import(`${base}/map/bodies.js`);
+  const { lookOf } = await import(`${base}/map/shapes.js`);
   const { World } = await import(`${base}/model/world.js`);
   const world = new World(view.world);
   return [...world.types.keys()].map((name) => [name, lookOf(world.typeIndex(name), palette)])

@@ -1,26 +1,20 @@
 // The page as a whole: what is selected, aimed, followed and open, and what the panels may ask for.
 
-import { Banner } from './panels/banner.js';
+import { Orders } from './orders.js';
 import { ChartsPanel } from './panels/charts.js';
 import { button, el, guarded, mark } from './panels/dom.js';
 import { EventsPanel } from './panels/events.js';
 import { FormDialog } from './panels/form.js';
 import { GoalsPanel } from './panels/goals.js';
-import { Hint } from './panels/hint.js';
 import { Inspector } from './panels/inspector.js';
 import { Keyboard } from './panels/keyboard.js';
-import { Legend } from './panels/legend.js';
 import { Menu } from './panels/menu.js';
-import { Orders } from './orders.js';
+import { Banner, Hint, Toasts } from './panels/notices.js';
 import { OrdersPanel } from './panels/orders.js';
-import { Player } from './panels/player.js';
 import { RobotsPanel } from './panels/robots.js';
 import { Search } from './panels/search.js';
-import { Side } from './panels/side.js';
-import { Summary } from './panels/summary.js';
-import { TimeBar } from './panels/time.js';
-import { Theme } from './panels/theme.js';
-import { Toasts } from './panels/toasts.js';
+import { Legend, Side, Summary, Theme } from './panels/shell.js';
+import { Player, TimeBar } from './panels/time.js';
 import { TreesPanel } from './panels/trees.js';
 
 const ZOOM = 60; // css pixels that the buttons for the map take at the left
@@ -86,7 +80,7 @@ export class App {
     addEventListener('resize', () => this.layout());
   }
 
-  /** Say once that not all can be shown. @param {string} where */
+  /** Say once that not all can be shown. */
   #tellUnreadable(where) {
     if (this.toldUnreadable) return;
     this.toldUnreadable = true;
@@ -123,7 +117,7 @@ export class App {
     for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 
-  /** @param {string|null} name Of a robot. @param {{center?: boolean}} [options] */
+  /** @param {string|null} name Of a robot. */
   select(name, { center = false } = {}) {
     const robot = name === null ? undefined : this.model.robots.get(name);
     if (this.aimed !== null && this.aimed !== name) this.aim(null);
@@ -163,10 +157,6 @@ export class App {
     return kind === undefined ? Object.values(points).find(Boolean) : points[kind];
   }
 
-  /**
-   * @param {string|undefined} name
-   * @param {string} [kind]
-   */
   centerOn(name, kind) {
     const point = this.pointOf(name, kind);
     if (!point) return;
@@ -213,7 +203,7 @@ export class App {
     else this.panels.show(null);
   }
 
-  /** Choose a goal for a robot with the next click; null: no more. @param {string|null} name */
+  /** Choose a goal for a robot with the next click; null: no more. */
   aim(name) {
     if (name !== null && (!this.live || this.live.state !== 'live')) return;
     if (name !== null && this.map.selected !== name) this.select(name);

@@ -2,10 +2,7 @@
 
 /** A request that was understood and not granted. */
 class Refused extends Error {
-  /**
-   * @param {string} message Why.
-   * @param {object} [answer] What came.
-   */
+  /** @param {string} message Why. @param {object} [answer] What came. */
   constructor(message, answer = {}) {
     super(message);
     this.name = 'Refused';
@@ -19,11 +16,6 @@ const PAUSED = 2;
 const STEP_TIMEOUT = 60; // s: answered when the steps are made
 
 export class Commands {
-  /**
-   * @param {import('./source/connection.js').Connection} connection
-   * @param {import('./model/model.js').Model} model
-   * @param {{now: () => number}} clock
-   */
   constructor(connection, model, clock) {
     this.connection = connection;
     this.model = model;
@@ -32,8 +24,6 @@ export class Commands {
 
   /**
    * Send a goal; its id is made here, so that an answer that gets lost leads to no second one.
-   *
-   * @param {string} robot
    * @param {string} action Such as `navigate_to_pose`.
    * @param {object} goal Of the action's ROS type.
    * @returns {Promise<string>} Its id, once it is accepted.
@@ -47,9 +37,6 @@ export class Commands {
 
   /**
    * Have a robot drive somewhere.
-   *
-   * @param {string} robot
-   * @param {[number, number]} point
    * @param {number} [yaw] How to face there; left out: as after a straight way from where the robot is.
    */
   goTo(robot, [x, y], yaw = undefined) {
@@ -60,24 +47,24 @@ export class Commands {
     return this.sendGoal(robot, 'navigate_to_pose', { pose });
   }
 
-  /** Have a robot dock. @param {string} robot @param {string} dock */
+  /** Have a robot dock. */
   dock(robot, dock) {
     return this.sendGoal(robot, 'dock_robot', { use_dock_id: true, dock_id: dock, navigate_to_staging_pose: true });
   }
 
-  /** Have a robot drive out of its dock. @param {string} robot */
+  /** Have a robot drive out of its dock. */
   undock(robot) {
     return this.sendGoal(robot, 'undock_robot', {});
   }
 
-  /** Cancel a goal. @param {import('./model/goals.js').Goal} goal */
+  /** Cancel a goal. */
   async cancel(goal) {
     const info = { goal_info: { goal_id: goal.id } };
     const answer = await this.connection.get(`${goal.robot}/${goal.action}/_action/cancel_goal`, info);
     if (answer.return_code !== 0) throw new Refused('it has ended, or is canceling already', answer);
   }
 
-  /** Cancel all that a robot does. @param {string} robot */
+  /** Cancel all that a robot does. */
   async cancelAll(robot) {
     const goals = this.model.robots.get(robot)?.goals ?? [];
     if (!goals.length) throw new Refused(`${robot} has no goal`);
@@ -93,17 +80,16 @@ export class Commands {
     return (await this.#service('inject_fault', fault)).name;
   }
 
-  /** End a fault. @param {string} name */
+  /** End a fault. */
   clearFault(name) {
     return this.#service('clear_fault', { name });
   }
 
-  /** @param {string} name @param {'open'|'closed'|'locked'} state */
   setDoor(name, state) {
     return this.#service('set_door_state', { name, state });
   }
 
-  /** @param {string} name @param {string} stop A waypoint. */
+  /** @param {string} stop A waypoint. */
   callLift(name, stop) {
     return this.#service('call_lift', { name, stop });
   }
@@ -116,7 +102,7 @@ export class Commands {
     return this.#service('set_simulation_state', { state: { state: PLAYING } });
   }
 
-  /** Make steps while time is paused. @param {number} [steps] */
+  /** Make steps while time is paused. */
   step(steps = 1) {
     return this.#service('step_simulation', { steps }, STEP_TIMEOUT);
   }

@@ -1,13 +1,13 @@
 // Wires what there is (model, source, map, panels) and lets it run.
 
 import { App } from './app.js';
-import { SimClock } from './source/clock.js';
 import { Commands } from './commands.js';
+import { MapView } from './map/view.js';
+import { Model } from './model/model.js';
+import { guarded } from './panels/dom.js';
+import { SimClock } from './source/clock.js';
 import { Connection } from './source/connection.js';
 import { Live } from './source/live.js';
-import { MapView } from './map/view.js';
-import { guarded } from './panels/dom.js';
-import { Model } from './model/model.js';
 import { Playback } from './source/playback.js';
 import { fetchRecording, fetchSource } from './source/recording.js';
 

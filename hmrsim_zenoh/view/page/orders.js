@@ -13,7 +13,6 @@ const PATIENCE = {
 };
 
 export class Orders {
-  /** @param {import('./app.js').App} app @param {typeof PATIENCE} [patience] */
   constructor(app, patience = PATIENCE) {
     this.app = app;
     this.patience = patience;
@@ -39,7 +38,7 @@ export class Orders {
     this.ask(`send ${robot} to ${to}`, async () => this.#begun(await this.app.commands.goTo(robot, pick.point)), `${robot} is driving to ${to}.`);
   }
 
-  /** @param {string} robot @param {string} [dock] Left out: the nearest that is free. */
+  /** @param {string} [dock] Left out: the nearest that is free. */
   sendToDock(robot, dock = this.#nearestDock(robot)) {
     this.app.aim(null);
     this.ask(`dock ${robot} at ${dock}`, async () => this.#begun(await this.app.commands.dock(robot, dock)), `${robot} is driving to ${dock}.`);
@@ -51,7 +50,6 @@ export class Orders {
 
   /**
    * Have a goal be filled in, of any action that a robot serves.
-   * @param {string} robot
    * @param {string} [chosen] The action that comes first.
    * @param {Record<string, any>} [values] What is filled in already, by dotted path.
    */
@@ -67,7 +65,7 @@ export class Orders {
     return this.app.form.open({ title: `Send a goal to ${robot}`, label: 'Action', verb: 'Send', forms, chosen, values, robot, send });
   }
 
-  /** Have a fault be filled in. @param {{robot?: string, lane?: string[], door?: string}} target */
+  /** Have a fault be filled in. */
   fillInFault(target) {
     const [kind, name] = Object.entries(target)[0];
     const carries = this.app.model.robots.get(target.robot)?.components ?? [];
@@ -87,7 +85,7 @@ export class Orders {
     this.app.toasts.show('good', `Injected ${actionWords(fault.type)} into ${robot ?? door ?? lane.join('–')}.`);
   }
 
-  /** Return when a goal has begun; throw why it was aborted at once. @param {string} id */
+  /** Return when a goal has begun; throw why it was aborted at once. */
   async #begun(id) {
     const { model } = this.app;
     const known = () => model.goals.get(id);
@@ -112,7 +110,6 @@ export class Orders {
   /**
    * Ask for something, and tell what came of it.
    * @param {string} what As after "could not".
-   * @param {() => Promise<any>} request
    * @param {string} [done] What to say when it went well.
    */
   async ask(what, request, done = '') {
@@ -138,14 +135,13 @@ export class Orders {
   }
 }
 
-/** @param {{status: number} | undefined} goal @returns {'sent' | 'shown' | 'begun' | 'ended'} */
 function stageOf(goal) {
   if (goal === undefined) return 'sent';
   if (goal.status <= ACCEPTED) return 'shown';
   return isActive(goal.status) ? 'begun' : 'ended';
 }
 
-/** Throw an error again, with the names of the form's fields in its details. @param {Error} error */
+/** Throw an error again, with the names of the form's fields in its details. */
 function pointToFields(error) {
   const said = error.details ?? error.message.split('; ').map((text) => text.match(/^([\w.]+): (.*)$/)).filter(Boolean)
     .map(([, field, message]) => ({ field, message }));

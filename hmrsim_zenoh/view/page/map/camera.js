@@ -28,7 +28,7 @@ export class Camera {
     this.calm = globalThis.matchMedia?.('(prefers-reduced-motion: reduce)') ?? { matches: false };
   }
 
-  /** @param {string} units @param {number[]} box least x, least y, greatest x, greatest y */
+  /** @param {number[]} box least x, least y, greatest x, greatest y */
   setWorld(units, box) {
     this.flip = units === 'px' ? 1 : -1;
     this.closest = units === 'px' ? 8 : CLOSEST;
@@ -44,7 +44,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Show everything. @param {boolean} [smooth] */
+  /** Show everything. */
   fit(smooth = true) {
     this.moveTo(this.fitting(), smooth);
     this.fitted = true;

@@ -15,7 +15,6 @@ const DOUBLE = 320; // ms
  */
 
 export class Gestures {
-  /** @param {HTMLElement} element @param {Handler} handler */
   constructor(element, handler) {
     this.element = element;
     this.handler = handler;

@@ -1,10 +1,10 @@
 /** Lanes and waypoints: as wide as robots fit on them, with arrows where they lead one way, crossed where closed. */
 
-import { faint, mixed } from './glyphs.js';
+import { faint, mixed } from './shapes.js';
 
 const ARROW_EVERY = 64; // css pixels
 
-/** Return how wide a lane is on the screen. @param {import('../model/world.js').Lane} lane */
+/** Return how wide a lane is on the screen. */
 function laneWidth(lane, { camera, measures }) {
   const share = lane.capacity === 1 ? 0.7 : Math.min(2, 0.6 + (lane.capacity ?? 1) * 0.3);
   return Math.min(44, Math.max(2, measures.road * share * camera.scale));

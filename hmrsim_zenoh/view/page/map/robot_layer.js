@@ -1,7 +1,121 @@
-/** Robots and items: pictures copied to where they are, with marks of how they are. */
+/** Robots and items: their positions on the screen, pictures, state marks and sensor ranges. */
 
-import { lookOf } from './bodies.js';
+import { faint, lookOf } from './shapes.js';
 import { HEADINGS, Sprites } from './sprites.js';
+
+export class Poses {
+  constructor() {
+    /** How many robots are in sight; only so many entries of the arrays count. */
+    this.count = 0;
+    /** @type {import('../model/robot.js').Robot[]} */
+    this.robots = [];
+    this.px = new Float32Array(0);
+    this.py = new Float32Array(0);
+    /** Css pixels. */
+    this.radius = new Float32Array(0);
+    /** Radians clockwise, as the canvas turns. */
+    this.angle = new Float32Array(0);
+    /** Whether it is still on its way; where it has arrived, nothing is ahead. */
+    this.goes = [];
+    this.pose = [0, 0, 0];
+    /** Map of a name to its index, of all in sight. */
+    this.index = new Map();
+  }
+
+  /** Look where everybody is. */
+  look(frame, time) {
+    const { camera, model, measures } = frame;
+    const all = model.robots.size;
+    if (this.px.length < all) {
+      const room = Math.ceil(all * 1.5) + 16;
+      for (const key of ['px', 'py', 'radius', 'angle']) this[key] = new Float32Array(room);
+    }
+    const least = all > 300 ? 4.9 : all > 60 ? 5.5 : 8;
+    let count = 0;
+    this.index.clear();
+    for (const robot of model.robots.values()) {
+      const pose = robot.poseAt(time, this.pose);
+      const px = camera.screenX(pose[0]);
+      const py = camera.screenY(pose[1]);
+      const radius = Math.max(least, (robot.radius || measures.body) * camera.scale);
+      const margin = radius + 30;
+      if (px < -margin || py < -margin || px > camera.width + margin || py > camera.height + margin) continue;
+      this.robots[count] = robot;
+      this.px[count] = px;
+      this.py[count] = py;
+      this.radius[count] = radius;
+      this.angle[count] = camera.flip * pose[2];
+      this.goes[count] = robot.route.length > 0 && (robot.waits || robot.movesAt(time));
+      this.index.set(robot.name, count);
+      count++;
+    }
+    this.robots.length = count;
+    this.count = count;
+  }
+
+  /** Return x, y and radius on the screen of a robot, or null if it is out of sight. */
+  where(name) {
+    const i = this.index.get(name);
+    return i === undefined ? null : [this.px[i], this.py[i], this.radius[i]];
+  }
+}
+
+/** Return whether any robot moves between two times. */
+export function anyRobotMoves(model, before, now) {
+  const least = Math.min(before, now);
+  for (const robot of model.robots.values()) {
+    if (robot.ends > least) return true;
+  }
+  return false;
+}
+
+const SENSORS_CROWD = 40; // with more robots in sight only the chosen one's sensors are shown
+
+export function drawSensors(c, frame, poses) {
+  const { camera, colours, selected, follow, hovered } = frame;
+  const all = poses.count <= SENSORS_CROWD;
+  for (let i = 0; i < poses.count; i++) {
+    const robot = poses.robots[i];
+    const chosen = robot.name === selected || robot.name === follow || robot.name === hovered;
+    if (!robot.sensors.length || !(all || chosen)) continue;
+    for (const sensor of robot.sensors) drawReach(c, frame, sensor, poses, i, chosen);
+    if (!robot.detections.length) continue;
+    c.beginPath();
+    for (const { at } of robot.detections) {
+      const px = camera.screenX(at[0]);
+      const py = camera.screenY(at[1]);
+      c.moveTo(poses.px[i], poses.py[i]);
+      c.lineTo(px, py);
+      c.moveTo(px + 9, py);
+      c.arc(px, py, 9, 0, 2 * Math.PI);
+    }
+    c.strokeStyle = colours.sensor;
+    c.lineWidth = 1.5;
+    c.setLineDash([2, 3]);
+    c.stroke();
+    c.setLineDash([]);
+  }
+}
+
+function drawReach(c, { camera, colours }, sensor, poses, i, chosen) {
+  const radius = sensor.range * camera.scale;
+  if (!(radius > 3)) return;
+  const px = poses.px[i];
+  const py = poses.py[i];
+  const half = sensor.field_of_view ? sensor.field_of_view / 2 : Math.PI;
+  const heading = poses.angle[i];
+  c.beginPath();
+  if (half < Math.PI) c.moveTo(px, py);
+  c.arc(px, py, radius, heading - half, heading + half);
+  c.closePath();
+  c.fillStyle = faint(colours.sensor, sensor.blind ? 0 : chosen ? 0.16 : 0.07);
+  c.fill();
+  c.strokeStyle = sensor.blind ? colours.fault : faint(colours.sensor, chosen ? 0.8 : 0.4);
+  c.lineWidth = 1;
+  if (sensor.blind) c.setLineDash([4, 4]);
+  c.stroke();
+  c.setLineDash([]);
+}
 
 const FEW = 60; // robots in sight
 const CROWD = 160; // robots in sight above which small ones have no battery
@@ -10,7 +124,6 @@ const PLAIN = 9; // css pixels of radius below which many robots have marks only
 const DOT = 5; // css pixels of radius below which a robot has no marks
 
 export class RobotLayer {
-  /** @param {Sprites} sprites @param {object} palette */
   constructor(sprites, palette) {
     this.sprites = sprites;
     this.palette = palette;

@@ -1,8 +1,8 @@
 /** Names of what stands still, where there is room for them: places first, waypoints last. */
 
 import { dockSize } from './fixtures.js';
-import { faint } from './glyphs.js';
-import { Room } from './room.js';
+import { Room } from './names.js';
+import { faint } from './shapes.js';
 
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;

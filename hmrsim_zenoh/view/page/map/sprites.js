@@ -1,8 +1,7 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
-import { drawBody, drawSmall } from './bodies.js';
+import { STATE_GLYPHS, drawBadge, drawBody, drawSmall, faint, inkOn, mixed } from './shapes.js';
 import { STATES } from '../model/robot.js';
-import { STATE_GLYPHS, drawBadge, faint, inkOn, mixed } from './glyphs.js';
 
 const MAX_SPRITES = 2000; // pictures kept
 export const HEADINGS = 64; // in which small robots are kept: to turn a picture is dear, to copy it is not
@@ -14,7 +13,6 @@ const HEAD = 5.5; // css pixels of radius below which a robot is an arrow's head
 /** @typedef {{image: ImageBitmap, width: number, height: number}} Sprite in css pixels */
 
 export class Sprites {
-  /** @param {object} palette */
   constructor(palette) {
     this.palette = palette;
     this.theme = 'light';
@@ -55,15 +53,7 @@ export class Sprites {
     return STEP ** size;
   }
 
-  /**
-   * A robot in its state.
-   *
-   * @param {import('./bodies.js').Look} look
-   * @param {boolean} flies
-   * @param {string} state
-   * @param {number} size as of `size`
-   * @param {number} heading from 0 to `HEADINGS`, clockwise
-   */
+  /** A robot in its state. @param {number} size as of `size` @param {number} heading from 0 to `HEADINGS`, clockwise */
   robot(look, flies, state, size, heading) {
     // A number, because a string is made anew for each robot and frame.
     const kind = (look.index * 2 + (flies ? 1 : 0)) * STATES.length + STATES.indexOf(state);
@@ -99,7 +89,7 @@ export class Sprites {
     });
   }
 
-  /** The mark of a state, or null for one that needs none. @returns {Sprite|null} */
+  /** The mark of a state, or null for one that needs none. */
   badge(state, radius) {
     const glyph = STATE_GLYPHS[state];
     if (!glyph) return null;

@@ -1,17 +1,99 @@
 /**
- * What stands still, on a canvas of its own that is larger than the screen: drawn anew when the theme, a fixture or the
- * scale changes; while the camera only moves, the canvas is shifted.
+ * The layer of static objects, on a canvas that is larger than the screen. It is redrawn when the theme, a fixture or the
+ * scale changes. While the camera only moves, the canvas is shifted.
  */
 
 import { drawFixtures } from './fixtures.js';
-import { drawGrid } from './grid.js';
 import { drawLanes } from './lanes.js';
+import { faint } from './shapes.js';
 import { Signs } from './signs.js';
+import { NAME_FONT } from './sprites.js';
+
+const METRE = { m: 1, px: 80 }; // units of the world that look like a metre
+const ROAD = { m: 0.5, px: 18 }; // how wide a lane is
+const BODY = { m: 0.25, px: 12 }; // radius of a robot without a footprint
+
+/**
+ * @typedef {{metre: number, road: number, body: number, box: number[]}} Measures
+ * @param {import('../model/world.js').World} world
+ * @returns {Measures}
+ */
+export function measuresOf(world) {
+  const { units } = world;
+  const box = world.bounds ?? around(world.extent, METRE[units]);
+  return { metre: METRE[units], road: ROAD[units], body: BODY[units], box };
+}
+
+/** Return a box with a margin, and with room for something if there is none. */
+function around([x0, y0, x1, y1], metre) {
+  const margin = Math.max(metre * 0.8, 0.03 * Math.max(x1 - x0, y1 - y0));
+  return [x0 - margin, y0 - margin, x1 + margin, y1 + margin];
+}
+
+const MIN_GAP = 44; // css pixels between two lines of the grid
+const MIN_SCALE = 28; // css pixels a metre from which there is a grid
+
+/** Return 1, 2 or 5 times a power of ten, at least so much. */
+function roundLength(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * [1, 2, 5, 10].find((step) => step * power >= least * (1 - 1e-9));
+}
+
+export function drawGrid(c, { camera, measures, colours }) {
+  if (camera.scale * measures.metre < MIN_SCALE) return;
+  const gap = roundLength(MIN_GAP / camera.scale);
+  const [x0, y0, x1, y1] = measures.box;
+  const left = Math.max(x0, camera.worldX(0));
+  const right = Math.min(x1, camera.worldX(camera.width));
+  const [a, b] = [camera.worldY(0), camera.worldY(camera.height)];
+  const bottom = Math.max(y0, Math.min(a, b));
+  const top = Math.min(y1, Math.max(a, b));
+  c.beginPath();
+  for (let x = Math.ceil(left / gap) * gap; x <= right; x += gap) {
+    const px = Math.round(camera.screenX(x)) + 0.5;
+    c.moveTo(px, camera.screenY(bottom));
+    c.lineTo(px, camera.screenY(top));
+  }
+  for (let y = Math.ceil(bottom / gap) * gap; y <= top; y += gap) {
+    const py = Math.round(camera.screenY(y)) + 0.5;
+    c.moveTo(camera.screenX(left), py);
+    c.lineTo(camera.screenX(right), py);
+  }
+  c.strokeStyle = faint(colours.line, 0.55);
+  c.lineWidth = 1;
+  c.stroke();
+}
+
+export function drawScaleBar(c, { camera, world, colours }) {
+  const length = roundLength(56 / camera.scale);
+  const width = length * camera.scale;
+  const left = Math.round(camera.width - camera.insets.right - 16 - width) + 0.5;
+  const bottom = Math.round(camera.height - camera.insets.bottom - 14) + 0.5;
+  const text = world.units === 'm' && length < 1 ? `${Math.round(length * 100)} cm` : `${length} ${world.units}`;
+  c.beginPath();
+  c.roundRect(left - 8, bottom - 20, width + 16, 28, 5);
+  c.fillStyle = faint(colours.background, 0.8);
+  c.fill();
+  c.beginPath();
+  c.moveTo(left, bottom - 4);
+  c.lineTo(left, bottom);
+  c.lineTo(left + width, bottom);
+  c.lineTo(left + width, bottom - 4);
+  c.lineWidth = 1.5;
+  c.lineCap = 'butt';
+  c.lineJoin = 'miter';
+  c.strokeStyle = colours.muted;
+  c.stroke();
+  c.font = NAME_FONT;
+  c.textAlign = 'center';
+  c.textBaseline = 'alphabetic';
+  c.fillStyle = colours.muted;
+  c.fillText(text, left + width / 2, bottom - 6);
+}
 
 export const MARGIN = 128; // css pixels around the screen that are drawn, too
 
 export class StaticLayer {
-  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     this.c = canvas.getContext('2d', { alpha: false });
@@ -20,12 +102,7 @@ export class StaticLayer {
     this.camera = null;
   }
 
-  /**
-   * Show what a camera sees by shifting what is drawn already.
-   *
-   * @param {import('./view.js').Frame} frame
-   * @returns {boolean} whether that was possible
-   */
+  /** Show what a camera sees by shifting what is drawn already. @returns {boolean} whether that was possible */
   shift({ camera, ratio }) {
     const drawn = this.camera;
     if (!drawn || drawn.scale !== camera.scale) return false;
@@ -41,9 +118,6 @@ export class StaticLayer {
     Object.assign(this.signs, { left: dx - MARGIN, top: dy - MARGIN });
   }
 
-  /**
-   * @param {import('./view.js').Frame} view
-   */
   draw(view) {
     this.camera = view.camera.widened(MARGIN);
     const frame = Object.create(view, { camera: { value: this.camera } });

@@ -1,6 +1,6 @@
 /** The way driven, fading, and the way ahead, dashed, with a flag at its end; one path for all of a colour. */
 
-import { faint } from './glyphs.js';
+import { faint } from './shapes.js';
 
 const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
 const POINTS = 2400; // of all driven ways together

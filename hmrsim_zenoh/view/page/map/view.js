@@ -1,22 +1,15 @@
 /** The map: two canvases, one for what stands still and one for what moves, and what pointers do on them. */
 
 import { Camera } from './camera.js';
-import { drawDeadlocks, drawFaults } from './faults.js';
+import { drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
-import { drawScaleBar } from './grid.js';
-import { measuresOf } from './measures.js';
 import { Names } from './names.js';
-import { Pace } from './pace.js';
-import { pickAt } from './picking.js';
-import { Poses, anyRobotMoves } from './poses.js';
-import { RobotLayer } from './robot_layer.js';
-import { drawSensors } from './sensors.js';
+import { Tooltip, pickAt, sayOf } from './picking.js';
+import { Pace, Stats, Watch } from './redraw.js';
+import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
 import { Sprites } from './sprites.js';
-import { MARGIN, StaticLayer } from './static_layer.js';
-import { Stats } from './stats.js';
-import { Tooltip, sayOf } from './tooltip.js';
+import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
-import { Watch } from './watch.js';
 
 const RESTING = 200; // ms from one look at what is below a pointer that rests to the next
 const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: true, walls: true };
@@ -28,7 +21,7 @@ const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: 
  * @property {Camera} camera
  * @property {import('../model/model.js').Model} model
  * @property {import('../model/world.js').World|null} world
- * @property {import('./measures.js').Measures} measures
+ * @property {import('./static_layer.js').Measures} measures
  * @property {Record<string, string>} colours those of the theme
  * @property {Record<string, boolean>} layers
  * @property {Map<string, string>} closedLanes
@@ -44,12 +37,6 @@ const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: 
  * `px` and `py` (null when the pointer has left); 'follow' when a drag has ended following.
  */
 export class MapView extends EventTarget {
-  /**
-   * @param {HTMLElement} element
-   * @param {import('../model/model.js').Model} model
-   * @param {{now: (wallMs?: number) => number}} clock
-   * @param {object} palette
-   */
   constructor(element, model, clock, palette) {
     super();
     Object.assign(this, { element, model, clock, palette });
@@ -254,7 +241,6 @@ export class MapView extends EventTarget {
     this.dispatchEvent(new CustomEvent(kind, { detail: pick && { ...pick, px, py } }));
   }
 
-  /** @returns {import('./gestures.js').Handler} */
   _handler() {
     return {
       pan: (dx, dy) => {

@@ -17,22 +17,22 @@ const UNLISTED = new Set(['robots.motion', 'robots.route']);
 /** What makes everything another one. */
 const RESTARTS = new Set(['scene', 'world']);
 
-/** Return the part of the picture that an event changes, or "". @param {Event} event @param {Texts} texts */
+/** Return the part of the picture that an event changes, or "". */
 export function partOf(event, texts) {
   return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || '';
 }
 
-/** Return whether an event is listed, in the log of events. @param {Event} event @param {Texts} texts */
+/** Return whether an event is listed, in the log of events. */
 export function isListed(event, texts) {
   return !UNLISTED.has(partOf(event, texts));
 }
 
-/** Return whether an event makes everything another one: a reset, another world. @param {Event} event @param {Texts} texts */
+/** Return whether an event makes everything another one: a reset, another world. */
 export function restarts(event, texts) {
   return RESTARTS.has(partOf(event, texts));
 }
 
-/** Have an event change a model. @param {Model} model @param {Event} event @param {number} time */
+/** Have an event change a model. */
 export function change(model, event, time) {
   const then = CHANGES.get(partOf(event, model.texts));
   if (!then) return;
@@ -130,7 +130,7 @@ export const CHANGES = new Map(
   }),
 );
 
-/** Return a change of the event's robot; none if it is not known. @returns {Change} */
+/** Return a change of the event's robot; none if it is not known. */
 function ofRobot(then) {
   return (model, event, time) => {
     const robot = model.robots.get(event.robot);

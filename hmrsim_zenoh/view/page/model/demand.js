@@ -1,6 +1,6 @@
 /** The orders of the demand: what has to be brought where, and what has become of it. */
 
-import { secondsOf } from './stamps.js';
+import { secondsOf } from './messages.js';
 import { Tail } from './tail.js';
 
 /**
@@ -47,7 +47,7 @@ const STEPS = {
   lost: { total: 'lost', take: (order, _event, time) => ({ ...order, state: 'lost', robot: '', ended: time }) },
 };
 
-/** Return an order as its item is, which may have been put down on the way. @param {Order} order @returns {Order} */
+/** Return an order as its item is, which may have been put down on the way. */
 export function asItemIs(order, items) {
   const item = order.ended === null ? items.get(order.item) : undefined;
   if (!item) return order;
@@ -86,11 +86,7 @@ export class Demand {
     this._told = secondsOf(stamp);
   }
 
-  /**
-   * Take note of a step of an order.
-   * @param {{step: string, order: string, item: string, [field: string]: any}} event
-   * @param {number} time
-   */
+  /** Take note of a step of an order. */
   note(event, time) {
     const { step, order: name, item } = event;
     const found = Object.hasOwn(STEPS, step) ? STEPS[step] : undefined;
@@ -110,7 +106,6 @@ export class Demand {
     return { open: new Map(this.open), totals: this.totals, ended: this._ended.saved(), left: new Map(this._left), told: this._told };
   }
 
-  /** @param {object} saved */
   restore({ open, totals, ended, left, told }) {
     this.open = new Map(open);
     this.totals = totals;
@@ -120,7 +115,7 @@ export class Demand {
   }
 }
 
-/** Return an order as `_world/demand` has it. @returns {Order} */
+/** Return an order as `_world/demand` has it. */
 function orderOf({ name, item, at = '', to = '', priority = 0, state = 'waiting', robot = '', late = false, placed, due }) {
   return { ...UNKNOWN, name, item, from: at, to, priority, state, robot, late, placed: timeOf(placed), due: timeOf(due) };
 }

@@ -1,4 +1,4 @@
-/** Docks, doors and lifts as they are now. What is said of one is replaced and never changed. */
+/** Docks, doors and lifts, and the effects of faults. A fixture's state is replaced and never changed. */
 
 /**
  * @typedef {import('./motion.js').Point} Point
@@ -17,22 +17,22 @@
  *   wait for a berth, in order.
  */
 
-/** Return a door as it is in the beginning. @param {import('./world.js').DoorSpec} spec @returns {Door} */
+/** Return a door as it is in the beginning. */
 export function newDoor(spec) {
   return { ...spec, state: spec.open ? 'open' : 'closed', locked: false, jammed: false };
 }
 
-/** Return a lift as it is in the beginning. @param {import('./world.js').LiftSpec} spec @returns {Lift} */
+/** Return a lift as it is in the beginning. */
 export function newLift(spec) {
   return moved({ ...spec, to: null, departed: null, arrives: null, carries: [] }, { stop: spec.at });
 }
 
-/** Return a dock as it is in the beginning. @param {import('./world.js').DockSpec} spec @returns {Dock} */
+/** Return a dock as it is in the beginning. */
 export function newDock(spec) {
   return { ...spec, docked: [], queue: [] };
 }
 
-/** Return a lift of which more is known. @param {Lift} lift @param {Partial<Lift>} more @returns {Lift} */
+/** Return a lift of which more is known. */
 export function moved(lift, more) {
   const { stop } = { ...lift, ...more };
   return { ...lift, ...more, at: lift.points[Math.max(0, lift.stops.indexOf(stop))] };
@@ -56,13 +56,7 @@ export const FROM_TAGS = {
   },
 };
 
-/**
- * Return the seconds from stop to stop: doors close, it moves, doors open.
- * @param {Lift} lift
- * @param {string} from
- * @param {string} to
- * @returns {number}
- */
+/** Return the seconds from stop to stop: doors close, it moves, doors open. */
 export function rideSeconds(lift, from, to) {
   return Math.abs(lift.stops.indexOf(to) - lift.stops.indexOf(from)) * lift.travel_time + 2 * lift.door_time;
 }
@@ -70,3 +64,47 @@ export function rideSeconds(lift, from, to) {
 function after(tags, prefix) {
   return tags.filter((tag) => tag.startsWith(prefix)).map((tag) => tag.slice(prefix.length));
 }
+
+/**
+ * @typedef {import('./state.js').Fault} Fault
+ * @typedef {import('./model.js').Model} Model
+ */
+
+/** Let a fault have its effects, or cease to have them; the others of its kind at the same subject stay. */
+export function applyFault(model, fault, begins, time) {
+  const all = [...model.faults.values()].filter((each) => each.fault === fault.fault && each.name !== fault.name);
+  if (begins) all.push(fault);
+  const { changes } = model.forms.faults[fault.fault] ?? {};
+  if (changes === 'jammed') model.setDoor(fault.door, { jammed: all.some(({ door }) => door === fault.door) });
+  const robot = model.robots.get(fault.robot);
+  if (!robot) return;
+  EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
+}
+
+/** Have doors be locked or not, whose lanes were closed or opened. */
+export function lockDoors(model, lane) {
+  for (const { name, lanes } of model.world.doors.values()) {
+    if (!lanes.some(({ from, to }) => lane.includes(from) && lane.includes(to))) continue;
+    const keys = lanes.flatMap(({ from, to }) => [`${from}|${to}`, `${to}|${from}`]);
+    const locked = keys.some((key) => model.closedLanes.get(key)?.includes(`${name} is locked`));
+    if (locked !== model.doors.get(name)?.locked) model.setDoor(name, { locked });
+  }
+}
+
+/** By what changes: *all* are those that a robot has now. */
+const EFFECTS = new Map(Object.entries({
+  ailments(robot, all, { fault, time }) {
+    const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));
+    robot.disable(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
+  },
+  connected(robot, all) {
+    robot.connected = all.length === 0;
+  },
+  sensors(robot, all) {
+    const blind = (name) => all.some(({ sensor }) => (sensor ?? name) === name);
+    robot.sensors = robot.sensors.map((sensor) => ({ ...sensor, blind: blind(sensor.name) }));
+  },
+  speed(robot, _all, { fault, begins }) {
+    if (robot.speed && fault.factor > 0) robot.speed *= begins ? fault.factor : 1 / fault.factor;
+  },
+}));

@@ -25,18 +25,13 @@ const MAX_GOALS = 2000;
 const FORGOTTEN = 200;
 const MOVEIT_SUCCESS = 1;
 
-/**
- * Return whether a goal of this status goes on.
- * @param {number} status
- * @returns {boolean}
- */
+/** Return whether a goal of this status goes on. */
 export function isActive(status) {
   return status >= ACCEPTED && status < SUCCEEDED;
 }
 
 /**
  * Return what a result says of an error, in the fields of Nav2, MoveIt or the simulation.
- * @param {object|null|undefined} result
  * @returns {[number|null, string]} The code, or null, and the text.
  */
 export function errorOf(result) {
@@ -54,27 +49,14 @@ export class Goals {
     this.all = new Map();
   }
 
-  /**
-   * Return a goal, or undefined.
-   * @param {string} robot
-   * @param {string} action
-   * @param {string} id
-   * @returns {Goal|undefined}
-   */
+  /** Return a goal, or undefined. */
   find(robot, action, id) {
     const found = this.all.get(id);
     if (found === undefined || (found.robot === robot && found.action === action)) return found;
     return this.all.get(longKey(robot, action, id));
   }
 
-  /**
-   * Know of a goal, or know more of it.
-   * @param {string} robot
-   * @param {string} action
-   * @param {string} id
-   * @param {Partial<Goal>} more
-   * @returns {Goal}
-   */
+  /** Know of a goal, or know more of it. */
   set(robot, action, id, more) {
     const known = this.find(robot, action, id) ?? this._new(robot, action, id);
     const goal = { ...known, ...more };
@@ -82,12 +64,10 @@ export class Goals {
     return goal;
   }
 
-  /** @returns {Map<string, Goal>} */
   saved() {
     return new Map(this.all);
   }
 
-  /** @param {Map<string, Goal>} saved */
   restore(saved) {
     this.all.clear();
     for (const [key, goal] of saved) this.all.set(key, goal);

@@ -58,11 +58,7 @@ export class History {
     return Object.fromEntries(STATES.map((state, i) => [state, this._counts.columns[i]]));
   }
 
-  /**
-   * Count the robots at the times up to *time* that are due; nothing may have happened since the last one.
-   * @param {number} time In simulated seconds.
-   * @param {Map<string, import('./robot.js').Robot>} robots
-   */
+  /** Count the robots at the times up to *time* that are due; nothing may have happened since the last one. */
   advance(time, robots) {
     if (time < this._next) return;
     const { seconds } = this._counts;
@@ -74,12 +70,7 @@ export class History {
     this._next = last + this._counts.seconds;
   }
 
-  /**
-   * Take note of how full a battery is.
-   * @param {string} robot
-   * @param {number} time
-   * @param {number} share From 0 to 1.
-   */
+  /** Take note of how full a battery is. @param {number} share From 0 to 1. */
   battery(robot, time, share) {
     let points = this.batteries.get(robot);
     if (points === undefined) this.batteries.set(robot, (points = []));
@@ -101,7 +92,6 @@ export class History {
     return { counts: this._counts.copy(), batteries, gaps: [...this._gaps], next: this._next };
   }
 
-  /** @param {object} saved */
   restore(saved) {
     this._counts = saved.counts.copy();
     this.batteries = new Map(saved.batteries.map(([name, points]) => [name, points.slice()]));

@@ -1,6 +1,6 @@
+/** How a robot moves, as in hmrsim/motion.py: motions whose pose is a formula of time, and the path ahead. */
+
 /**
- * How a robot moves: a piece of way, or a turn, whose pose is a formula of time; the same as in hmrsim/motion.py.
- *
  * @typedef {[number, number]} Point x, y in the world's unit.
  * @typedef {[number, number, number]} Pose x, y, yaw; the yaw in radians from +x to +y.
  */
@@ -9,11 +9,6 @@ const REMEMBERED = 8;
 
 /** Driving a distance from rest to rest, with a greatest speed and an acceleration; a triangle where it is short. */
 class Trapezoid {
-  /**
-   * @param {number} distance
-   * @param {number} speed
-   * @param {number} acceleration
-   */
   constructor(distance, speed, acceleration) {
     this.distance = distance;
     this.speed = speed;
@@ -27,11 +22,7 @@ class Trapezoid {
     this.duration = 2 * this.rampSeconds + (distance - 2 * this.rampLength) / speed;
   }
 
-  /**
-   * Return the seconds after which a distance has been driven.
-   * @param {number} distance
-   * @returns {number}
-   */
+  /** Return the seconds after which a distance has been driven. */
   time(distance) {
     if (distance <= this.rampLength) return Math.sqrt((2 * distance) / this.acceleration);
     if (distance <= this.distance - this.rampLength) {
@@ -40,11 +31,7 @@ class Trapezoid {
     return this.duration - Math.sqrt((2 * Math.max(0, this.distance - distance)) / this.acceleration);
   }
 
-  /**
-   * Return the distance that has been driven after some seconds.
-   * @param {number} time
-   * @returns {number}
-   */
+  /** Return the distance that has been driven after some seconds. */
   driven(time) {
     if (time <= this.rampSeconds) return (this.acceleration * time * time) / 2;
     if (time <= this.duration - this.rampSeconds) return this.rampLength + (time - this.rampSeconds) * this.speed;
@@ -53,12 +40,7 @@ class Trapezoid {
   }
 }
 
-/**
- * Return the motions that an event `motion` says, one after the other.
- * @param {{duration?: number, then?: object[]}} said
- * @param {number} began In simulated seconds.
- * @returns {Motion[]}
- */
+/** Return the motions that an event `motion` says, one after the other. */
 export function motionsOf(said, began) {
   const motions = [];
   for (const each of [said, ...(said.then ?? [])]) {
@@ -70,11 +52,6 @@ export function motionsOf(said, began) {
 
 /** One lane driven, one turn made or one ride: what the event `motion` says, and when it began. */
 export class Motion {
-  /**
-   * @param {{from?: number[], to?: number[], duration?: number, lane?: string[]|null, turned?: number,
-   *   ride?: boolean, profile?: number[]}} said
-   * @param {number} began In simulated seconds.
-   */
   constructor(said, began) {
     const from = said.from ?? said.to ?? [0, 0, 0];
     const to = said.to ?? from;
@@ -105,11 +82,7 @@ export class Motion {
     this._offset = this.profile ? this.profile.time(this._before) : 0;
   }
 
-  /**
-   * Remember what came before, for a while: what is shown may be behind what is known.
-   * @param {Motion|null} earlier
-   * @returns {Motion} Itself.
-   */
+  /** Remember what came before, for a while: what is shown may be behind what is known. */
   after(earlier) {
     // What began at this very instant has not been.
     while (earlier !== null && earlier.began >= this.began) earlier = earlier._earlier;
@@ -119,22 +92,14 @@ export class Motion {
     return this;
   }
 
-  /**
-   * Return what was driven at a time: this, or what came before it.
-   * @param {number} time In simulated seconds.
-   * @returns {Motion}
-   */
+  /** Return what was driven at a time: this, or what came before it. */
   at(time) {
     let motion = this;
     while (time < motion.began && motion._earlier !== null) motion = motion._earlier;
     return motion;
   }
 
-  /**
-   * Return the length that has been driven at a time, from 0 to `length`.
-   * @param {number} time In simulated seconds.
-   * @returns {number}
-   */
+  /** Return the length that has been driven at a time, from 0 to `length`. */
   drivenAt(time) {
     const elapsed = time - this.began;
     if (elapsed >= this.duration) return this.length;
@@ -143,12 +108,7 @@ export class Motion {
     return Math.min(this.length, Math.max(0, this.profile.driven(this._offset + elapsed) - this._before));
   }
 
-  /**
-   * Return the pose at a time; before its beginning where it begins, and after its end where it ends.
-   * @param {number} time In simulated seconds.
-   * @param {number[]} [out] Is filled and returned.
-   * @returns {number[]}
-   */
+  /** Return the pose at a time; before its beginning where it begins, and after its end where it ends. */
   poseAt(time, out = [0, 0, 0]) {
     const { from, to } = this;
     const elapsed = time - this.began;
@@ -171,4 +131,89 @@ export class Motion {
     }
     return out;
   }
+}
+
+const SAME_PLACE = 1e-6;
+const NONE = Object.freeze([]);
+
+/**
+ * It is never changed.
+ *
+ * @typedef {Point} Point
+ */
+export class Way {
+  /**
+   * @param {readonly number[]} lengths From each point to the last.
+   * @param {number} next To which it drives now.
+   * @param {boolean} rides Whether it is carried there.
+   */
+  constructor(points, lengths, next, rides) {
+    this._points = points;
+    this._lengths = lengths;
+    this._next = next;
+    this._rides = rides;
+    /** @type {readonly Point[]|null} */
+    this._ahead = next ? null : points;
+  }
+
+  /**
+   * Return the way along points.
+   * @param {readonly Point[]} points Those that are going to be driven to.
+   * @param {(a: Point, b: Point) => boolean} rides Whether from one point to the next one is carried.
+   */
+  static along(points, rides) {
+    const lengths = new Array(points.length);
+    for (let i = points.length - 1, length = 0; i >= 0; i -= 1) {
+      lengths[i] = length;
+      if (i && !rides(points[i - 1], points[i])) length += apart(points[i - 1], points[i]);
+    }
+    return new Way(points, lengths, 0, false);
+  }
+
+  /** @returns {readonly Point[]} The points that are still driven to. */
+  get ahead() {
+    if (this._ahead === null) this._ahead = this._points.slice(this._next);
+    return this._ahead;
+  }
+
+  /** @returns {boolean} Whether it goes on behind the point that is driven to now. */
+  get goesOn() {
+    return this._next < this._points.length - 1;
+  }
+
+  /** Return the way when a motion begins on it. */
+  on(motion) {
+    if (motion.turns) return this.from(motion.from);
+    for (let i = this._next; i < this._points.length; i += 1) {
+      if (!samePlace(this._points[i], motion.to)) continue;
+      return i === this._next && motion.ride === this._rides
+        ? this
+        : new Way(this._points, this._lengths, i, motion.ride);
+    }
+    return this;
+  }
+
+  /** Return the way of a robot that stands at a point of it. */
+  from(at) {
+    const next = this.goesOn && samePlace(this._points[this._next], at) ? this._next + 1 : this._next;
+    return next === this._next && !this._rides ? this : new Way(this._points, this._lengths, next, false);
+  }
+
+  /** Return how long it is from a pose to its end; rides in lifts are no distance. */
+  remaining(pose) {
+    const next = this._points[this._next];
+    return next ? (this._rides ? 0 : apart(next, pose)) + this._lengths[this._next] : 0;
+  }
+}
+
+/** The way of a robot that stands. */
+export const NO_WAY = new Way(NONE, NONE, 0, false);
+
+/** Return whether two points are one. */
+export function samePlace(a, b) {
+  return Math.abs(a[0] - b[0]) <= SAME_PLACE && Math.abs(a[1] - b[1]) <= SAME_PLACE;
+}
+
+function apart(a, b) {
+  return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }

@@ -1,8 +1,7 @@
 /** One robot: where it is at a time, how it is, and what it does. */
 
-import { Motion } from './motion.js';
+import { Motion, NO_WAY, Way, samePlace } from './motion.js';
 import { Tail } from './tail.js';
-import { NO_WAY, samePlace, Way } from './way.js';
 
 /** What a robot may be doing, in the order in which they count. */
 export const STATES = Object.freeze(['offline', 'stopped', 'waiting', 'driving', 'charging', 'busy', 'idle']);
@@ -25,10 +24,6 @@ const NOWHERE = new Motion({ from: [0, 0, 0] }, -Infinity);
  * @typedef {{id: string, kind: string, at: number[]}} Detection `at` is x, y, yaw.
  */
 export class Robot {
-  /**
-   * @param {string} name
-   * @param {string} [type]
-   */
   constructor(name, type = '') {
     this.name = name;
     this.type = type;
@@ -88,22 +83,13 @@ export class Robot {
     this._driven = new Tail(DRIVEN);
   }
 
-  /**
-   * Return where it is at a time, or was a short while before the last thing that is known.
-   * @param {number} time In simulated seconds.
-   * @param {number[]} [out] Is filled and returned.
-   * @returns {number[]} x, y, yaw.
-   */
+  /** Return where it is at a time, or was a short while before the last thing that is known. */
   poseAt(time, out = [0, 0, 0]) {
     if (this._coming.length) this._driveUpTo(time);
     return this._track.at(time).poseAt(time, out);
   }
 
-  /**
-   * Return what it does at a time: one of `STATES`.
-   * @param {number} time In simulated seconds.
-   * @returns {string}
-   */
+  /** Return what it does at a time: one of `STATES`. */
   stateAt(time) {
     if (!this.connected) return 'offline';
     if (this.ailments !== WELL) return 'stopped';
@@ -114,21 +100,13 @@ export class Robot {
     return this.goal !== null ? 'busy' : 'idle';
   }
 
-  /**
-   * Return whether it moves at a time. Where a piece ends before the way does, the next one is on its way to us.
-   * @param {number} time In simulated seconds.
-   * @returns {boolean}
-   */
+  /** Return whether it moves at a time. Where a piece ends before the way does, the next one is on its way to us. */
   movesAt(time) {
     if (this._coming.length) this._driveUpTo(time);
     return this.motion !== null && !this.waits && (time < this.motion.ends || this._way.goesOn);
   }
 
-  /**
-   * Return what is left of its way; rides in lifts are no distance.
-   * @param {number} time In simulated seconds.
-   * @returns {number}
-   */
+  /** Return what is left of its way; rides in lifts are no distance. */
   distanceRemaining(time) {
     return this._way.remaining(this.poseAt(time, scratch));
   }
@@ -156,11 +134,7 @@ export class Robot {
     return null;
   }
 
-  /**
-   * Begin a motion.
-   * @param {Motion} motion
-   * @param {...Motion} coming What it drives after that.
-   */
+  /** Begin a motion. @param {...Motion} coming What it drives after that. */
   begin(motion, ...coming) {
     if (this._coming.length) this._driveUpTo(motion.began);
     this._begin(motion);
@@ -199,11 +173,7 @@ export class Robot {
     this._way = Way.along(points, rides);
   }
 
-  /**
-   * Stop where it is.
-   * @param {number} time
-   * @param {Point} [at] Where that is.
-   */
+  /** Stop where it is. @param {Point} [at] Where that is. */
   stop(time, at) {
     this.poseAt(time, scratch);
     const [x, y] = at ?? scratch;
@@ -212,13 +182,7 @@ export class Robot {
     this._drivenTo(x, y, time);
   }
 
-  /**
-   * Be somewhere else at once.
-   * @param {number} time
-   * @param {number} x
-   * @param {number} y
-   * @param {number} yaw
-   */
+  /** Be somewhere else at once. */
   put(time, x, y, yaw) {
     this._track = NOWHERE;
     this._stand(time, x, y, yaw);
@@ -226,13 +190,7 @@ export class Robot {
     this._driven.clear();
   }
 
-  /**
-   * Stand where a scene says, without forgetting the way there if it is not far from where it was believed to be.
-   * @param {number} time
-   * @param {number} x
-   * @param {number} y
-   * @param {number} yaw
-   */
+  /** Stand where a scene says, without forgetting the way there if it is not far from where it was believed to be. */
   arrive(time, x, y, yaw) {
     this.poseAt(time, scratch);
     if (!samePlace(scratch, [x, y])) this._driven.clear();
@@ -243,7 +201,6 @@ export class Robot {
 
   /**
    * Stand on its way, where it has got to or has not set out from after all.
-   * @param {number} time
    * @param {readonly string[]} robots For which robots.
    * @param {string} why For what else it waits.
    * @param {Point} [at] Where.
@@ -262,10 +219,7 @@ export class Robot {
     this.waitsWhy = why;
   }
 
-  /**
-   * Move aside for another robot: drive to where `take` leads next, and stay there until it may go on.
-   * @param {string} by
-   */
+  /** Move aside for another robot: drive to where `take` leads next, and stay there until it may go on. */
   makeRoom(by) {
     this.aside = by;
     this._makesRoom = true;
@@ -277,17 +231,12 @@ export class Robot {
     this._settled();
   }
 
-  /**
-   * Be disabled for a reason, or no longer.
-   * @param {string} what
-   * @param {string|null} why Null when it is over.
-   */
+  /** Be disabled for a reason, or no longer. @param {string|null} why Null when it is over. */
   disable(what, why) {
     const { [what]: _, ...others } = this.ailments;
     this.setAilments(why === null ? others : { ...others, [what]: why });
   }
 
-  /** @param {Record<string, string>} ailments */
   setAilments(ailments) {
     this.ailments = Object.keys(ailments).length ? ailments : WELL;
   }
@@ -297,7 +246,6 @@ export class Robot {
     return { ...this, _driven: this._driven.saved() };
   }
 
-  /** @param {object} saved */
   restore(saved) {
     const driven = this._driven;
     Object.assign(this, saved);

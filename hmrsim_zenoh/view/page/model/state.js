@@ -1,8 +1,7 @@
 /** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
 
 import { Demand } from './demand.js';
-import { applyFault, lockDoors } from './faults.js';
-import { moved, newDock, newDoor, newLift } from './fixtures.js';
+import { applyFault, lockDoors, moved, newDock, newDoor, newLift } from './fixtures.js';
 import { Goals, isActive } from './goals.js';
 import { History } from './history.js';
 import { Robot } from './robot.js';
@@ -78,7 +77,6 @@ export class State extends EventTarget {
     return this._events.items;
   }
 
-  /** @returns {Map<string, [number, number][]>} */
   get batteries() {
     return this.history.batteries;
   }
@@ -120,17 +118,11 @@ export class State extends EventTarget {
     this.touch('scene', 'robots', 'goals', 'orders', 'events', 'trees', 'faults');
   }
 
-  /** @param {...string} what */
   touch(...what) {
     for (const each of what) this._touched.add(each);
   }
 
-  /**
-   * Know of a robot; of one that is known, nothing changes.
-   * @param {string} name
-   * @param {string} [type]
-   * @returns {Robot|null} Null if it is no name of a robot.
-   */
+  /** Know of a robot; of one that is known, nothing changes. @returns {Robot|null} Null if it is no name of a robot. */
   addRobot(name, type) {
     if (typeof name !== 'string' || name === '') return null;
     const known = this.robots.get(name);
@@ -160,7 +152,6 @@ export class State extends EventTarget {
     this.touch('scene', 'robots');
   }
 
-  /** @param {string} name @param {Partial<Goal>} more */
   setGoal(name, action, id, more) {
     const goal = this.goalList.set(name, action, id, more);
     this.touch('goals');
@@ -172,7 +163,6 @@ export class State extends EventTarget {
     this.touch('robots');
   }
 
-  /** @param {string} name @param {Partial<Item>} more */
   setItem(name, more) {
     if (typeof name !== 'string') return;
     const item = this.items.get(name) ?? { name, weight: 0, at: null, carrier: null };
@@ -186,34 +176,25 @@ export class State extends EventTarget {
     this.touch('scene', 'robots');
   }
 
-  /** @param {string} name @param {Partial<import('./fixtures.js').Door>} more */
   setDoor(name, more) {
     this._change(this.doors, name, () => more);
   }
 
-  /** @param {string} name @param {(lift: object) => object} more */
   setLift(name, more) {
     this._change(this.lifts, name, (lift) => moved(lift, more(lift)));
   }
 
-  /** @param {string} name @param {(dock: object) => object} more */
   setDock(name, more) {
     this._change(this.docks, name, more);
   }
 
-  /**
-   * @param {Robot} robot
-   * @param {number} time
-   * @param {number} percentage
-   * @param {boolean} charging
-   */
   setCharge(robot, time, percentage, charging) {
     robot.battery = { percentage, charging };
     this.history.battery(robot.name, time, percentage);
     this.touch('robots');
   }
 
-  /** @param {string[]} lane @param {string|null} why Null when it is opened. */
+  /** @param {string|null} why Null when it is opened. */
   closeLane(lane, why) {
     if (!Array.isArray(lane)) return;
     if (why === null) this.closedLanes.delete(lane.join('|'));
@@ -222,12 +203,7 @@ export class State extends EventTarget {
     this.touch('scene');
   }
 
-  /**
-   * Let a fault have its effects, or cease to have them.
-   * @param {Fault} fault
-   * @param {boolean} begins
-   * @param {number} time
-   */
+  /** Let a fault have its effects, or cease to have them. */
   setFaultActive(fault, begins, time) {
     applyFault(this, fault, begins, time);
     this.touch('faults', 'robots');
@@ -294,7 +270,7 @@ export class State extends EventTarget {
     if (robot.battery) robot.battery = { percentage: 1, charging: false };
   }
 
-  /** Know what `_world/info` says of a robot. @param {Robot|undefined} robot @param {object|undefined} said */
+  /** Know what `_world/info` says of a robot. */
   inform(robot, said) {
     if (!robot || !said) return;
     robot.actions = names(said.actions);

@@ -21,7 +21,6 @@ export class Tail {
     return this._kept;
   }
 
-  /** @returns {number} */
   get length() {
     return this._length;
   }
@@ -31,7 +30,6 @@ export class Tail {
     return this._length ? this._kept[this._length - 1] : undefined;
   }
 
-  /** @param {T} item */
   push(item) {
     if (this._length >= this._most * 1.5) this._kept = this._kept.slice(this._length - this._most + 1, this._length);
     else if (this._kept.length !== this._length) this._kept = this._kept.slice(0, this._length);
@@ -55,7 +53,6 @@ export class Tail {
     return [this._kept, this._length];
   }
 
-  /** @param {[T[], number]} saved */
   restore(saved) {
     [this._kept, this._length] = saved;
   }

@@ -88,40 +88,23 @@ export class World {
     return this.given !== undefined;
   }
 
-  /**
-   * Return the index of a robot type, for its colour and shape; one that is not known gets the next.
-   * @param {string} name
-   * @returns {number}
-   */
+  /** Return the index of a robot type, for its colour and shape; one that is not known gets the next. */
   typeIndex(name) {
     if (!this.types.has(name)) this.types.set(name, { name, index: this.types.size, radius: null, flies: false, speed: 0 });
     return this.types.get(name).index;
   }
 
-  /**
-   * Return the coordinates of a named waypoint, place or dock; null if there is none.
-   * @param {string|undefined} name
-   * @returns {Point|null}
-   */
+  /** Return the coordinates of a named waypoint, place or dock; null if there is none. */
   point(name) {
     return (this.waypoints.get(name) ?? this.places.get(name) ?? this.docks.get(name))?.at ?? null;
   }
 
-  /**
-   * Return the name of the place, dock or waypoint that is at a point, or "".
-   * @param {Point} at
-   * @returns {string}
-   */
+  /** Return the name of the place, dock or waypoint that is at a point, or "". */
   nameAt(at) {
     return this._named.get(spot(at)) ?? '';
   }
 
-  /**
-   * Return whether a lift carries robots from one point to the other.
-   * @param {Point} a
-   * @param {Point} b
-   * @returns {boolean}
-   */
+  /** Return whether a lift carries robots from one point to the other. */
   rides(a, b) {
     if (this._stops.size === 0) return false;
     const lift = this._stops.get(spot(a));
@@ -130,10 +113,7 @@ export class World {
 
   /**
    * Return the lane that is nearest to a point, and the point of it that is, or null if none is near enough.
-   * @param {number} x
-   * @param {number} y
    * @param {number} [most] How far it may be.
-   * @returns {{lane: Lane, point: Point, distance: number}|null}
    */
   nearestLane(x, y, most = Infinity) {
     let [found, least, fx, fy] = [null, most * most, 0, 0];
@@ -166,7 +146,7 @@ export class World {
   }
 }
 
-/** @template {{name: string}} T @param {T[]} things @returns {Map<string, T>} */
+/** @template {{name: string}} T */
 function byName(things) {
   return new Map(things.map((thing) => [thing.name, thing]));
 }

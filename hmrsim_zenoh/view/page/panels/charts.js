@@ -1,9 +1,9 @@
 // Robots by state and their batteries over time, drawn by uPlot.
 
 import { STATES } from '../model/robot.js';
-import uPlot from '../vendor/uplot/uPlot.esm.js';
 import { el, mark, say, sign } from './dom.js';
 import { clockWords, shareWords } from './phrases.js';
+import uPlot from '../vendor/uplot/uPlot.esm.js';
 
 const HEIGHT = 180; // css pixels
 const MAX_LINES = 8;
@@ -12,7 +12,6 @@ const TICKS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14
 const STACK = [...STATES].reverse();
 
 export class ChartsPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Charts';

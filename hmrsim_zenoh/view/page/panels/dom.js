@@ -1,15 +1,13 @@
-// Making elements. Names and errors come from outside: they become text, never markup.
+// Elements, icons and long lists. Names and errors come from outside: they become text, never markup.
+
+import { drawBody, lookOf } from '../map/shapes.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
 
 /**
  * Return a new element.
- *
- * @param {string} tag
  * @param {Record<string, any>} [given] `class`, `text`, `data` (a record), listeners as `onclick`, other attributes;
- *   what is null, undefined or false is left out.
- * @param {...(Node|string|null)} children
- * @returns {HTMLElement}
+ * what is null, undefined or false is left out.
  */
 export function el(tag, given = {}, ...children) {
   const element = document.createElement(tag);
@@ -25,21 +23,17 @@ export function el(tag, given = {}, ...children) {
   return element;
 }
 
-/** Set a text, if it is another: what is the same is not laid out again. @param {Element} element @param {string} text */
+/** Set a text, if it is another: what is the same is not laid out again. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Set an attribute, if it is another. @param {Element} element @param {string} name @param {string} value */
+/** Set an attribute, if it is another. */
 export function mark(element, name, value) {
   if (element.getAttribute(name) !== value) element.setAttribute(name, value);
 }
 
-/**
- * Render a part of the page; if that fails it shows that, and the others go on.
- * @param {Element} element
- * @param {() => void} render
- */
+/** Render a part of the page; if that fails it shows that, and the others go on. */
 export function guarded(element, render) {
   try {
     render();
@@ -91,11 +85,7 @@ const ICONS = {
   reset: ['M4.5 5v5h5', 'M5 10a7.5 7.5 0 1 1-.3 4.5'],
 };
 
-/**
- * Return an icon, which is no more than an ornament to what says the same in words.
- * @param {string} name
- * @returns {SVGElement}
- */
+/** Return an icon, which is no more than an ornament to what says the same in words. */
 export function icon(name) {
   const svg = document.createElementNS(SVG, 'svg');
   svg.setAttribute('viewBox', '0 0 24 24');
@@ -109,15 +99,7 @@ export function icon(name) {
   return svg;
 }
 
-/**
- * Return a button with an icon, and a text beside it or only as a tooltip and for screen readers.
- *
- * @param {string} picture
- * @param {string} label
- * @param {(event: Event) => void} onclick
- * @param {{text?: boolean, key?: string, class?: string}} [options]
- * @returns {HTMLButtonElement}
- */
+/** Return a button with an icon, and a text beside it or only as a tooltip and for screen readers. */
 export function button(picture, label, onclick, { text = false, key = '', class: kind = '' } = {}) {
   const hint = key ? `${label} (${key})` : label;
   const names = text ? { title: key ? hint : null } : { 'aria-label': label, title: hint };
@@ -129,9 +111,94 @@ export function button(picture, label, onclick, { text = false, key = '', class:
 /**
  * Return a span that shows one of a few words by shape and colour, as `style.css` has them.
  * @param {string} group `state`, `status` or `tree`.
- * @param {string} word
- * @returns {HTMLElement}
  */
 export function sign(group, word) {
   return el('span', { class: `sign ${group}`, data: { is: word }, 'aria-hidden': 'true' });
+}
+
+const SPARE = 4; // rows above and below what is seen
+
+/** @template T */
+export class Rows {
+  /**
+   * @param {number} options.height Css pixels of a row.
+   * @param {() => HTMLElement & {fill: (item: T) => void}} options.make A row to be filled, again and again.
+   */
+  constructor({ label, height, make, role = 'list' }) {
+    this.height = height;
+    this.make = make;
+    this.rowRole = role === 'table' ? 'row' : 'listitem';
+    this.body = el('div', { class: 'rows-body', role: 'presentation' });
+    this.element = el('div', { class: 'rows', role, 'aria-label': label, tabindex: '0' }, this.body);
+    // To ask the element for these makes the browser lay out the page each time.
+    this.top = this.seen = 0;
+    this.element.addEventListener('scroll', () => this.#moved(), { passive: true });
+    new ResizeObserver(() => this.#moved()).observe(this.element);
+    /** @type {T[]} */
+    this.items = [];
+    this.pool = [];
+  }
+
+  show(items) {
+    this.items = items;
+    const height = `${items.length * this.height}px`;
+    if (this.body.style.height !== height) this.body.style.height = height;
+    mark(this.element, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', String(items.length));
+    this.#draw();
+  }
+
+  /** Go back to the first row. */
+  toTop() {
+    this.element.scrollTop = this.top = 0;
+  }
+
+  #moved() {
+    this.top = this.element.scrollTop;
+    this.seen = this.element.clientHeight;
+    this.#draw();
+  }
+
+  #draw() {
+    const first = Math.max(0, Math.floor(this.top / this.height) - SPARE);
+    const last = Math.min(this.items.length, Math.ceil((this.top + this.seen) / this.height) + SPARE);
+    while (this.pool.length < last - first) {
+      const row = this.make();
+      row.setAttribute('role', this.rowRole);
+      row.classList.add('row');
+      row.style.height = `${this.height}px`;
+      this.pool.push(row);
+      this.body.append(row);
+    }
+    this.pool.forEach((row, i) => {
+      const index = first + i;
+      row.hidden = index >= last;
+      if (row.hidden) return;
+      const top = `translateY(${index * this.height}px)`;
+      if (row.style.transform !== top) row.style.transform = top;
+      if (this.rowRole === 'row') mark(row, 'aria-rowindex', String(index + 1));
+      row.fill(this.items[index]);
+    });
+  }
+}
+
+const SIZE = 22; // css pixels
+
+export class TypeSign {
+  element = el('canvas', { class: 'type-sign', 'aria-hidden': 'true', width: 2 * SIZE, height: 2 * SIZE });
+
+  constructor(app) {
+    this.app = app;
+  }
+
+  show(type, flies = this.app.model.world.types.get(type)?.flies ?? false) {
+    const { palette, theme, model } = this.app;
+    const drawn = `${type} ${flies} ${theme.name} ${model.world.typeIndex(type)}`;
+    if (drawn === this.drawn) return;
+    this.drawn = drawn;
+    const c = this.element.getContext('2d');
+    c.setTransform(SIZE * 0.92, 0, 0, SIZE * 0.92, SIZE, SIZE);
+    c.clearRect(-2, -2, 4, 4);
+    drawBody(c, lookOf(model.world.typeIndex(type), palette), flies, palette[theme.name].robot_outline, 0.09);
+    mark(this.element, 'title', type);
+  }
 }

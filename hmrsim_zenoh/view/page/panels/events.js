@@ -1,16 +1,14 @@
 // The log of what happens, newest first.
 
-import { told } from '../model/words.js';
-import { button, el, icon, mark, say, sign } from './dom.js';
+import { told } from '../model/texts.js';
+import { Rows, button, el, icon, mark, say, sign } from './dom.js';
 import { clockWords, inWords } from './phrases.js';
-import { Rows } from './rows.js';
 
 const ROW = 32;
 const ALL = 'All kinds';
 const BAD = 'Warnings and errors';
 
 export class EventsPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Events';

@@ -1,7 +1,135 @@
-// A dialog made from JSON Schemas: what to ask for is chosen, its fields are filled in, errors are shown at the fields.
+// A dialog made from JSON Schemas: choose an action or a fault, fill in its fields, see errors at the fields.
 
 import { button, el, mark, say } from './dom.js';
-import { makeField } from './fields.js';
+
+const NANOSECONDS = 1e9;
+const PLACES = 'form-places';
+
+/**
+ * @typedef {object} Field
+ * @property {string[]} path Where its value is in the message.
+ * @property {HTMLElement} element
+ * @property {HTMLElement} input What gets the focus.
+ * @property {boolean} advanced
+ * @property {() => any} read The value; undefined where nothing is filled in. Throws what is wrong.
+ * @property {(text: string) => void} complain "": nothing.
+ * @property {() => boolean} wrong
+ */
+
+/** Return a field. */
+export function makeField({ schema, path, required }, app, asked) {
+  const id = `field-${path.join('-')}`;
+  const kind = KINDS.find(({ takes }) => takes(schema));
+  const given = asked.values?.[path.join('.')] ?? schema.default;
+  const input = kind.input(schema, app, asked.robot, given);
+  for (const [name, value] of [['id', id], ['aria-describedby', `${id}-error`]]) input.setAttribute(name, value);
+  if (required) input.setAttribute('aria-required', 'true');
+  input.classList.add('field');
+  const error = el('small', { class: 'field-error', id: `${id}-error`, role: 'alert', hidden: true });
+  const unit = schema.unit?.replace(/^m\b/, app.model.world.units);
+  const label = `${schema.title}${unit ? `, ${unit}` : ''}${required ? '' : schema.default === undefined ? ' (optional)' : ''}`;
+  const complain = (text) => {
+    say(error, text);
+    error.hidden = text === '';
+    mark(input, 'aria-invalid', String(text !== ''));
+  };
+  input.addEventListener('input', () => complain(''));
+  const text = () => (input.type === 'checkbox' ? input.checked : input.value.trim());
+  const read = () => {
+    if (text() === '' && !input.validity?.badInput) {
+      if (required) throw new Error(kind.expected ?? 'Fill this in.');
+      return undefined;
+    }
+    return kind.value(text(), schema, app, input);
+  };
+  const element = el('label', { class: input.type === 'checkbox' ? 'check' : null, title: schema.description }, el('span', { text: label }), input, error);
+  return { path, element, input, advanced: schema.advanced === true, read, complain, wrong: () => !error.hidden };
+}
+
+const POINT = 'Name a place, or give x, y.';
+
+/** Kinds of fields; the first that takes a schema makes it. */
+const KINDS = [
+  {
+    takes: ({ format }) => format === 'pose',
+    expected: POINT,
+    input: (_schema, app, _robot, given) => el('input', {
+      type: 'text', list: places(app), placeholder: 'Place, or x, y or x, y, heading in °', autocomplete: 'off', value: given,
+    }),
+    value: (text, _schema, app) => poseOf(text, app),
+  },
+  {
+    takes: ({ type, items }) => type === 'array' && items?.format === 'pose',
+    expected: 'Name at least one place, or give x, y.',
+    input: (_schema, _app, _robot, given) => el('textarea', { rows: 4, placeholder: 'A place, or x, y, on each line', text: given }),
+    value: (text, _schema, app) => text.split(/[\n;]/).filter((line) => line.trim()).map((line) => poseOf(line, app)),
+  },
+  {
+    takes: ({ choices, enum: values }) => Boolean(choices ?? values),
+    expected: 'Choose one.',
+    input(schema, app, robot, given) {
+      const names = schema.enum ?? CHOICES[schema.choices]?.(app.model, robot) ?? [];
+      return el('select', {}, ...names.map((name) => el('option', { value: name, text: name, selected: name === given })));
+    },
+    value: (text) => text,
+  },
+  {
+    takes: ({ type }) => type === 'boolean',
+    input: (_schema, _app, _robot, given) => el('input', { type: 'checkbox', checked: given === true }),
+    value: (checked) => checked,
+  },
+  {
+    takes: ({ type, format }) => format === 'duration' || type === 'number' || type === 'integer',
+    expected: 'Give a number.',
+    input: (_schema, _app, _robot, given) => el('input', { type: 'number', step: 'any', value: given }),
+    value(text, schema) {
+      const number = numberOf(text, schema);
+      if (schema.format !== 'duration') return number;
+      return { sec: Math.floor(number), nanosec: Math.round((number % 1) * NANOSECONDS) };
+    },
+  },
+  {
+    takes: () => true,
+    input: (schema, _app, _robot, given) => el('input', { type: 'text', maxlength: schema.maxLength, value: given }),
+    value: (text) => text,
+  },
+];
+
+/** What of the world is proposed, by the word in the schema. */
+const CHOICES = {
+  items: (model) => [...model.items.values()].filter(({ carrier }) => !carrier).map(({ name }) => name),
+  held: (model, robot) => [...(model.robots.get(robot)?.holds ?? [])],
+  docks: (model) => [...model.docks.keys()],
+};
+
+function numberOf(text, { type, minimum, maximum, exclusiveMinimum: above, exclusiveMaximum: below }) {
+  const number = Number(text);
+  if (text === '' || !Number.isFinite(number)) throw new Error('Give a number.');
+  if (type === 'integer' && !Number.isInteger(number)) throw new Error('Give a whole number.');
+  if (number < minimum) throw new Error(`Give at least ${minimum}.`);
+  if (number > maximum) throw new Error(`Give at most ${maximum}.`);
+  if (number <= above) throw new Error(`Give more than ${above}.`);
+  if (number >= below) throw new Error(`Give less than ${below}.`);
+  return number;
+}
+
+/** Return the geometry_msgs/msg/PoseStamped of a place's name, or of x, y and a heading in degrees. */
+function poseOf(text, app) {
+  const named = app.pointOf(text.trim());
+  const numbers = named ? [named[0], named[1]] : text.trim().split(/[\s,]+/).map(Number);
+  if (numbers.length < 2 || numbers.length > 3 || !numbers.every(Number.isFinite)) throw new Error(POINT);
+  const [x, y, degrees = 0] = numbers;
+  const half = (degrees * Math.PI) / 360;
+  return { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation: { z: Math.sin(half), w: Math.cos(half) } } };
+}
+
+/** Return the id of a list of the names of places, docks and waypoints. */
+function places({ model: { world } }) {
+  document.getElementById(PLACES)?.remove();
+  const names = new Set([...world.places.keys(), ...world.docks.keys(), ...world.waypoints.keys()]);
+  document.body.append(el('datalist', { id: PLACES }, ...Array.from(names, (value) => el('option', { value }))));
+  return PLACES;
+}
 
 /**
  * @typedef {object} Asked
@@ -16,7 +144,6 @@ import { makeField } from './fields.js';
  */
 
 export class FormDialog {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = el('h2', { id: 'form-title' });
@@ -36,7 +163,6 @@ export class FormDialog {
       button('close', 'Close', () => this.element.close(), { class: 'quiet corner' }), form);
   }
 
-  /** @param {Asked} asked */
   open(asked) {
     this.asked = asked;
     say(this.title, asked.title);

@@ -1,10 +1,9 @@
 // The live table of goals: newest first, filtered by text and state.
 
 import { isActive } from '../model/goals.js';
-import { feedbackWords, goalWords } from '../model/words.js';
-import { button, el, mark, say, sign } from './dom.js';
-import { actionWords, lastingWords, lengthWords, STATUS_WORDS } from './phrases.js';
-import { Rows } from './rows.js';
+import { feedbackWords, goalWords } from '../model/texts.js';
+import { Rows, button, el, mark, say, sign } from './dom.js';
+import { STATUS_WORDS, actionWords, lastingWords, lengthWords } from './phrases.js';
 
 const ROW = 58;
 const SHOWN = {
@@ -16,7 +15,6 @@ const SHOWN = {
 };
 
 export class GoalsPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Goals';

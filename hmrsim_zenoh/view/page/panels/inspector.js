@@ -1,12 +1,10 @@
 // The robot that is selected: how it is and why, what it does and has, and what may be asked of it.
 
-import { goalWords } from '../model/words.js';
-import { button, el, mark, say, sign } from './dom.js';
+import { goalWords } from '../model/texts.js';
+import { TypeSign, button, el, mark, say, sign } from './dom.js';
 import { actionWords, blockerWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
-import { TypeSign } from './type_sign.js';
 
 export class Inspector {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.name = el('h2');

@@ -31,7 +31,6 @@ const SHOWN = {
 };
 
 export class Keyboard {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.actions = new Map(KEYS.flatMap(([keys, , action]) => keys.map((key) => [key, action])));

@@ -3,7 +3,6 @@
 import { el, icon } from './dom.js';
 
 export class Menu {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.element = el('div', { class: 'menu', role: 'menu', hidden: true, onkeydown: (event) => this.#key(event) });
@@ -14,7 +13,6 @@ export class Menu {
     addEventListener('blur', () => this.close());
   }
 
-  /** @param {{kind: string, name: string, point: number[], px: number, py: number}} pick */
   open(pick) {
     const entries = this.#entries(pick);
     const title = pick.name && pick.kind !== 'floor' ? `${pick.name.replace('|', ' – ')}` : this.#spot(pick.point);

@@ -1,9 +1,8 @@
 // The orders of the world's demand: the open ones, the most urgent first, and the last that have ended.
 
 import { asItemIs } from '../model/demand.js';
-import { el, mark, say, sign } from './dom.js';
+import { Rows, el, mark, say, sign } from './dom.js';
 import { clockWords, lastingWords } from './phrases.js';
-import { Rows } from './rows.js';
 
 const ROW = 58;
 const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
@@ -13,7 +12,6 @@ const SIGNS = { waiting: 'accepted', carried: 'executing', delivered: 'succeeded
 const ENDED = { heading: 'Ended' };
 
 export class OrdersPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Orders';

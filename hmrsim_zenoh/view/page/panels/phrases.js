@@ -1,13 +1,12 @@
 // How a robot is and why, and times and numbers as people read them.
 
-import { goalWords } from '../model/words.js';
+import { goalWords } from '../model/texts.js';
 
 /** What each status of a goal is called, by its number; and the word for its sign. */
 export const STATUS_WORDS = ['unknown', 'accepted', 'executing', 'canceling', 'succeeded', 'canceled', 'aborted'];
 
 /**
  * Return simulated seconds as 1:02:03.4, without hours where there are none.
- * @param {number} seconds
  * @param {number} [digits] Behind the point.
  */
 export function clockWords(seconds, digits = 0) {
@@ -18,7 +17,7 @@ export function clockWords(seconds, digits = 0) {
   return hours ? `${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${minutes}:${rest}`;
 }
 
-/** Return how long something takes: 4.2 s, 3 min 20 s, 2 h 5 min. @param {number} seconds */
+/** Return how long something takes: 4.2 s, 3 min 20 s, 2 h 5 min. */
 export function lastingWords(seconds) {
   if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
   const whole = Math.round(seconds);
@@ -27,7 +26,7 @@ export function lastingWords(seconds) {
   return `${Math.floor(whole / 3600)} h ${Math.floor(whole / 60) % 60} min`;
 }
 
-/** Return a length with its unit. @param {number} length @param {'m'|'px'} units */
+/** Return a length with its unit. */
 export function lengthWords(length, units) {
   return units === 'px' ? `${Math.round(length)} px` : `${length.toFixed(1)} m`;
 }
@@ -37,12 +36,12 @@ export function shareWords(share) {
   return `${Math.round(share * 100)} %`;
 }
 
-/** Return a name as people say it: navigate to pose. @param {string} name */
+/** Return a name as people say it: navigate to pose. */
 export function actionWords(name) {
   return name.replaceAll('_', ' ');
 }
 
-/** Return a name as a title: Navigate to pose. @param {string} name */
+/** Return a name as a title: Navigate to pose. */
 export function inWords(name) {
   return name.charAt(0).toUpperCase() + actionWords(name.slice(1));
 }
@@ -56,11 +55,7 @@ export function taskWords(goal, world) {
 
 /**
  * Return why a robot is as it is, as what follows the word for its state; "" where that says all.
- *
- * @param {import('../model/robot.js').Robot} robot
  * @param {string} state One of `STATES`.
- * @param {import('../model/model.js').Model} model
- * @param {number} now
  */
 export function whyWords(robot, state, model, now) {
   const said = REASONS[state]?.(robot, model, now) ?? '';
@@ -68,13 +63,7 @@ export function whyWords(robot, state, model, now) {
   return said || script;
 }
 
-/**
- * Return who is in a waiting robot's way, and what each of them does there; "" if it waits for no robot.
- *
- * @param {import('../model/robot.js').Robot} robot
- * @param {import('../model/model.js').Model} model
- * @param {number} now
- */
+/** Return who is in a waiting robot's way, and what each of them does there; "" if it waits for no robot. */
 export function blockerWords(robot, model, now) {
   const blockers = robot.waitsFor.map((name) => model.robots.get(name)).filter(Boolean);
   return blockers.map((each) => {

@@ -1,10 +1,8 @@
 // The list of robots: state, battery and goal of each; a click follows one.
 
-import { el, mark, say, sign } from './dom.js';
-import { shareWords, taskWords, whyWords } from './phrases.js';
-import { Rows } from './rows.js';
 import { STATES } from '../model/robot.js';
-import { TypeSign } from './type_sign.js';
+import { Rows, TypeSign, el, mark, say, sign } from './dom.js';
+import { shareWords, taskWords, whyWords } from './phrases.js';
 
 const ROW = 46;
 const AGAIN = 1000; // ms after which many robots are put in order anew
@@ -20,7 +18,6 @@ const ORDERS = {
 const byName = new Intl.Collator(undefined, { numeric: true }).compare;
 
 export class RobotsPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Robots';

@@ -6,7 +6,6 @@ const MAX_FOUND = 40;
 const ICON = { robot: 'robot', place: 'place', dock: 'dock', item: 'item', door: 'door', waypoint: 'lane' };
 
 export class Search {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.found = [];

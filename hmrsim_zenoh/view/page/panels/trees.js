@@ -7,7 +7,6 @@ import { clockWords } from './phrases.js';
 const ENDS = [['SUCCESS', 'succeeded'], ['FAILURE', 'failed']];
 
 export class TreesPanel {
-  /** @param {import('../app.js').App} app */
   constructor(app) {
     this.app = app;
     this.title = 'Trees';

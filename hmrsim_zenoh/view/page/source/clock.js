@@ -34,11 +34,7 @@ export class SimClock {
   #from = 0; // of a glide
   #began = 0;
 
-  /**
-   * Return simulated seconds.
-   *
-   * @param {number} wallMs
-   */
+  /** Return simulated seconds. */
   now(wallMs = performance.now()) {
     if (this.received === null) return 0;
     const elapsed = wallMs - this.#at;
@@ -49,12 +45,7 @@ export class SimClock {
     return this.#shown;
   }
 
-  /**
-   * Take a simulated time that was just told.
-   *
-   * @param {number} simSeconds
-   * @param {number} wallMs
-   */
+  /** Take a simulated time that was just told. */
   receive(simSeconds, wallMs = performance.now()) {
     if (this.received === null) {
       this.reset(simSeconds, wallMs);
@@ -81,10 +72,7 @@ export class SimClock {
 
   /**
    * Say how fast time moves.
-   *
    * @param {number} factor simulated seconds a wall second; 0 where it moves in bursts, as in lockstep
-   * @param {boolean} paused
-   * @param {number} wallMs
    */
   setRate(factor, paused, wallMs = performance.now()) {
     if (factor === this.factor && paused === this.paused) return;
@@ -96,12 +84,7 @@ export class SimClock {
     this.#began = this.#receivedAt = wallMs;
   }
 
-  /**
-   * Go there at once, forward or back, as after a reset of the simulation.
-   *
-   * @param {number} simSeconds
-   * @param {number} wallMs
-   */
+  /** Go there at once, forward or back, as after a reset of the simulation. */
   reset(simSeconds, wallMs = performance.now()) {
     this.received = this.#shown = this.#from = simSeconds;
     this.#at = this.#began = this.#receivedAt = wallMs;

@@ -5,10 +5,6 @@ const MAX_PAUSE = 3000;
 
 /** Why a get has no answer: Zenoh's error reply, a timeout, no simulator. */
 export class RequestError extends Error {
-  /**
-   * @param {string} message
-   * @param {{field: string, message: string, value: any}[]} details
-   */
   constructor(message, details = []) {
     super(message);
     this.name = 'RequestError';
@@ -58,11 +54,8 @@ export class Connection extends EventTarget {
 
   /**
    * Call back with the samples of a key expression below the prefix, also after the server was away.
-   *
-   * @param {string} key
-   * @param {(payload: any, key: string) => void} onSample
    * @param {{latest?: boolean, every?: number, onLost?: () => void}} [options] `latest`: only the newest sample of each
-   *   key, at most each `every` seconds; `onLost`: we were too slow, and some are lost
+   * key, at most each `every` seconds; `onLost`: we were too slow, and some are lost
    * @returns {() => void} what ends it
    */
   subscribe(key, onSample, { latest = false, every = 0.05, onLost } = {}) {
@@ -77,9 +70,6 @@ export class Connection extends EventTarget {
 
   /**
    * Ask what answers on a key, such as a service of the simulator.
-   *
-   * @param {string} key
-   * @param {object} [payload]
    * @param {{timeout?: number}} [options] seconds
    * @returns {Promise<any>} what the first reply says
    */
@@ -90,8 +80,6 @@ export class Connection extends EventTarget {
 
   /**
    * Ask all that answer on a key expression.
-   *
-   * @param {string} key
    * @param {{timeout?: number}} [options] seconds
    * @returns {Promise<[string, any][]>} their keys, and what they say
    */
@@ -99,7 +87,6 @@ export class Connection extends EventTarget {
     return this.#request(key, undefined, options);
   }
 
-  /** @returns {Promise<[string, any][]>} */
   #request(key, payload, { timeout = 5 }) {
     if (!this.connected) return Promise.reject(new RequestError('the server of this page is not there'));
     const id = ++this.#lastId;
@@ -134,7 +121,6 @@ export class Connection extends EventTarget {
     this.#socket?.send(JSON.stringify(message));
   }
 
-  /** @param {Subscription} subscription */
   #ask(id, { key, latest, every }) {
     this.#send({ op: 'subscribe', id, key, latest, every });
   }
@@ -187,7 +173,7 @@ export class Connection extends EventTarget {
   }
 }
 
-/** Go on whatever one callback does: the others have theirs to do. @param {() => void} call */
+/** Go on whatever one callback does: the others have theirs to do. */
 function guarded(call) {
   try {
     call();

@@ -1,8 +1,19 @@
-// Keeps a Model in step with a simulator: first its scene, then what happens, each thing at its own time.
+// Keeps a Model in step with a simulator: first its scene, then each event at its time.
 
 import { partOf, restarts } from '../model/changes.js';
-import { secondsOf } from '../model/stamps.js';
-import { complain, sound } from './answers.js';
+import { isSound, secondsOf } from '../model/messages.js';
+import { RequestError } from './connection.js';
+
+/** Return what came on a key, if it is as it should be. */
+export function sound(key, payload) {
+  if (!isSound(key, payload)) throw new RequestError(`what is on ${key} can't be read`);
+  return payload;
+}
+
+/** Say what is wrong with us; what is wrong with the simulator will be asked again. */
+export function complain(error) {
+  if (error.name !== 'RequestError') console.error(error);
+}
 
 /**
  * @typedef {import('./connection.js').Connection} Connection
@@ -44,12 +55,7 @@ export class Live extends EventTarget {
   /** @type {TimeState | null} */
   timeState = null;
 
-  /**
-   * @param {Connection} connection
-   * @param {Model} model
-   * @param {SimClock} clock
-   * @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened.
-   */
+  /** @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened. */
   constructor(connection, model, clock, getLog = async () => []) {
     super();
     this.#connection = connection;
@@ -81,22 +87,22 @@ export class Live extends EventTarget {
     if (connection.alive) this.#resync(true);
   }
 
-  /** Follow the behaviour trees, or don't. @param {boolean} on */
+  /** Follow the behaviour trees, or don't. */
   watchTrees(on) {
     this.#watch('trees', on ? '*/_tree' : null, 0.2);
   }
 
-  /** Follow the orders of the world, or don't. @param {boolean} on */
+  /** Follow the orders of the world, or don't. */
   watchDemand(on) {
     this.#watch('demand', on ? '_world/demand' : null, 0.2, (key, payload) => this.#await(key, payload));
   }
 
-  /** Follow what one robot's sensors see, or none. @param {string | null} robot */
+  /** Follow what one robot's sensors see, or none. */
   watchDetections(robot) {
     this.#watch('detections', robot && `${robot}/detections`, 0.1);
   }
 
-  /** Follow how far one robot's goals are, or none. @param {string | null} robot */
+  /** Follow how far one robot's goals are, or none. */
   watchFeedback(robot) {
     this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1);
   }
@@ -146,7 +152,6 @@ export class Live extends EventTarget {
     this.#schedule();
   }
 
-  /** @param {TimeState} state */
   #receiveTime(state) {
     this.timeState = state;
     // In lockstep, and as fast as possible, time moves in bursts.
@@ -179,8 +184,6 @@ export class Live extends EventTarget {
    * Get the scene anew; with *all* the world, too, as there is another one, or we know none.
    *
    * Events are subscribed to already, so none is missed: those from before the scene are dropped when it is there.
-   *
-   * @param {boolean} all
    */
   async #resync(all) {
     this.#wanted = all || this.#buffering || this.#wanted === 'all' ? 'all' : 'scene';
@@ -203,7 +206,6 @@ export class Live extends EventTarget {
     if (turn === this.#turn) this.#asking = false;
   }
 
-  /** @param {boolean} all */
   async #ask(all) {
     const connection = this.#connection;
     const [view, info] = all
@@ -239,7 +241,6 @@ export class Live extends EventTarget {
     return true;
   }
 
-  /** @param {string} key @param {any} payload */
   #change(key, payload) {
     // Of a world that we don't know yet.
     if (this.#buffering) return;
@@ -248,7 +249,7 @@ export class Live extends EventTarget {
     this.#schedule();
   }
 
-  /** Show what is so since its stamp when all before has been shown. @param {string} key @param {any} payload */
+  /** Show what is so since its stamp when all before has been shown. */
   #await(key, payload) {
     // Of a world that we don't know yet.
     if (this.#buffering) return;
@@ -261,7 +262,7 @@ export class Live extends EventTarget {
     this.#schedule();
   }
 
-  /** Show what has happened by then. @param {number} until */
+  /** Show what has happened by then. */
   #play(until) {
     if (this.#buffering) return;
     let count = 0;

@@ -1,12 +1,11 @@
 /** Playing a recording: the model is as it was at a time, forwards and backwards. */
 
-import { ABORTED } from '../model/goals.js';
 import { partOf } from '../model/changes.js';
+import { ABORTED } from '../model/goals.js';
+import { isSound, secondsOf } from '../model/messages.js';
 import { Model } from '../model/model.js';
-import { isSound } from '../model/shapes.js';
-import { secondsOf } from '../model/stamps.js';
+import { told } from '../model/texts.js';
 import { World } from '../model/world.js';
-import { told } from '../model/words.js';
 
 const MAX_KEYFRAMES = 40;
 const MIN_BETWEEN = 2000;
@@ -29,11 +28,7 @@ const JITTER = 1e-3;
  * Its times are seconds of the recording: simulated time, which goes on where a simulation begins its own anew.
  */
 export class Playback extends EventTarget {
-  /**
-   * @param {Recording} recording
-   * @param {Model} model Is made to be as the recording begins.
-   * @param {Clock} clock
-   */
+  /** @param {Model} model Is made to be as the recording begins. */
   constructor(recording, model, clock) {
     super();
     this._samples = soundOf(recording.samples);
@@ -95,10 +90,7 @@ export class Playback extends EventTarget {
     this._tellRate();
   }
 
-  /**
-   * Go to a time; whether it plays stays as it is.
-   * @param {number} time
-   */
+  /** Go to a time; whether it plays stays as it is. */
   seek(time) {
     const to = Math.min(this.end, Math.max(this.begin, Number.isNaN(time) ? this.begin : time));
     const frame = this._keyframeBefore(to);
@@ -122,10 +114,7 @@ export class Playback extends EventTarget {
     return found;
   }
 
-  /**
-   * Go on by as much as the wall's clock has, if it plays.
-   * @param {number} wallMs As of `performance.now()`.
-   */
+  /** Go on by as much as the wall's clock has, if it plays. */
   advance(wallMs) {
     if (!this.playing) return;
     const passed = this._wall === null ? 0 : Math.max(0, wallMs - this._wall) / 1000;

@@ -13,11 +13,7 @@
 /** A recording that can't be had. */
 class RecordingError extends Error {}
 
-/**
- * Ask the server what there is to be seen.
- * @param {string} [address] Of `/source`, with its token, if any.
- * @returns {Promise<Source>}
- */
+/** Ask the server what there is to be seen. @param {string} [address] Of `/source`, with its token, if any. */
 export async function fetchSource(address = '/source') {
   return (await answerOf(address)).json();
 }
@@ -25,11 +21,8 @@ export async function fetchSource(address = '/source') {
 /**
  * Fetch a recording; one whose end does not come is as long as what has come.
  * @param {Source} source What `fetchSource` has said.
- * @param {object} [options]
  * @param {string} [options.address] Of `/recording`, with its token, if any.
  * @param {(progress: {share: number, samples: number}) => void} [options.onProgress] `share` is from 0 to 1.
- * @param {AbortSignal} [options.signal]
- * @returns {Promise<Recording>}
  */
 export async function fetchRecording(source, { address = '/recording', onProgress, signal } = {}) {
   const response = await answerOf(address, signal);
@@ -61,17 +54,13 @@ export class Lines {
     this._whole = true;
   }
 
-  /** @param {Uint8Array} bytes */
   add(bytes) {
     const lines = (this._rest + this._decoder.decode(bytes, { stream: true })).split('\n');
     this._rest = lines.pop();
     for (const line of lines) this._take(line);
   }
 
-  /**
-   * Take what is left.
-   * @returns {boolean} Whether all that came were samples.
-   */
+  /** Take what is left. @returns {boolean} Whether all that came were samples. */
   end() {
     this._take(this._rest + this._decoder.decode());
     this._rest = '';

@@ -1,6 +1,11 @@
-/** What comes from outside has to have the shapes that the model and the map rely on. */
+/** Checks of received messages: they must have the shapes that the model and the map rely on. */
 
 import { partOf } from './changes.js';
+
+/** Return the seconds of a builtin_interfaces/msg/Time or Duration. */
+export function secondsOf(stamp) {
+  return stamp ? (stamp.sec || 0) + (stamp.nanosec || 0) * 1e-9 : 0;
+}
 
 const isNumber = Number.isFinite;
 const isName = (value) => typeof value === 'string';
@@ -120,10 +125,7 @@ const OF_ROBOT = new Map([
 
 /**
  * Return whether what came on a key is like what belongs there; on other keys anything is.
- * @param {string} key Below the prefix.
- * @param {any} payload
  * @param {import('./changes.js').Texts} [texts] What kinds of events change; left out: it is not known.
- * @returns {boolean}
  */
 export function isSound(key, payload, texts = {}) {
   const [owner, ...topic] = key.split('/');

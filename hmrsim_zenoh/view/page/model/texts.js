@@ -1,7 +1,77 @@
-/** What events, goals and feedback say, in a few words for people; templates of events come with `_world/view`. */
+/** Texts for people about events, goals and feedback. Templates of events come with `_world/view`. */
 
-import { FORMATS, severityOf, subjectOf, textOf } from './event_text.js';
-import { secondsOf } from './stamps.js';
+import { secondsOf } from './messages.js';
+
+const PART = /\[([^\]]*)\]|\{[^}]*\}|[^[{]+/g;
+const FIELD = /\{(\w+)(?:([:=])([^}]*))?\}/g;
+
+/** By name; each takes a field's value and returns text, "" where it is as if it were not given. */
+export const FORMATS = {
+  '': plain,
+  and: (names) => [names.slice(0, -1).map(plain).join(', '), ...names.slice(-1).map(plain)].filter(Boolean).join(' and '),
+  point: ([x, y]) => `(${plain(x)}, ${plain(y)})`,
+  end: (points) => (points.length ? FORMATS.point(points[points.length - 1]) : ''),
+  percent: (share) => `${Math.round(share * 100)}%`,
+  lane: (ends) => ends.join('-'),
+  error: ({ error_msg: text, error_code: code, result }) => String(text || code?.message || result?.error_message || ''),
+};
+
+/**
+ * Return a template filled in.
+ * @param {Record<string, (value: any) => string>} [formats] Further formats, or others for the same names.
+ */
+export function render(template, event, formats = {}) {
+  const known = { ...FORMATS, ...formats };
+  return template.replaceAll(PART, (text, optional) => {
+    const alternatives = optional === undefined ? [text] : optional.split('|');
+    return alternatives.map((each) => filled(each, event, known)).find((said) => said !== null) ?? '';
+  });
+}
+
+/** Return an alternative filled in; null if one of its fields is not given. */
+function filled(alternative, event, formats) {
+  let given = true;
+  const text = alternative.replaceAll(FIELD, (_, name, sign, more) => {
+    const value = event[name] ?? null;
+    if (sign === '=') {
+      given &&= value !== null && plain(value) === more;
+      return '';
+    }
+    const said = value === null ? '' : formats[more ?? '']?.(value) ?? '';
+    given &&= said !== '';
+    return said;
+  });
+  return given ? text : null;
+}
+
+function plain(value) {
+  if (Array.isArray(value)) return value.map(plain).join(', ');
+  return typeof value === 'number' ? String(+value.toFixed(2)) : String(value);
+}
+
+/**
+ * Return what an event says of its subject: "waits for eve".
+ * @param {Record<string, {text: string}>} texts The `events` of `_world/view`.
+ * @param {Record<string, (value: any) => string>} [formats] Such as a `point` that knows names.
+ */
+export function textOf(event, texts, formats) {
+  const known = texts[event.kind];
+  return (known && render(known.text, event, formats)) || String(event.kind ?? '').replaceAll('_', ' ');
+}
+
+/** Return how much an event matters: debug, info, warning or error. */
+export function severityOf(event, texts) {
+  const known = texts[event.kind];
+  return known ? render(known.severity, event) : 'info';
+}
+
+/** Return the name of what an event is about; "" for the whole world. */
+export function subjectOf(event, texts) {
+  const names = texts[event.kind]?.subject ?? ['robot', 'door', 'lift', 'dock', 'entity', 'participant'];
+  const value = names.map((name) => event[name]).find((each) => each !== undefined && each !== null) ?? '';
+  if (Array.isArray(value)) return FORMATS.lane(value);
+  return value === '_world' ? '' : String(value);
+}
 
 /**
  * @typedef {{subject: string, text: string, severity: string, group: string}} Told `subject` is "" for the whole world;
@@ -10,9 +80,7 @@ import { secondsOf } from './stamps.js';
 
 /**
  * Return what people are told of an event.
- * @param {Record<string, any>} event
  * @param {import('./model.js').Model} model For templates, and names of points.
- * @returns {Told}
  */
 export function told(event, { texts, world }) {
   const formats = {
@@ -27,23 +95,12 @@ export function told(event, { texts, world }) {
   };
 }
 
-/**
- * Return what a goal asks for, such as "to ward_a".
- * @param {string} action
- * @param {object|null} goal
- * @param {import('./world.js').World} [world]
- * @returns {string} Or "".
- */
+/** Return what a goal asks for, such as "to ward_a". @returns {string} Or "". */
 export function goalWords(action, goal, world) {
   return goal ? tried(() => ASKED.get(action)?.(goal, world)) : '';
 }
 
-/**
- * Return what the feedback of a goal says, such as "3.2 left, 4 s".
- * @param {object|null} feedback
- * @param {string} [units]
- * @returns {string} Or "".
- */
+/** Return what the feedback of a goal says, such as "3.2 left, 4 s". @returns {string} Or "". */
 export function feedbackWords(feedback, units = '') {
   if (!feedback) return '';
   const said = [];
@@ -63,7 +120,7 @@ export function feedbackWords(feedback, units = '') {
   return said.filter(Boolean).join(', ');
 }
 
-/** Return words about what others have made up, "" where it is not as it should be. @param {() => any} say */
+/** Return words about what others have made up, "" where it is not as it should be. */
 function tried(say) {
   try {
     return String(say() ?? '');

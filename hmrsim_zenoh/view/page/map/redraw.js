@@ -1,0 +1,112 @@
+/** When to draw: what has changed in the model, and how many frames the browser can take. */
+
+const SHARPEST = 2; // device pixels a css pixel
+const SLOW = 45; // ms from frame to frame from which less sharp ones are drawn
+const DEAR = 12; // ms of script a frame from which every second one is left out
+const LEARNED = 40; // frames from which it learns
+
+export class Pace {
+  constructor() {
+    /** Device pixels a css pixel at most. */
+    this.sharpest = SHARPEST;
+    /** Whether only every second frame is drawn. */
+    this.halved = false;
+    this.skipped = false;
+    this.forget();
+  }
+
+  /** @returns {boolean} whether to leave this frame out */
+  skips() {
+    this.skipped = this.halved && !this.skipped;
+    return this.skipped;
+  }
+
+  /** Nothing moves: what comes next is not late. */
+  rest() {
+    this.before = NaN;
+  }
+
+  /** A frame has been drawn. @param {number} wallMs when @param {number} took ms of script */
+  add(wallMs, took, ratio) {
+    const gap = wallMs - this.before;
+    this.before = wallMs;
+    // A page that was hidden for a second is not slow.
+    if (!(gap < 1000)) return;
+    this.gaps += gap;
+    this.took += took;
+    this.count += 1;
+    if (this.count < LEARNED) return;
+    if (this.gaps / this.count > SLOW && ratio > 1) this.sharpest = ratio > 1.5 ? 1.5 : 1;
+    this.halved = this.took / this.count > DEAR;
+    this.forget();
+  }
+
+  forget() {
+    this.before = NaN;
+    this.gaps = this.took = this.count = 0;
+  }
+}
+
+const KEPT = 60;
+
+export class Stats {
+  constructor() {
+    /** Frames that were drawn; those in which nothing had changed don't count. */
+    this.frames = 0;
+    /** Robots in sight. */
+    this.drawn = 0;
+    /** Mean milliseconds of script a frame, of the last 60 that were drawn. */
+    this.scriptMs = 0;
+    this._last = new Float64Array(KEPT);
+  }
+
+  add(milliseconds, drawn) {
+    this._last[this.frames % KEPT] = milliseconds;
+    this.frames += 1;
+    this.drawn = drawn;
+    const count = Math.min(KEPT, this.frames);
+    let sum = 0;
+    for (let i = 0; i < count; i++) sum += this._last[i];
+    this.scriptMs = sum / count;
+  }
+}
+
+export class Watch {
+  constructor(model, view) {
+    this.model = model;
+    this.view = view;
+    /** The fixtures as they were drawn; what is said of one is replaced and never changed. */
+    this.fixtures = [];
+    this.closed = '';
+    model.addEventListener('world', () => view.worldChanged());
+    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => this.look());
+  }
+
+  look() {
+    this.view.changed(false);
+    if (this.fixturesChanged() || this.closuresChanged()) this.view.changed(true);
+  }
+
+  fixturesChanged() {
+    let count = 0;
+    let changed = false;
+    for (const fixtures of [this.model.docks, this.model.doors, this.model.lifts]) {
+      for (const fixture of fixtures.values()) {
+        if (this.fixtures[count] !== fixture) {
+          this.fixtures[count] = fixture;
+          changed = true;
+        }
+        count += 1;
+      }
+    }
+    this.fixtures.length = count;
+    return changed;
+  }
+
+  closuresChanged() {
+    const closed = this.model.closedLanes.size ? [...this.model.closedLanes.keys()].join() : '';
+    const changed = closed !== this.closed;
+    this.closed = closed;
+    return changed;
+  }
+}

@@ -1,0 +1,173 @@
+// The frame of the page: summary, side panel, legend and theme.
+
+import { STATES } from '../model/robot.js';
+import { TypeSign, button, el, icon, mark, say, sign } from './dom.js';
+
+export class Summary {
+  constructor(app) {
+    this.app = app;
+    this.world = el('h1', { text: 'hmrsim' });
+    this.counts = new Map();
+    const list = el('ul', { class: 'counts', 'aria-label': 'Robots by state' });
+    for (const state of STATES) {
+      const count = el('span');
+      const item = el('li', { title: state }, sign('state', state), count, el('span', { class: 'unseen', text: state }));
+      this.counts.set(state, { count, item });
+      list.append(item);
+    }
+    this.element = el('div', { class: 'summary' }, this.world, list);
+  }
+
+  render() {
+    const { model, playback } = this.app;
+    const name = playback?.name ? `${model.world.name} · ${playback.name}` : model.world.name;
+    say(this.world, name);
+    if (document.title !== `${name} · hmrsim`) document.title = `${name} · hmrsim`;
+    const now = this.app.now();
+    const counts = new Map();
+    for (const robot of model.robots.values()) {
+      const state = robot.stateAt(now);
+      counts.set(state, (counts.get(state) ?? 0) + 1);
+    }
+    for (const [state, { count, item }] of this.counts) {
+      const number = counts.get(state) ?? 0;
+      say(count, String(number));
+      item.hidden = number === 0;
+      mark(item, 'title', `${number} ${state}`);
+    }
+  }
+}
+
+export class Side {
+  constructor(app, panels) {
+    this.app = app;
+    this.panels = panels;
+    /** @type {string|null} */
+    this.open = null;
+    this.title = el('h2', { id: 'side-title' });
+    this.body = el('div', { class: 'side-body' });
+    this.element = el('aside', { class: 'side', 'aria-labelledby': 'side-title', hidden: true },
+      el('header', {}, el('span', { class: 'grip', 'aria-hidden': 'true' }), this.title,
+        button('close', 'Close', () => this.show(null), { key: 'esc', class: 'quiet' })), this.body);
+    this.buttons = new Map(Object.entries(panels).map(([name, { title }]) =>
+      [name, button(name, title, () => this.toggle(name), { key: name[0], text: true, class: 'tab' })]));
+    this.tabs = el('div', { class: 'tabs', role: 'group', 'aria-label': 'Panels' }, ...this.buttons.values());
+  }
+
+  toggle(name) {
+    this.show(this.open === name ? null : name);
+  }
+
+  show(name) {
+    const next = this.panels[name] ? name : null;
+    if (next === this.open) return;
+    this.panels[this.open]?.seen?.(false);
+    this.open = next;
+    for (const [each, tab] of this.buttons) mark(tab, 'aria-expanded', String(each === next));
+    this.element.hidden = next === null;
+    mark(document.body, 'data-panel', next ?? 'none');
+    if (next !== null) {
+      say(this.title, this.panels[next].title);
+      this.body.replaceChildren(this.panels[next].element);
+      this.panels[next].seen?.(true);
+    }
+    this.app.layout();
+    this.render();
+  }
+
+  render() {
+    if (this.open !== null) this.panels[this.open].render();
+  }
+}
+
+const LAYERS = {
+  walls: 'Walls', lanes: 'Lanes', names: 'Names', routes: 'Path ahead', driven: 'Path driven', sensors: 'Sensors',
+};
+const LINES = [['ahead', 'path ahead'], ['driven', 'path driven'], ['lane_closed', 'closed lane, fault'], ['charger', 'charger'], ['door', 'door'], ['item', 'item']];
+
+export class Legend {
+  constructor(app) {
+    this.app = app;
+    const layers = el('fieldset', {}, el('legend', { text: 'Show' }));
+    for (const [layer, label] of Object.entries(LAYERS)) {
+      layers.append(el('label', {}, el('input', {
+        type: 'checkbox', checked: app.map.layers[layer] !== false, onchange: (event) => (app.map.layers[layer] = event.target.checked),
+      }), label));
+    }
+    this.types = el('ul');
+    this.lines = el('ul');
+    this.element = el('section', { class: 'card legend', id: 'legend', 'aria-label': 'Legend and layers', hidden: true }, layers,
+      el('h3', { text: 'Robot states' }), el('ul', {}, ...STATES.map((state) => el('li', {}, sign('state', state), state))),
+      el('h3', { text: 'Robot types' }), this.types, el('h3', { text: 'Map' }), this.lines);
+    app.model.addEventListener('world', () => this.render());
+  }
+
+  toggle() {
+    this.element.hidden = !this.element.hidden;
+    this.render();
+  }
+
+  render() {
+    mark(this.app.legendButton, 'aria-expanded', String(!this.element.hidden));
+    if (this.element.hidden) return;
+    const dot = (colour, kind, text) => {
+      const shape = el('span', { class: kind, 'aria-hidden': 'true' });
+      shape.style.background = colour;
+      return el('li', {}, shape, text);
+    };
+    const { app } = this;
+    const used = new Set(Array.from(app.model.robots.values(), ({ type }) => type));
+    this.types.replaceChildren(...[...app.model.world.types.keys()].filter((type) => used.has(type)).map((type) => {
+      const shape = new TypeSign(app);
+      shape.show(type);
+      return el('li', {}, shape.element, type);
+    }));
+    this.lines.replaceChildren(...LINES.map(([colour, text]) => dot(app.palette[app.theme.name][colour], 'dash', text)));
+  }
+}
+
+const DARK = matchMedia('(prefers-color-scheme: dark)');
+const KEY = 'hmrsim.theme';
+
+export class Theme {
+  constructor(app) {
+    this.app = app;
+    /** @type {'dark'|'light'} */
+    this.name = 'light';
+    this.button = button('sun', 'Dark or light', () => this.toggle(), { key: 'd' });
+    for (const [state, colour] of Object.entries(app.palette.states)) {
+      document.documentElement.style.setProperty(`--${state}`, colour);
+    }
+    DARK.addEventListener('change', () => this.begin());
+  }
+
+  begin() {
+    this.set(this.app.asked.get('theme') ?? remembered() ?? (DARK.matches ? 'dark' : 'light'));
+  }
+
+  toggle() {
+    this.set(this.name === 'dark' ? 'light' : 'dark');
+    try {
+      localStorage.setItem(KEY, this.name);
+    } catch {
+      // Then it is chosen anew next time.
+    }
+  }
+
+  set(name) {
+    this.name = name === 'dark' ? 'dark' : 'light';
+    document.documentElement.dataset.theme = this.name;
+    this.app.map.theme = this.name;
+    this.button.replaceChildren(icon(this.name === 'dark' ? 'sun' : 'moon'));
+    this.app.legend.render();
+    this.app.render();
+  }
+}
+
+function remembered() {
+  try {
+    return localStorage.getItem(KEY);
+  } catch {
+    return null; // forbidden by the browser's settings
+  }
+}
