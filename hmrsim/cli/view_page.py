@@ -17,7 +17,7 @@ from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.settings import ViewSettings
-from hmrsim_zenoh.view.access import Rights
+from hmrsim_zenoh.view.access import VisitorRights
 from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.view.sources import Live
 from hmrsim_zenoh.wire.options import session_options
@@ -85,4 +85,4 @@ def _simulator(options: SessionOptions, enclave: Enclave | None, stack: ExitStac
     """
     client = stack.enter_context(Client(options, clock="realtime"))
     client.wait_for_simulator(options.timeout)
-    return Live(client.session, client.keys, Rights(enclave, client.keys.prefix) if enclave else None)
+    return Live(client.session, client.keys, VisitorRights(enclave, client.keys.prefix) if enclave else None)

@@ -1,4 +1,4 @@
-"""Reading of MCAP files record by record, without trust in the sizes that they claim."""
+"""Reading of MCAP files record by record, without trusting the sizes that they claim."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ class Piece(NamedTuple):
 
 
 class TooMuch(Exception):
-    """A file unpacks to more than one of its size may: it was made to keep its readers busy."""
+    """A file unpacks to more data than its size allows, as only a crafted file does."""
 
 
 class Budget:
-    """What reading a file once may unpack.
+    """The limit of data that one pass over a file may unpack.
 
     Args:
-        size: Of the file in bytes.
+        size: The size of the file in bytes.
     """
 
     def __init__(self, size: int) -> None:
@@ -90,7 +90,7 @@ class Budget:
             raise TooMuch(f"it has more than a message for each {_BYTES_PER_MESSAGE} bytes")
 
     def is_new(self, opcode: int, number: bytes) -> bool:
-        """Return whether a channel or a schema is declared for the first time: each chunk repeats those it needs."""
+        """Return whether a channel or a schema is new: each chunk repeats those that it needs."""
         key = opcode, number
         if key in self._known:
             return False
@@ -117,7 +117,7 @@ def unpacked(chunk: Chunk, budget: Budget) -> Iterator[Piece | Channel | Schema]
 
     Raises:
         ValueError: The chunk is damaged or too large.
-        TooMuch: All chunks are.
+        TooMuch: The file unpacks to too much data.
     """
     try:
         data = _data(chunk, budget)

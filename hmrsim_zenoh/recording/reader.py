@@ -21,7 +21,7 @@ from hmrsim_zenoh.wire.keys import TREE
 if TYPE_CHECKING:
     from pathlib import Path
 
-_OURS: Final = (EVENTS, SCENE, INFO, WORLD_TOPIC)
+_OWN_TOPICS: Final = (EVENTS, SCENE, INFO, WORLD_TOPIC)
 _BATTERY: Final = "battery_state"
 
 
@@ -46,7 +46,7 @@ class Recording:
         self.begin = self.end = 0
         self.truncated = True
         self.about: dict[str, str] = {}
-        self._look_over()
+        self._scan()
         found = self._first_of((WORLD_TOPIC, INFO))
         self.world, self.info = found[WORLD_TOPIC], found[INFO]
 
@@ -81,9 +81,9 @@ class Recording:
                 try:
                     yield time, key, decode(data)
                 except CdrError as error:
-                    raise self._wrong(topic, time, str(error)) from None
+                    raise self._invalid(topic, time, str(error)) from None
 
-    def _look_over(self) -> None:
+    def _scan(self) -> None:
         """Find the time range and whether the file is complete and a recording, without unpacking chunks.
 
         Raises:
@@ -110,7 +110,7 @@ class Recording:
             self.begin, self.end = times
         # The channels after the last message are those of the index, which lists all.
         if not self.truncated and topics and EVENTS not in topics:
-            raise self._not_ours(EVENTS)
+            raise self._no_messages(EVENTS)
 
     def _first_of(self, topics: tuple[str, ...]) -> dict[str, dict[str, Any]]:
         """Return the first message of each topic.
@@ -123,7 +123,7 @@ class Recording:
             found.setdefault(topic, self._json(topic, time, data))
             if len(found) == len(topics):
                 return found
-        raise self._not_ours(next(topic for topic in topics if topic not in found))
+        raise self._no_messages(next(topic for topic in topics if topic not in found))
 
     def _messages(self, wanted: Callable[[str], bool]) -> Iterator[tuple[str, int, bytes]]:
         """Yield topic, time and bytes of the messages on the wanted topics; damaged chunks are skipped."""
@@ -171,24 +171,24 @@ class Recording:
         match event := self._json(topic, time, data):
             case {"kind": str(), "stamp": {"sec": int(), "nanosec": int()}}:
                 return event
-        raise self._wrong(topic, time, "not an event")
+        raise self._invalid(topic, time, "not an event")
 
     def _json(self, topic: str, time: int, data: bytes) -> dict[str, Any]:
         most = MAX_VALUES_OF_WORLD if topic == WORLD_TOPIC else MAX_VALUES
         if has_more_values(data, most):
-            raise self._wrong(topic, time, f"more than {most} values")
+            raise self._invalid(topic, time, f"more than {most} values")
         try:
             value = json.loads(data)
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise self._wrong(topic, time, "not a JSON object")
+            raise self._invalid(topic, time, "not a JSON object")
         return value
 
-    def _wrong(self, topic: str, time: int, why: str) -> RecordingError:
+    def _invalid(self, topic: str, time: int, why: str) -> RecordingError:
         return RecordingError(f"{self.path}: {topic} at {time / NANOSECONDS:.3f} s: {why}")
 
-    def _not_ours(self, topic: str) -> RecordingError:
+    def _no_messages(self, topic: str) -> RecordingError:
         return RecordingError(
             f"{self.path}: not a recording of hmrsim: there are no messages on {topic}; "
             "make one with `hmrsim run WORLD --record FILE.mcap` or `hmrsim record FILE.mcap`"
@@ -205,4 +205,4 @@ def open_recording(path: Path) -> Recording:
 
 
 def _is_for_the_page(topic: str) -> bool:
-    return topic in _OURS or topic.endswith((f"/{_BATTERY}", f"/{TREE}"))
+    return topic in _OWN_TOPICS or topic.endswith((f"/{_BATTERY}", f"/{TREE}"))

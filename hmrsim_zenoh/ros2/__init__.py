@@ -1,4 +1,4 @@
 """The ROS 2 wire: hmrsim as rmw_zenoh's peers see it, without ROS.
 
-Everything that is ROS's own here (type descriptions, hashes, serialisation) derives from the message models.
+Type descriptions, hashes and serialization all derive from the message models.
 """

@@ -118,7 +118,7 @@ class Address:
     Attributes:
         name: The topic's or the service's, such as ``/wall_e/navigate_to_pose/_action/status``.
         type: The type's name in the key; empty on a wire without types.
-        hash: The type's hash, likewise.
+        hash: The type's hash; empty on a wire without types.
     """
 
     name: str

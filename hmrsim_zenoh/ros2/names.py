@@ -31,24 +31,23 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 _SPARE: Final = 100
-"""Robots that are kept beyond twice the fleet."""
+"""The number of cached robots beyond twice the fleet's size."""
 
 _caches: Final[list[Any]] = []
 
 
 def cached_per_robot(function: F) -> F:
-    """Keep what a function returns for each robot, until `trim`."""
-    kept: Any = cache(function)
-    _caches.append(kept)
-    found: F = kept
-    return found
+    """Cache a function of a robot until `trim`."""
+    cached: F = cache(function)  # type: ignore[assignment]
+    _caches.append(cached)
+    return cached
 
 
 def trim(robots: int) -> None:
-    """Forget all robots where many more are kept than the fleet has."""
-    for kept in _caches:
-        if kept.cache_info().currsize > 2 * robots + _SPARE:
-            kept.cache_clear()
+    """Clear the caches that hold many more robots than the fleet has."""
+    for cached in _caches:
+        if cached.cache_info().currsize > 2 * robots + _SPARE:
+            cached.cache_clear()
 
 
 NODES: Final = MappingProxyType(
@@ -87,7 +86,7 @@ _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.item
 
 
 def has_lifecycle(node: Node) -> bool:
-    """Return whether a node has the services of lifecycle nodes, as Nav2's have."""
+    """Return whether a node has the services of lifecycle nodes, as Nav2's do."""
     return node != WORLD_NODE and node.name not in _WITHOUT_LIFECYCLE
 
 
@@ -102,7 +101,7 @@ def ros_services(services: Mapping[str, AnyService]) -> dict[str, AnyService]:
 
 
 def names_of(simulator: Simulator) -> Names:
-    """Return the names of what a simulation serves now."""
+    """Return the ROS names that a simulation serves now."""
     actions_of, robots = simulator.dispatcher.servers.actions_of, simulator.robots
     return Names(
         {name: actions_of(name) for name in (*robots, WORLD)},
@@ -114,7 +113,7 @@ def names_of(simulator: Simulator) -> Names:
 
 @dataclass(frozen=True)
 class Names:
-    """The ROS names of what is served.
+    """The ROS names that a simulator serves.
 
     Attributes:
         serves: The actions of each robot and, as `WORLD`, of the world.
@@ -179,7 +178,7 @@ def _spelled(robot: str, action: str) -> list[str]:
     return [f"{begin}{name}" for name in (action, *FURTHER_NAMES.get(action, ()))]
 
 
-# Cached, since a robot may come to hundreds of others whose names do not change.
+# Cached, since one robot may join hundreds of others whose names do not change.
 @cached_per_robot
 def named_actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
     """Return robot and action by each ROS name of a robot's actions, without aliases."""
@@ -237,7 +236,7 @@ LIFECYCLE_SERVICES: Final = MappingProxyType(
         "get_transition_graph": _service("lifecycle_msgs", GetAvailableTransitions),
     }
 )
-"""The services of Nav2's nodes beside."""
+"""The further services of lifecycle nodes, as Nav2's are."""
 
 NODE_SERVICES: Final = MappingProxyType({**PARAMETER_SERVICES, **LIFECYCLE_SERVICES})
 

@@ -67,8 +67,8 @@ class Peers:
         self._own = str(session.info.zid())
         self._served = served
         self._due = rejections.due
-        self._asked = came
-        self._gone = gone
+        self._on_came = came
+        self._on_gone = gone
         self._lock = threading.Lock()
         # The tokens of remote clients and subscribers by their gids.
         self._others: dict[bytes, Token] = {}
@@ -86,7 +86,7 @@ class Peers:
             others = list(self._others.values())
         for token in others:
             if token.endpoint is not None and new(token.endpoint.name):
-                self._asked(token.endpoint.name)
+                self._on_came(token.endpoint.name)
                 self._compare(token, token.endpoint)
 
     def wrong_hash(self, address: Address, who: str) -> None:
@@ -125,13 +125,13 @@ class Peers:
                 self._came(text)
             else:
                 self._went(text)
-        except Exception:  # noqa: BLE001 - whatever others declare, we go on
+        except Exception:  # noqa: BLE001 - an invalid token of another program must not end the watch
             _log.exception("reading the token %r", text[:_SHOWN])
 
     def _came(self, text: str) -> None:
         token = keys.read_token(text)
         if token is None:
-            self._say_unreadable(text)
+            self._warn_unreadable(text)
         elif token.session != self._own:
             if token.endpoint is None:
                 self._session_came(token.session)
@@ -140,13 +140,13 @@ class Peers:
                 with self._lock:
                     if len(self._others) < _MAX_ENDPOINTS:
                         self._others[keys.gid(text)] = token
-                self._asked(token.endpoint.name)
+                self._on_came(token.endpoint.name)
                 self._compare(token, token.endpoint)
             elif token.endpoint.kind is Kind.SERVICE:
                 self._contest(token, token.endpoint)
 
     def _session_came(self, session: str) -> None:
-        """Count one more token of a session; its services are watched from the first one on."""
+        """Count a new token of a session; its services are watched from its first token on."""
         with self._lock:
             known = session in self._sessions
             if not known and len(self._sessions) >= _MAX_SESSIONS:
@@ -159,7 +159,7 @@ class Peers:
                     self._services[session] = watch
 
     def _session_went(self, session: str) -> None:
-        """Count one token less of a session; its services are watched until the last one has gone."""
+        """Count off a token of a session; its services are watched until its last token has gone."""
         with self._lock:
             if session not in self._sessions:
                 return
@@ -181,7 +181,7 @@ class Peers:
         with self._lock:
             self._others.pop(gid, None)
         if kind is Kind.CLIENT:
-            self._gone(gid)
+            self._on_gone(gid)
         self._session_went(token.session)
 
     def _compare(self, token: Token, endpoint: Endpoint) -> None:
@@ -208,7 +208,7 @@ class Peers:
                 f" of {robot}" if name and not name.startswith("_action/") else "",
             )
 
-    def _say_unreadable(self, text: str) -> None:
+    def _warn_unreadable(self, text: str) -> None:
         shown = text[:_SHOWN]
         if self._due(shown):
             _log.warning("ROS domain %d: ignored %r, which is not a token of rmw_zenoh", self._domain, shown)
@@ -222,5 +222,5 @@ def _end(watch: Any) -> None:
 
 
 def numbered(who: str) -> str:
-    """Return the name of a client for messages where only its gid, in hex, is known, or not even that."""
+    """Return the name of a client whose node is unknown, by its gid in hex; empty if it has none."""
     return f"client {who[:_SHOWN_OF_ID]}" if who else "a client without an id"

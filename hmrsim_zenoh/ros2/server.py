@@ -201,13 +201,13 @@ class Ros2Server:
         self._requests.refuse(query, "the simulation has ended" if self._inbox.closed else "too many pending requests")
 
     def _look(self) -> None:
-        """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
+        """Report a new subscriber to the simulation at once, if the current query arrived after the last check."""
         if self._inbox.taken > self._looked:
             self._looked = self._inbox.arrived()
             self._report(self._publications.look())
 
     def _look_for_feedback(self, handler: ActionHandler) -> None:
-        """Likewise of an action's feedback; in real time subscribers of other topics are soon noticed anyway."""
+        """Report new subscribers to feedback; in real time, subscribers to other topics are noticed soon anyway."""
         action = handler.action.name
         if self._hurries():
             self._look()

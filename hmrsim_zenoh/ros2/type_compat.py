@@ -67,7 +67,8 @@ def difference(theirs: TypeHash, ours: Collection[TypeHash], *, simulator: bool 
     if not hashes:
         types = " or ".join(sorted({ros_name(name) for name, _ in ours}))
         return Difference(f"its type is {ros_name(type_)}, the server's {types}", f"use {types}")
-    what = f"its hash is {_told(type_, hash_)}, the server's {', '.join(_told(type_, each) for each in hashes)}"
+    served_hashes = ", ".join(_with_distros(type_, each) for each in hashes)
+    what = f"its hash is {_with_distros(type_, hash_)}, the server's {served_hashes}"
     if hash_ == NO_HASH:
         return Difference(what, f"humble is not supported; use {_or(DISTROS)}")
     package = type_.partition("::")[0]
@@ -91,7 +92,7 @@ def _hashes(type_: str, distro: str) -> Iterator[str]:
     return (hash_ for hash_, distros in known()[type_].items() if distro in distros)
 
 
-def _told(type_: str, hash_: str) -> str:
+def _with_distros(type_: str, hash_: str) -> str:
     if hash_ == NO_HASH:
         return f"{hash_} (humble)"
     return f"{hash_} ({', '.join(known().get(type_, {}).get(hash_, ())) or 'of an unknown distribution'})"

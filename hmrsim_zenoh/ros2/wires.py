@@ -91,11 +91,11 @@ class RmwZenoh:
 
     @property
     def request_keys(self) -> tuple[str, ...]:
-        """The key expressions on which requests come."""
+        """The key expressions on which requests arrive."""
         return (keys.everything(self.domain),)
 
     def read(self, key: str) -> Address | None:
-        """Return what a key is about."""
+        """Return a parsed key; None when it is not of this wire."""
         return keys.read_key(self.domain, key)
 
     def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:
@@ -124,11 +124,11 @@ class Ros2Dds:
 
     @property
     def request_keys(self) -> tuple[str, ...]:
-        """The key expressions on which requests come."""
+        """The key expressions on which requests arrive."""
         return ("*/*/_action/*", "*/*/get_state")
 
     def read(self, key: str) -> Address | None:
-        """Return what a key is about."""
+        """Return a parsed key; None when it is not of this wire."""
         return Address(f"/{key}")
 
     def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:  # noqa: ARG002 - the other wire's

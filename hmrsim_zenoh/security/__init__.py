@@ -1,5 +1,5 @@
-"""Security: certificates by an authority of its own, and least rights by role.
+"""Security: a certificate authority, and least privilege by role.
 
-`keystore` makes and changes the folder of ``hmrsim security``, `roles` says what each role may do, and `check` proves
-it against a running simulator. Using an enclave needs none of this: see `hmrsim_zenoh.wire.enclave`.
+`keystore` creates and changes the folder of ``hmrsim security``, `roles` defines the rights of each role, and `check`
+tests them against a running simulator. Using an enclave needs none of this: see `hmrsim_zenoh.wire.enclave`.
 """

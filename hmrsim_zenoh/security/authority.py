@@ -1,4 +1,4 @@
-"""The certificate authority: its certificate, and those that it signs; keys are of the curve P-256."""
+"""The certificate authority, and the certificates that it signs, with keys on the curve P-256."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _SKEW: Final = timedelta(minutes=5)
-"""How far the clocks of machines may differ: certificates are valid from that long ago."""
+"""The tolerated difference between clocks: certificates are valid from that long ago."""
 _AUTHORITY_DAYS: Final = 3650
-"""How long an authority is valid, unless its certificates are valid for longer."""
+"""The shortest validity of an authority."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Authority:
         key, now = ec.generate_private_key(ec.SECP256R1()), datetime.now(UTC)
         name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"hmrsim {x509.random_serial_number():032x}"[:39])])
         expires = now + timedelta(days=max(days, _AUTHORITY_DAYS))
-        builder = _begun(key, name, name, now - _SKEW, expires)
+        builder = _builder(key, name, name, now - _SKEW, expires)
         builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         usage = _usage(signs_certificates=True)
         issued = Issued(
@@ -71,7 +71,7 @@ class Authority:
         return cls(issued), issued
 
     def issue(self, name: str, hosts: Sequence[str], days: float, *, serves: bool) -> Issued:
-        """Return a certificate for a client, and if it *serves* for a server at *hosts*, too.
+        """Return a certificate for a client; if it *serves*, also for a server at *hosts*.
 
         It expires with the authority, if that is earlier.
 
@@ -87,7 +87,7 @@ class Authority:
         usages = [ExtendedKeyUsageOID.CLIENT_AUTH] + [ExtendedKeyUsageOID.SERVER_AUTH] * serves
         authority = self._certificate
         builder = (
-            _begun(key, subject, authority.subject, min(now, expires) - _SKEW, expires)
+            _builder(key, subject, authority.subject, min(now, expires) - _SKEW, expires)
             .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
             .add_extension(_usage(signs_certificates=False), critical=True)
             .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
@@ -97,7 +97,7 @@ class Authority:
         return Issued(_pem(builder.sign(self._key, hashes.SHA256())), _key(key), expires)
 
 
-def _begun(
+def _builder(
     key: ec.EllipticCurvePrivateKey, subject: x509.Name, issuer: x509.Name, since: datetime, until: datetime
 ) -> x509.CertificateBuilder:
     return (

@@ -1,4 +1,4 @@
-"""A proof of a policy: each member, and strangers, try at a running simulator what they may and what they may not.
+"""Check of a policy against a running simulator: each member and some strangers send allowed and forbidden requests.
 
 Nothing is changed: the requests are unreadable ones, which a simulator answers with an error if access control lets
 them through.
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.options import SessionOptions
 
 _UNREADABLE: Final = b"[]"
-"""A payload that no request has."""
+"""A payload that is no valid request."""
 _OF_ROS: Final = "wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/RIHS01_0"
 """The end of a key of ROS, of a type that no distribution has: its goals are rejected."""
 _EARLIER: Final = "@adv/**?_anyke"
 """The end of a selector for earlier values, on which all members may ask."""
 _ATTACHMENT: Final = struct.pack("<qqB16s", 1, 0, 16, bytes(16))
-"""What goes along with a request of ROS."""
+"""The attachment of a ROS request."""
 _PATIENCE: Final = 3.0
 """Wall seconds for an answer."""
 _OPENING: Final = 0.5
@@ -48,11 +48,11 @@ _UNKNOWN: Final = "mallory"
 
 @dataclass(frozen=True)
 class Attempt:
-    """Something that was tried.
+    """A request that was tried.
 
     Attributes:
         who: The member, or a description of a stranger.
-        what: What was tried.
+        what: A description of the request.
         expected: Whether the policy of the keystore allows it.
         done: Whether the simulator let it through.
     """
@@ -69,15 +69,15 @@ class Attempt:
 
 
 def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
-    """Try everything, and yield each attempt; it takes some seconds.
+    """Try all requests, and yield each attempt; it takes some seconds.
 
     Args:
-        store: The keystore, whole: with its authority, and the enclaves of all members.
+        store: The complete keystore, with its authority and the enclaves of all members.
         options: Where the simulator listens; nothing else is used.
 
     Raises:
         SimulatorNotFound: No simulator answers there.
-        BadOptions: The keystore is not whole.
+        BadOptions: The keystore is not complete.
     """
     options = replace(options, prefix=store.network.prefix)
     members = [member for member in store.members.values() if member.role != SIMULATOR]
@@ -88,7 +88,7 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
     domain = store.network.domain
     for member in members:
         with open_client(replace(options, secure=store.enclave(member.name).folder)) as session:
-            # All of them: replies that are not taken would block the session.
+            # All replies: unread ones would block the session.
             nodes = list(session.liveliness().get(f"@ros2_lv/{domain}/**", timeout=_PATIENCE))
             tries = [*_tries(keys, robots, member), *(_ros_tries(domain, robots, member) if nodes else ())]
             yield from _of_member(session, member, tries, store.access_control)
@@ -114,7 +114,7 @@ def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: Ses
 
 
 def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
-    """Yield what a member tries to ask, and the key."""
+    """Yield the requests that a member tries, each with its key."""
     yield "reads the description of the world", keys.world("info")
     for robot in _two(robots, member):
         yield f"sends a goal to {robot}", _goal(keys, robot)
@@ -128,13 +128,13 @@ def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[
 
 
 def _ros_tries(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
-    """Yield likewise what it tries as a ROS node."""
+    """Yield the requests that a member tries as a ROS node, each with its key."""
     for robot in _two(robots, member):
         yield f"sends a goal to {robot} over ROS 2", f"{domain}/{robot}/{_OF_ROS}"
 
 
 def _two(robots: Sequence[str], member: Member) -> list[str]:
-    """Return a robot of a controller, and one that is not; for others any robot."""
+    """Return a robot that a member may drive, and one that it may not, if there is one."""
     own = next((robot for robot in robots if robot in member.robots), robots[0])
     others = [robot for robot in robots if robot not in member.robots] if member.robots else []
     return [own, *others[:1]]
@@ -152,7 +152,7 @@ def _goal(keys: Keys, robot: str) -> str:
 
 
 def _asks(session: zenoh.Session, key: str) -> bool:
-    """Return whether the simulator answers, be it with an error."""
+    """Return whether the simulator answers, even with an error."""
     payload = None if key.endswith("/info") else _UNREADABLE
     attachment = _ATTACHMENT if key.endswith(_OF_ROS) else None
     replies = session.get(key, payload=payload, attachment=attachment, timeout=_PATIENCE)
@@ -160,12 +160,12 @@ def _asks(session: zenoh.Session, key: str) -> bool:
 
 
 def _is_error(reply: zenoh.Reply) -> bool:
-    """Return whether it is an error of the simulator, and not Zenoh's of a timeout."""
+    """Return whether a reply is an error of the simulator, not Zenoh's timeout."""
     return reply.err is not None and reply.err.payload.to_bytes().startswith(b"{")
 
 
 def _strangers(store: Keystore, folder: Path, options: SessionOptions) -> Iterator[tuple[str, SessionOptions]]:
-    """Yield who tries without rights, and the options of the session."""
+    """Yield each stranger: a description, and the options of its session."""
     options = replace(options, timeout=_OPENING)
 
     def of(name: str, days: float, authority: Callable[[], Authority] | None = None) -> SessionOptions:

@@ -2,7 +2,7 @@
 
 ::
 
-    keystore.json                     who there is, and who is revoked
+    keystore.json                     the members, and the names of revoked ones
     private/ca.key.pem                the authority's key, which no other machine needs
     public/ca.cert.pem
     enclaves/<name>/                  one for each member; copied to the machine that uses it
@@ -55,7 +55,7 @@ from hmrsim_zenoh.wire.enclave import (
 )
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 
-_Told = TypeVar("_Told")
+_T = TypeVar("_T")
 
 DEFAULT_DAYS: Final = 365.0
 """How long certificates are valid, in days."""
@@ -75,7 +75,7 @@ _QUERY_TIMEOUT: Final = 600_000
 
 @dataclass(frozen=True)
 class Network:
-    """What all members of a keystore share.
+    """The network settings that all members of a keystore share.
 
     Attributes:
         prefix: The prefix of the simulator's keys.
@@ -109,18 +109,18 @@ def own_hosts() -> tuple[str, ...]:
 
 
 class Keystore:
-    """A keystore that exists.
+    """An existing keystore.
 
     Args:
         path: Its folder.
 
     Attributes:
-        network: What all members share.
+        network: The network settings of all members.
         members: Its members by name, except the revoked ones.
-        revoked: The names of the revoked members, which are never given again.
+        revoked: The names of the revoked members, which can't be used again.
 
     Raises:
-        BadOptions: It is none, or can't be read.
+        BadOptions: The folder is not a keystore, or can't be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -146,48 +146,48 @@ class Keystore:
     def create(
         cls, path: Path, members: Sequence[Member], network: Network, *, days: float = DEFAULT_DAYS, force: bool = False
     ) -> Keystore:
-        """Make a keystore, with the authority and the members; all at once, or nothing.
+        """Create a keystore with an authority and members, completely or not at all.
 
         Args:
             path: The folder, which must not exist yet.
-            members: Whom to make enclaves for; the ends of their validity are ignored.
-            network: What they share.
+            members: The members to create enclaves for; their expiry is ignored.
+            network: Their network settings.
             days: How long their certificates are valid.
             force: Whether to replace a keystore that exists.
 
         Raises:
             BadOptions: The folder exists, a member is invalid, or nothing can be written there.
         """
-        # Not `resolve`: where the folder is a link, the link is replaced, and not what it leads to.
+        # Not `resolve`: where the folder is a link, the link is replaced, not its target.
         path = path.absolute()
         _check_place(path, force=force)
         _check_members(members, ())
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             # Made by mkdtemp with mode 0700.
-            made = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+            new = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
         except OSError as error:
             raise _unusable(path, error) from None
         try:
-            (made / ENCLAVES).mkdir(mode=0o700)
+            (new / ENCLAVES).mkdir(mode=0o700)
             authority, issued = Authority.create(days)
-            _write(made / "private" / "ca.key.pem", issued.key)
-            _write(made / "public" / AUTHORITY, issued.certificate, mode=0o644)
-            store = cls._begun(made, network)
+            _write(new / "private" / "ca.key.pem", issued.key)
+            _write(new / "public" / AUTHORITY, issued.certificate, mode=0o644)
+            store = cls._empty(new, network)
             store._issue(authority, members, days)  # noqa: SLF001 - its own class
             if force and (path.exists() or path.is_symlink()):
-                path.rename(made / "replaced")
-            made.rename(path)
+                path.rename(new / "replaced")
+            new.rename(path)
             _remove(path / "replaced")
         except OSError as error:
             raise _unusable(path, error) from None
         finally:
             with suppress(OSError):
-                shutil.rmtree(made)
+                shutil.rmtree(new)
         return cls(path)
 
     def add(self, member: Member, days: float = DEFAULT_DAYS) -> None:
-        """Make an enclave for one more member.
+        """Create an enclave for another member.
 
         Raises:
             BadOptions: The member is invalid or known already, or the keystore can't be written.
@@ -200,7 +200,7 @@ class Keystore:
         self._change(add)
 
     def revoke(self, name: str) -> None:
-        """Take all rights from a member; simulators that start afterwards follow.
+        """Revoke all rights of a member; simulators that start afterwards enforce this.
 
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
@@ -212,14 +212,14 @@ class Keystore:
                 raise BadOptions(f"{name!r} is the simulator, which all clients trust; make a new keystore instead")
             del self.members[name]
             self.revoked = (*self.revoked, name)
-            # First of all the rights: its folder may have been moved to where it is used.
+            # The rights first: its folder may have been moved to another machine.
             self._save()
             _remove(self._folder(name))
 
         self._change(revoke)
 
     def renew(self, names: Sequence[str], days: float = DEFAULT_DAYS) -> list[str]:
-        """Make new certificates for some members, or for all if none is named; return their names.
+        """Issue new certificates to some members, or to all if none is named; return their names.
 
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
@@ -243,9 +243,9 @@ class Keystore:
         return Rights(self.network.prefix, self.network.domain).access_control(self.members.values())
 
     def stranger(self, name: str, days: float, folder: Path, authority: Authority | None = None) -> Enclave:
-        """Return an enclave in a folder elsewhere that is not a member's, to try what a simulator says to it.
+        """Return an enclave outside the keystore that is no member's, to test access control.
 
-        Its certificate is this keystore's authority's, unless *authority* is another.
+        Its certificate is signed by this keystore's authority unless *authority* is given.
         """
         member = Member(name, "operator")
         issued = (authority or self._authority()).issue(name, own_hosts(), days, serves=False)
@@ -255,7 +255,7 @@ class Keystore:
         return Enclave(folder, member)
 
     @classmethod
-    def _begun(cls, path: Path, network: Network) -> Keystore:
+    def _empty(cls, path: Path, network: Network) -> Keystore:
         """Return a keystore without members."""
         _write(path / _FILE, _json(_data(network, (), ())))
         return cls(path)
@@ -274,8 +274,8 @@ class Keystore:
             if name not in self.members:
                 raise BadOptions(f"{self.path} has no {name!r}; there are: {', '.join(self.members)}")
 
-    def _change(self, change: Callable[[], _Told]) -> _Told:
-        """Change what is there now, while no other process does."""
+    def _change(self, change: Callable[[], _T]) -> _T:
+        """Run a change on the current files, while no other process changes them."""
         try:
             folder = os.open(self.path, os.O_RDONLY)
             try:
@@ -290,7 +290,7 @@ class Keystore:
             raise _unusable(error.filename or self.path, error) from None
 
     def _issue(self, authority: Authority, members: Sequence[Member], days: float) -> None:
-        """Make certificates for members, old or new."""
+        """Issue certificates to new or existing members."""
         for member in members:
             issued = authority.issue(member.name, self.network.hosts, days, serves=member.role in _SERVES)
             known = replace(member, expires=issued.expires.isoformat(timespec="seconds"))
@@ -311,7 +311,7 @@ class Keystore:
         _write(folder / DESCRIPTION, _json(member.to_json()))
 
     def _save(self) -> None:
-        """Write who there is, and everyone's copy of the policy."""
+        """Write the list of members, and each member's copy of the policy."""
         policy = _json(self.access_control.to_json())
         for name in self.members:
             _write(self._folder(name) / POLICY, policy)
@@ -411,7 +411,7 @@ def _read(path: Path) -> str:
 
 
 def _signing(path: Path) -> bytes:
-    """Return a file of the authority."""
+    """Return the content of a file of the authority."""
     try:
         check_regular(path)
         return path.read_bytes()

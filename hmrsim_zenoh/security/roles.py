@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.enclave import Member
 
 _VALUES: Final = ("clock", "demand", "info", "log", "route_graph", "scene", "sessions", "view", "time/state")
-"""What the world has to get."""
+"""The values of the world that clients can get."""
 _TOPICS: Final = ("odom", "battery_state", "detections", "_tree")
-"""What a robot has to get."""
+"""The topics of a robot that clients can get."""
 _READING: Final = ("get_$*", "is_$*")
 """The services of the world that change nothing, by their names."""
 _NODES: Final = ("*", "*/*")
@@ -29,7 +29,7 @@ _NODES: Final = ("*", "*/*")
 _OF_NODES: Final = ("get_$*", "list_parameters", "describe_parameters")
 """The services of ROS nodes that change nothing."""
 _JOINING: Final = ("join", "leave")
-"""The requests of participants in lockstep. They advance by names, as goals of all robots go along with that."""
+"""The requests of participants in lockstep. Advancing has a key for each name, as it can carry goals for any robot."""
 _ROS_TOKENS: Final = ("NN", "MP", "MS", "SC")
 """The kinds of tokens that ROS nodes declare: all except servers, which would pose as the simulator's."""
 _ROS_LOGS: Final = ("rosout", "parameter_events")
@@ -49,7 +49,7 @@ class Rights:
     domain: int
 
     def access_control(self, members: Iterable[Member]) -> AccessControl:
-        """Return the policy of some members; who is none of them may do nothing."""
+        """Return the policy of some members; all others have no rights."""
         return AccessControl({member.name: tuple(self._rules(member)) for member in members})
 
     def _rules(self, member: Member) -> Iterator[Rule]:
@@ -118,7 +118,7 @@ class Rights:
         return (self._key(f"{robot}/*/_action/*"), self._ros(f"{robot}/*/_action/*/*/*"), self._ros(f"{robot}/*/*/*/*"))
 
     def _trees(self, who: str, robots: tuple[str, ...]) -> Iterator[Rule]:
-        """Yield the rules of publishing behaviour trees; those of other robots can't be published, only asked for."""
+        """Yield the rules of publishing behavior trees; those of other robots can't be published, only queried."""
         trees = (self._key("*/_tree"), self._key("*/_tree/@adv/**"))
         own = [self._key(f"{robot}/{tree}") for robot in robots for tree in ("_tree", "_tree/@adv/**")]
         yield Rule(f"{who} publishes trees", ("put", "delete", "reply"), "ingress", tuple(own))

@@ -1,4 +1,4 @@
-"""Access control: which requests the page's server accepts, and what a visitor may query.
+"""Access control: which requests the page's server accepts, and which keys a visitor may query.
 
 Binding to the loopback alone does not protect a server from web pages: any page that is open in the browser can send
 requests to it, and read the responses by DNS rebinding. So `Host` has to name this server, and `Origin`, if present,
@@ -38,7 +38,7 @@ _VISITOR: Final = "hmrsim.visitor"
 
 @dataclass(frozen=True)
 class Visitor:
-    """Who sends requests on a connection.
+    """The client at the other end of a connection.
 
     Attributes:
         name: The name on the certificate; empty without one.
@@ -62,7 +62,7 @@ class NamedProtocol(H11Protocol):
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
-        """Look at the certificate."""
+        """Read the visitor from the client's certificate."""
         super().connection_made(transport)
         secured = transport.get_extra_info("ssl_object")
         certificate = secured.getpeercert() if secured is not None else None
@@ -81,7 +81,7 @@ def _visitor(certificate: Mapping[str, Any]) -> Visitor:
 
 
 @dataclass(frozen=True)
-class Rights:
+class VisitorRights:
     """The rights of visitors, where the page's server has an enclave: their own, but no more than the server's.
 
     Without a certificate, visitors only read.
@@ -94,7 +94,7 @@ class Rights:
     prefix: str
 
     def of(self, visitor: Visitor) -> May:
-        """Return what a visitor may ask."""
+        """Return the check of a visitor's queries."""
         return lambda key: self._denial(visitor, f"{self.prefix}/{key}")
 
     def _denial(self, visitor: Visitor, key: str) -> str:
@@ -109,7 +109,7 @@ class Rights:
 
 
 def anything(_key: str) -> str:
-    """Return that everything may be asked, where there are no certificates."""
+    """Allow any query, where there are no certificates."""
     return ""
 
 
@@ -137,7 +137,7 @@ class Gate:
 
     Args:
         host: The address that it is bound to.
-        members: The names of those whose certificates are welcome; None where there are no certificates.
+        members: The names whose certificates are accepted; None without certificates.
 
     Attributes:
         token: The required ``?token=`` of URLs; empty on the loopback, where none is required.
@@ -178,7 +178,7 @@ class Gate:
         if not name or (not self.token and name not in self._hosts):
             return f"this server is not {host!r}; use the address that it was started with"
         origin = headers.get("origin")
-        # Where certificates count, a page that came in plain text is not this server's; else a proxy may encrypt.
+        # With certificates, this server's pages are never plain HTTP. Without, a proxy may add encryption.
         schemes = ("https",) if self._members is not None else ("http", "https")
         if origin is not None and origin.lower() not in {f"{scheme}://{host}".lower() for scheme in schemes}:
             return f"pages of {origin!r} may not send requests to this server"

@@ -93,7 +93,7 @@ class Bridge:
     """Serves one page, in the event loop's thread.
 
     Args:
-        may: What its visitor may ask.
+        may: Checks which keys its visitor may query.
     """
 
     def __init__(self, gets: Gets, feeds: Feeds, may: May, *, alive: bool) -> None:
@@ -131,7 +131,7 @@ class Bridge:
         self._news.set()
 
     def share(self, pages: int) -> None:
-        """Let the samples that wait for this page take its share of the memory for all of them."""
+        """Limit the page's waiting samples to its share of the memory for all pages."""
         self._outbox.limit(min(MAX_WAITING, MAX_WAITING_IN_ALL // pages))
 
     def set_alive(self, alive: bool) -> None:  # noqa: FBT001 - the one value of a setter
@@ -157,7 +157,7 @@ class Bridge:
             self._room.set()
 
     async def _until_there_is_room(self) -> None:
-        """Wait until the page has read most of its answers: a page that never reads gets no more of them."""
+        """Wait until the page has read most of its answers: a page that never reads gets no further ones."""
         while self._outbox.crowded and not self._gone:
             self._room.clear()
             await self._room.wait()

@@ -69,7 +69,7 @@ def read(text: str) -> Request:
     """Return the request in a frame of a page.
 
     Raises:
-        ValueError: The frame is invalid; the text names the field and the mistake.
+        ValueError: The frame is invalid; the text names the field and the problem.
     """
     try:
         return _REQUEST.validate_json(text)
@@ -117,7 +117,7 @@ def frame(op: str, **fields: object) -> str:
 MAX_WAITING: Final = 4 * 2**20
 """The largest number of characters of a page's waiting samples; a slower page loses samples and is notified."""
 MAX_WAITING_IN_ALL: Final = 16 * 2**20
-"""Likewise of all pages, which share it."""
+"""The largest number of characters that wait for all pages together."""
 _CROWDED: Final = 100
 
 

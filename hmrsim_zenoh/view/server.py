@@ -1,4 +1,4 @@
-"""The server of the page: its files, the palette, the texts of events and the routes of the source."""
+"""The HTTP server of the page: its files, the palette and the routes of its source."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from starlette.routing import BaseRoute
     from starlette.websockets import WebSocket
 
-    from hmrsim_zenoh.view.access import Rights
+    from hmrsim_zenoh.view.access import VisitorRights
     from hmrsim_zenoh.wire.keys import Keys
 
 MAX_PAGES: Final = 64
@@ -43,7 +43,7 @@ class Live:
 
     Args:
         session: An open session, which the caller closes.
-        rights: What visitors may ask; None for everything.
+        rights: The rights of visitors; None for all rights.
 
     Attributes:
         alive: Whether the simulator is alive, by its liveliness token.
@@ -52,7 +52,7 @@ class Live:
     feeds: Feeds
     _log: EventLog
 
-    def __init__(self, session: zenoh.Session, keys: Keys, rights: Rights | None = None) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, rights: VisitorRights | None = None) -> None:
         self._rights = rights
         self.prefix = keys.prefix
         self.alive = False
@@ -134,7 +134,7 @@ class Live:
         self._share()
         left = None if visitor.expires == math.inf else max(0.0, visitor.expires - time.time())
         try:
-            # What it has subscribed to ends with its certificate, as what it may ask does.
+            # Subscriptions end when the certificate expires, as queries do.
             async with asyncio.timeout(left):
                 await page.serve(socket)
         except TimeoutError:
@@ -150,7 +150,7 @@ class Live:
 
 _CHUNK: Final = 256 * 1024
 _GZIP: Final = 31
-"""What zlib calls a window of 32 kB with gzip's header."""
+"""zlib's number for a window of 32 kB with a gzip header."""
 _LEVEL: Final = 5
 
 _log = logging.getLogger(__name__)
@@ -178,7 +178,7 @@ class Recording(Protocol):
 
 
 class Recorded:
-    """Serves a recording to pages."""
+    """Serves a recording to pages, as a whole: the page does the playback."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording

@@ -1,1 +1,1 @@
-"""ROS types from the message models: their serialisation, descriptions and hashes in each distribution."""
+"""ROS types from the message models: their serialization, descriptions and hashes in each distribution."""

@@ -1,1 +1,1 @@
-"""What ROS nodes see of a simulator: its nodes and endpoints, and messages on topics."""
+"""The nodes, endpoints and topics of a simulator, as ROS nodes see them."""

@@ -2,7 +2,7 @@
 
 Zenoh compares each token with all others that match ``@ros2_lv/<domain>/**``, which every ROS session watches: tokens
 cost quadratic time, in the simulator and in its clients. So a large fleet has only some standing tokens; the others
-are declared when a client has a token of its own for them, which it must have before it waits for a server.
+are declared when a client declares a token for them, as it does before it waits for a server.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class _Declared:
 
 
 class Declarations:
-    """Declares the wanted parts, and others when they are asked for, in its own thread.
+    """Declares standing parts, and others on request, in its own thread.
 
     Args:
         wire: How tokens are spelled, and whether there are any.
@@ -70,7 +70,7 @@ class Declarations:
         self._ids = itertools.count()
         self._changed = threading.Condition()
         self._wanted: tuple[Sequence[Part], int] | None = None
-        self._asked: dict[Part, None] = {}
+        self._requested: dict[Part, None] = {}
         self._existing: Set[Part] = frozenset()
         self._closed = False
         self._thread: threading.Thread | None = None
@@ -86,7 +86,7 @@ class Declarations:
     def want(self, parts: Sequence[Part], standing: int | None = None) -> None:
         """Request the first *standing* parts, in this order, by default all; returns at once.
 
-        The others may be asked for; any that is in neither group is undeclared.
+        The others can be requested with `ask`. Parts that are not in *parts* are undeclared.
         """
         with self._changed:
             self._wanted = parts, len(parts) if standing is None else standing
@@ -96,9 +96,9 @@ class Declarations:
                 self._thread.start()
 
     def ask(self, part: Part) -> None:
-        """Request one part more, before those that are still to be declared; from any thread, and returns at once."""
+        """Request one more part, ahead of those still to be declared; from any thread, and returns at once."""
         with self._changed:
-            self._asked[part] = None
+            self._requested[part] = None
             self._changed.notify()
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class Declarations:
 
     def _next(self) -> tuple[Sequence[Part], int] | None:
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._wanted is not None or self._asked)
+            self._changed.wait_for(lambda: self._closed or self._wanted is not None or self._requested)
             wanted, self._wanted = self._wanted, None
         return wanted
 
@@ -147,12 +147,12 @@ class Declarations:
 
     def _declare_asked(self) -> None:
         """Declare the parts that were asked for, until other parts are requested: the rest may be among those."""
-        while self._asked and not self._closed:
+        while self._requested and not self._closed:
             with self._changed:
                 if self._wanted is not None:
                     return
-                part = next(iter(self._asked))
-                del self._asked[part]
+                part = next(iter(self._requested))
+                del self._requested[part]
             if part in self._existing and part not in self._parts:
                 self._declare(part)
 
@@ -161,17 +161,17 @@ class Declarations:
         for node in part.nodes if self._has_tokens else ():
             if self._closed:
                 return
-            with self._going_on("%s could not be declared to ROS: %s", node.full_name):
+            with self._logging_failure("%s could not be declared to ROS: %s", node.full_name):
                 self._node(node)
                 self._held.setdefault(part, []).append(node)
         for owned in self._endpoints_of(part):
             if self._closed:
                 return
-            with self._going_on("%s could not be declared to ROS: %s", owned.endpoint.name):
+            with self._logging_failure("%s could not be declared to ROS: %s", owned.endpoint.name):
                 declared.append((owned, self._declared(owned)))
 
     @contextmanager
-    def _going_on(self, what: str, name: str) -> Iterator[None]:
+    def _logging_failure(self, what: str, name: str) -> Iterator[None]:
         """Log a failure and continue with the rest, unless the session is being closed."""
         try:
             yield
@@ -224,10 +224,10 @@ class Declarations:
             if declared is not None:
                 undoing = [declared.token.undeclare, *undoing, partial(self._release, owned.node)]
             for undo in undoing:
-                with self._going_on(_STAYS, owned.endpoint.name):
+                with self._logging_failure(_STAYS, owned.endpoint.name):
                     undo()
         for node in self._held.pop(part, ()):
-            with self._going_on(_STAYS, node.full_name):
+            with self._logging_failure(_STAYS, node.full_name):
                 self._release(node)
 
     def _release(self, node: Node) -> None:

@@ -58,7 +58,7 @@ _MESSAGES: Final[Mapping[str, type[Message]]] = MappingProxyType(
 _QOS: Final = MappingProxyType({AMCL_POSE: LATCHED_QOS, TF: TF_QOS})
 
 _KEPT: Final = 64
-"""Parts whose types are kept."""
+"""The number of parts whose types are cached."""
 
 T = TypeVar("T", MessageType, ServiceType)
 
@@ -78,7 +78,7 @@ class Part(NamedTuple):
         actions: The ROS names of an action, each with the action.
         topics: Its topics.
         states: The ``get_state`` services, each with its node.
-        nodes: Nodes that are declared, whatever else is.
+        nodes: Nodes to declare even without endpoints.
         served: Nodes whose services are declared, except for ``get_state``.
     """
 
@@ -106,11 +106,11 @@ class Endpoints:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
-        self._roles = cache(self._made_roles)
-        self.feedback_types = cache(self._made_feedback_types)
-        self.message_type = cache(self._made_message_type)
-        # A client's endpoints come one after the other, those of one part in a row.
-        self.types_of = lru_cache(_KEPT)(self._made_types_of)
+        self._roles = cache(self._find_roles)
+        self.feedback_types = cache(self._find_feedback_types)
+        self.message_type = cache(self._find_message_type)
+        # A client's endpoints arrive in a row, and mostly belong to one part.
+        self.types_of = lru_cache(_KEPT)(self._find_types_of)
 
     @cached_property
     def status_type(self) -> MessageType:
@@ -133,7 +133,7 @@ class Endpoints:
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
-    def _made_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
+    def _find_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of a part by their names; from any thread."""
         found: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):
@@ -173,13 +173,13 @@ class Endpoints:
     def _action_types(self, name: str) -> tuple[ActionType, ...]:
         return action_types(self._actions[name], self._wire.distros)
 
-    def _made_feedback_types(self, action: str) -> list[MessageType]:
+    def _find_feedback_types(self, action: str) -> list[MessageType]:
         return self._distinct(one.feedback for one in self._action_types(action))
 
-    def _made_message_type(self, topic: str) -> MessageType:
+    def _find_message_type(self, topic: str) -> MessageType:
         return message_type(_MESSAGES[topic], self._wire.distros[0])
 
-    def _made_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
+    def _find_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
         types = self._action_types(action)
         return [
             *(
@@ -193,14 +193,14 @@ class Endpoints:
 
 
 FIRST: Final = "navigate_to_pose"
-"""The action that is declared for all robots before the rest of any robot."""
+"""The action that is declared for all robots before any other."""
 
 MAX_STANDING: Final = 4_000
-"""The largest number of tokens that are declared without being asked for, except for `ALWAYS`: with 4,000, a ROS node
-that comes knows them all in half a second; twice as many take four times as long."""
+"""The largest number of tokens that are declared without a request, except for `ALWAYS`: a new ROS node
+receives 4,000 in half a second, and twice as many in four times as long."""
 
 ALWAYS: Final = 2
-"""The number of phases that are declared in any case: the world, and the goals to drive of all robots."""
+"""The number of phases that are always declared: the world, and `FIRST` of all robots."""
 
 _ACTION: Final = "/_action/"
 
@@ -218,7 +218,7 @@ class Parts:
         self.all = [part for phase in self._phases for part in phase]
 
     def standing(self, tokens: Callable[[Part], int]) -> int:
-        """Return how many of the parts are declared without being asked for.
+        """Return how many of the parts are declared without a request.
 
         A phase is declared for all robots or for none, so that all robots have the same.
 
@@ -267,8 +267,8 @@ class _RobotParts(NamedTuple):
 def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     """Return all parts in the order to declare them; none of robots to which the connection is lost.
 
-    First the world and the goals to drive of all robots, then their nodes, then topics and states, then one other
-    action after the other, and the services of nodes at last.
+    First the world and `FIRST` of all robots, then their nodes, then topics and states, then each other action, and
+    the services of nodes last.
     """
     aliases: dict[str, dict[str, str]] = {}
     for alias, target in names.aliases.items():
@@ -293,7 +293,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     ]
 
 
-# Cached, since a robot may come to hundreds of others that do not change.
+# Cached, since one robot may join hundreds of others that do not change.
 @cached_per_robot
 def _parts_of(
     robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]

@@ -35,7 +35,7 @@ class Statuses:
     def __init__(self, type_: MessageType) -> None:
         self._type = type_
         self._goals: list[GoalEntry] = []
-        self._made: list[bytes] = []
+        self._encoded: list[bytes] = []
 
     def encode(self, goals: Sequence[GoalEntry]) -> bytes:
         """Return the list of these goals."""
@@ -43,19 +43,19 @@ class Statuses:
         # A Python loop over all entries would take most of the time: identical ones are skipped in C.
         for i in compress(count(), map(is_not, goals, self._goals)):
             if self._goals[i] != goals[i]:
-                self._made[i] = self._entry(goals[i])
-        self._made[len(self._goals) :] = [self._entry(goal) for goal in goals[len(self._goals) :]]
-        del self._made[len(goals) :]
+                self._encoded[i] = self._entry(goals[i])
+        self._encoded[len(self._goals) :] = [self._entry(goal) for goal in goals[len(self._goals) :]]
+        del self._encoded[len(goals) :]
         self._goals = list(goals)
-        made = self._made
-        first = made[0][: _PADDING.start] + made[0][_PADDING.stop :] if made else b""
-        return b"\0\1\0\0%b%b%b" % (len(made).to_bytes(4, "little"), first, b"".join(made[1:]))
+        entries = self._encoded
+        first = entries[0][: _PADDING.start] + entries[0][_PADDING.stop :] if entries else b""
+        return b"\0\1\0\0%b%b%b" % (len(entries).to_bytes(4, "little"), first, b"".join(entries[1:]))
 
     def _drop_oldest(self, goals: Sequence[GoalEntry]) -> None:
         """Drop expired entries at the beginning, so that the others keep their indices."""
         oldest = goals[0].goal_id if goals else ""
         gone = next((i for i, goal in enumerate(self._goals) if goal.goal_id == oldest), len(self._goals))
-        del self._goals[:gone], self._made[:gone]
+        del self._goals[:gone], self._encoded[:gone]
 
     def _entry(self, goal: GoalEntry) -> bytes:
         info = {"goal_id": {"uuid": bytes.fromhex(goal.goal_id)}, "stamp": values_of(goal.stamp)}
@@ -101,7 +101,7 @@ class GoalTopics:
         self._interest = interest
         self._limiter = FeedbackLimiter()
         # Referenced here, as latched publishers have to keep their message until they are declared.
-        self._there: dict[str, dict[str, _Goals]] = {}
+        self._robots: dict[str, dict[str, _Goals]] = {}
 
     def wants(self, topic: Topic) -> bool:
         """Return whether statuses or feedback are needed."""
@@ -117,20 +117,20 @@ class GoalTopics:
     def begin(self, robot: str, names: Names) -> None:
         """Publish empty status lists for all actions of a robot."""
         type_ = self._endpoints.status_type
-        there = self._there[robot] = {}
+        actions = self._robots[robot] = {}
         for action in names.serves[robot]:
             publishers = self._of(names.called(robot, action), "status", type_, LATCHED_QOS)
-            there[action] = _Goals(Statuses(type_), publishers, [])
+            actions[action] = _Goals(Statuses(type_), publishers, [])
             for publisher in publishers:
                 publisher.publish(type_.encode({"status_list": []}))
 
     def knows(self, robot: str) -> bool:
         """Return whether a robot's goals are published."""
-        return robot in self._there
+        return robot in self._robots
 
     def end(self, robot: str) -> None:
         """Stop publishing for a robot."""
-        self._there.pop(robot, None)
+        self._robots.pop(robot, None)
 
     def forget(self, goal_id: str) -> None:
         """Forget a goal that has ended."""
@@ -159,8 +159,8 @@ class GoalTopics:
                     publisher.publish(payload)
 
     def _goals(self, event: StatusChanged | FeedbackSent) -> _Goals | None:
-        there = self._there.get(event.robot)
-        return there.get(event.action) if there else None
+        actions = self._robots.get(event.robot)
+        return actions.get(event.action) if actions else None
 
     def _layouts(self, event: FeedbackSent, names: Names) -> Iterator[_Layout]:
         called = names.called(event.robot, event.action)

@@ -103,7 +103,7 @@ class Topics:
         self._known.clear()
 
     def emit(self, sample: Sampled) -> None:
-        """Publish a sample."""
+        """Publish a sample of a topic."""
         if isinstance(sample.message, Odometry):
             self._emit_odom(sample.robot, sample.message)
         elif sample.topic in _PLAIN and self._interest[_PLAIN[sample.topic]]:
@@ -226,12 +226,12 @@ class Publications:
         return self._endpoints.types_of(part).get(name, ()) if part else ()
 
     def is_new(self, name: str) -> bool:
-        """Return whether a name belongs to a robot that has come with the last change."""
+        """Return whether a name belongs to a robot that the last change has added."""
         part = self._parts.of(name)
         return part is not None and part.robot in self._new
 
     def ask(self, name: str) -> None:
-        """Declare what has a name, if it is not declared yet; from any thread."""
+        """Declare the endpoints with a name, if they are not declared yet; from any thread."""
         part = self._parts.of(name)
         if part is not None:
             self._declarations.ask(part)
@@ -241,7 +241,7 @@ class Publications:
         return self._interest.look()
 
     def look_for_feedback(self, action: str, *, of_world: bool) -> int:
-        """Check for new subscribers to the feedback of an action, of robots or of the world; likewise."""
+        """Check for new subscribers to the feedback of an action; return how often anything has changed."""
         return self._interest.look(self._goals.kinds(action, of_world=of_world))
 
     def wants(self, topic: Topic) -> bool:

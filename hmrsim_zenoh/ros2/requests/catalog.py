@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.requests.handlers import Handler
 
-_Of = TypeVar("_Of")
+_T = TypeVar("_T")
 
 _ACTION: Final = "/_action/"
 _ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | GetResultHandler]]] = MappingProxyType(
@@ -44,7 +44,7 @@ class Catalog:
     Args:
         distros: The distributions whose types are served.
         services: The world's services by name, of which those that ROS has are served.
-        simulator: What the services of nodes tell of.
+        simulator: The simulation that the services of nodes read.
     """
 
     def __init__(
@@ -60,29 +60,29 @@ class Catalog:
         self._distros = distros
         self._actions = actions
         self._services = ros_services(services)
-        self._layouts = cache(self._made_layouts)
+        self._layouts = cache(self._find_layouts)
         self._names = names
-        self._found: dict[str, Handler] = {}
+        self._handlers: dict[str, Handler] = {}
         self._lost_actions: dict[str, tuple[str, str]] = {}
         self._lost_nodes: dict[str, Node] = {}
 
     def follow(self, names: Names) -> None:
         """Serve these names; earlier ones are kept as lost, so that their clients get a reply."""
-        _keep(self._lost_actions, self._names.actions, names.actions)
-        _keep(self._lost_nodes, self._names.all_nodes, names.all_nodes)
+        _remember_lost(self._lost_actions, self._names.actions, names.actions)
+        _remember_lost(self._lost_nodes, self._names.all_nodes, names.all_nodes)
         self._names = names
-        self._found.clear()
+        self._handlers.clear()
 
     def find(self, name: str) -> Handler | None:
         """Return the handler of a ROS service; None if there is none."""
-        handler = self._found.get(name)
+        handler = self._handlers.get(name)
         if handler is None:
-            handler = self._made(name)
+            handler = self._create(name)
             if handler is not None:
-                self._found[name] = handler
+                self._handlers[name] = handler
         return handler
 
-    def _made(self, name: str) -> Handler | None:
+    def _create(self, name: str) -> Handler | None:
         if name in self._services:
             service = self._services[name]
             return WorldServiceHandler(
@@ -117,12 +117,12 @@ class Catalog:
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))
 
-    def _made_layouts(self, action: str, verb: str) -> Layouts:
+    def _find_layouts(self, action: str, verb: str) -> Layouts:
         types = action_types(self._actions[action], self._distros)
         return Layouts(tuple(getattr(one, verb) for one in types), self._distros)
 
 
-def _keep(lost: dict[str, _Of], before: Mapping[str, _Of], now: Mapping[str, _Of]) -> None:
+def _remember_lost(lost: dict[str, _T], before: Mapping[str, _T], now: Mapping[str, _T]) -> None:
     """Remember the names that are no longer served."""
     lost |= {name: of for name, of in before.items() if name not in now}
     for name in list(lost)[: max(0, len(lost) - _MAX_LOST)]:

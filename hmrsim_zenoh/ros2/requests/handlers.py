@@ -55,9 +55,9 @@ class Layouts:
         return self._by_key.get((address.type, address.hash)) if address.hash else self.types[0]
 
     def verdict(self, type_: ServiceType) -> Verdict:
-        """Return what becomes of a client's goals that can't be executed: as by Nav2 of the client's distribution.
+        """Return the verdict on goals that can't be executed, as in Nav2 of the client's distribution.
 
-        Where several distributions have its layout, a goal is aborted if one of them does so.
+        If several distributions have its layout, a goal is aborted if one of them aborts it.
         """
         return Verdict.ABORT if type_.hash in self._aborting else Verdict.ABORT_OR_REJECT
 

@@ -64,10 +64,10 @@ _DURING: Final = MappingProxyType(
         "shutdown": State.TRANSITION_STATE_SHUTTINGDOWN,
     }
 )
-"""The states that a node passes; a simulated one does so in no time."""
+"""The transition states; a simulated node leaves them at once."""
 
-_ENDS: Final = ("transition_success", "transition_failure", "transition_error")
-"""The labels of the transitions that end the passing states; their numbers count from ten times the beginning's."""
+_OUTCOMES: Final = ("transition_success", "transition_failure", "transition_error")
+"""The labels of the transitions out of transition states; their numbers count from ten times the first's."""
 
 
 def get_state(simulator: Simulator, node: Node, _request: Mapping[str, Any]) -> Message:
@@ -87,7 +87,7 @@ def get_available_transitions(simulator: Simulator, node: Node, _request: Mappin
 
 def get_transition_graph(_simulator: Simulator, _node: Node, _request: Mapping[str, Any]) -> Message:
     """Return all transitions."""
-    return GetAvailableTransitions.Response(available_transitions=[*_beginnings(), *_endings()])
+    return GetAvailableTransitions.Response(available_transitions=[*_requestable(), *_outcomes()])
 
 
 RESPONSES: Final = MappingProxyType(
@@ -139,7 +139,7 @@ def _state_of(simulator: Simulator, node: Node) -> int:
 
 def _available(simulator: Simulator, node: Node) -> list[TransitionDescription]:
     state = _state_of(simulator, node)
-    return [one for one in _beginnings() if one.start_state.id == state]
+    return [one for one in _requestable() if one.start_state.id == state]
 
 
 def _state(number: int) -> State:
@@ -152,14 +152,14 @@ def _transition(number: int, label: str, start: int, goal: int) -> TransitionDes
     )
 
 
-def _beginnings() -> Iterator[TransitionDescription]:
-    """Yield the transitions that clients may ask for."""
+def _requestable() -> Iterator[TransitionDescription]:
+    """Yield the transitions that clients may request."""
     for number, (before, _) in TRANSITIONS.items():
         yield _transition(number, _LABELS[number], before, _DURING[_LABELS[number]])
 
 
-def _endings() -> Iterator[TransitionDescription]:
-    """Yield the transitions that end those: in success, failure and error."""
+def _outcomes() -> Iterator[TransitionDescription]:
+    """Yield the transitions out of transition states: success, failure and error."""
     unconfigured, inactive, finalized = (
         State.PRIMARY_STATE_UNCONFIGURED,
         State.PRIMARY_STATE_INACTIVE,
@@ -173,7 +173,7 @@ def _endings() -> Iterator[TransitionDescription]:
         "shutdown": (finalized, finalized),
     }
     for tens, (label, (success, failure)) in enumerate(after.items(), start=1):
-        for units, (end, goal) in enumerate(zip(_ENDS, (success, failure, _ERROR), strict=True)):
+        for units, (end, goal) in enumerate(zip(_OUTCOMES, (success, failure, _ERROR), strict=True)):
             yield _transition(10 * tens + units, end, _DURING[label], goal)
-    for units, (end, goal) in enumerate(zip(_ENDS, (unconfigured, finalized, finalized), strict=True)):
+    for units, (end, goal) in enumerate(zip(_OUTCOMES, (unconfigured, finalized, finalized), strict=True)):
         yield _transition(60 + units, end, _ERROR, goal)

@@ -35,7 +35,7 @@ _T = TypeVar("_T")
 
 _DOT: Final = "."
 _UNLIMITED: Final = 1e9
-"""For what a robot does at once: ROS's messages have no infinity here."""
+"""The value for an unlimited rate, as clients expect a finite number."""
 _FIELDS: Final = ((bool, "bool"), (int, "integer"), (float, "double"), (str, "string"))
 
 
@@ -46,7 +46,7 @@ class NodeParameter(NamedTuple):
     description: str
 
     def as_value(self) -> ParameterValue:
-        """Return the value as ROS has it."""
+        """Return the value as a ROS message."""
         if isinstance(self.value, list):
             return ParameterValue(type=ParameterValue.STRING_ARRAY, string_array_value=self.value)
         kind = next(name for type_, name in _FIELDS if isinstance(self.value, type_))
@@ -60,20 +60,20 @@ class NodeParameter(NamedTuple):
         return next(number for number, (type_, _) in enumerate(_FIELDS, start=1) if isinstance(self.value, type_))
 
     def as_descriptor(self, name: str) -> ParameterDescriptor:
-        """Return its description as ROS has it."""
+        """Return the description as a ROS message."""
         return ParameterDescriptor(name=name, type=self.type, description=self.description, read_only=True)
 
 
 def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
     """Return the parameters of a node by name, in order of name."""
-    found = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
+    parameters = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
     robot = simulator.robots.get(node.robot)
     if robot is None:
-        found["world"] = NodeParameter(simulator.world.name, "The name of the world.")
-        found["seed"] = NodeParameter(simulator.seed, "The seed of the run.")
+        parameters["world"] = NodeParameter(simulator.world.name, "The name of the world.")
+        parameters["seed"] = NodeParameter(simulator.seed, "The seed of the run.")
     else:
-        found |= _of_robot(robot, node.name, f"{simulator.world.units}")
-    return dict(sorted(found.items()))
+        parameters |= _of_robot(robot, node.name, f"{simulator.world.units}")
+    return dict(sorted(parameters.items()))
 
 
 def names_in(found: Mapping[str, NodeParameter], prefixes: Sequence[str], depth: int) -> list[str]:
@@ -81,7 +81,7 @@ def names_in(found: Mapping[str, NodeParameter], prefixes: Sequence[str], depth:
 
     Args:
         found: All parameters.
-        prefixes: What names begin with, whole parts of them; all names if there are none.
+        prefixes: The whole parts that names must begin with; empty for all names.
         depth: The largest number of parts beyond a prefix; 0 for any.
     """
 

@@ -59,7 +59,7 @@ class PendingRosReply:
         self.reply(self.handler.refusal(text))
 
     def reply(self, values: Message | Mapping[str, Any]) -> None:
-        """Send the one reply."""
+        """Send the only reply to the request."""
         try:
             self.query.reply(self.query.key_expr, self._encoded(values), attachment=self._attachment())
         except zenoh.ZError as error:
@@ -99,9 +99,9 @@ def attached_to(query: zenoh.Query) -> Attachment:
 MAX_WAITING: Final = 16_384
 """The largest number of pending requests for results."""
 MAX_PER_CLIENT: Final = 1_024
-"""… of one client."""
+"""The largest number of pending requests of one client."""
 MAX_ANONYMOUS: Final = 32
-"""… for one goal, of clients without an id, which can't be noticed to have gone: most have given up long ago."""
+"""The largest number for one goal, of clients without an id: it is unknown when they leave; most gave up long ago."""
 
 
 class PendingResults:
@@ -110,20 +110,20 @@ class PendingResults:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._of: dict[str, dict[PendingRosReply, GetResult]] = {}
-        self._whose: dict[PendingRosReply, str] = {}
+        self._owners: dict[PendingRosReply, str] = {}
 
     def add(self, pending: PendingRosReply, command: GetResult) -> list[StopWaiting]:
         """Remember a request; return the commands that drop another one if there are too many now.
 
         That is the oldest of the same client, or the oldest of the client with the most if the total is too large.
         """
-        whose = pending.client or f"goal {command.goal_id}"
+        owner = pending.client or f"goal {command.goal_id}"
         with self._lock:
-            requests = self._of.setdefault(whose, {})
-            requests[pending], self._whose[pending] = command, whose
+            requests = self._of.setdefault(owner, {})
+            requests[pending], self._owners[pending] = command, owner
             if len(requests) > (MAX_PER_CLIENT if pending.client else MAX_ANONYMOUS):
-                return self._make_room(whose)
-            if len(self._whose) > MAX_WAITING:
+                return self._make_room(owner)
+            if len(self._owners) > MAX_WAITING:
                 return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
         return []
 
@@ -137,20 +137,20 @@ class PendingResults:
         with self._lock:
             requests = self._of.pop(client, {})
             for pending in requests:
-                del self._whose[pending]
+                del self._owners[pending]
         return _stop_waiting(requests)
 
-    def _make_room(self, whose: str) -> list[StopWaiting]:
-        pending, command = next(iter(self._of[whose].items()))
+    def _make_room(self, owner: str) -> list[StopWaiting]:
+        pending, command = next(iter(self._of[owner].items()))
         self._forget(pending)
         return [stop._replace(tell=True) for stop in _stop_waiting({pending: command})]
 
     def _forget(self, pending: PendingRosReply) -> None:
-        whose = self._whose.pop(pending, None)
-        if whose is not None:
-            del self._of[whose][pending]
-            if not self._of[whose]:
-                del self._of[whose]
+        owner = self._owners.pop(pending, None)
+        if owner is not None:
+            del self._of[owner][pending]
+            if not self._of[owner]:
+                del self._of[owner]
 
 
 def _stop_waiting(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:

@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 MAX_PER_MINUTE: Final = 20
-"""The largest number of lines in a wall minute: a client with ever new ids could fill the disk."""
+"""The largest number of lines in a wall minute: a client that keeps changing its id could fill the disk."""
 _MINUTE: Final = 60.0
 _REMEMBERED: Final = 1_000
-"""The number of lines that are not repeated; the oldest are forgotten."""
+"""The number of remembered lines, which are not repeated; the oldest are forgotten."""
 
 
 class RejectionLog:
@@ -51,7 +51,7 @@ class RejectionLog:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._said: OrderedDict[Hashable, None] = OrderedDict()
+        self._logged: OrderedDict[Hashable, None] = OrderedDict()
         self._since = clock()
         self._count = 0
 
@@ -60,33 +60,33 @@ class RejectionLog:
         if self.due((client, text)):
             _log.warning("%s", printable(text))
 
-    def due(self, what: Hashable) -> bool:
+    def due(self, line: Hashable) -> bool:
         """Return whether to log a line now; if so, it counts as logged."""
         with self._lock:
-            if what in self._said:
-                self._said.move_to_end(what)
+            if line in self._logged:
+                self._logged.move_to_end(line)
                 return False
-            self._look_at_the_clock()
+            self._start_new_minute()
             self._count += 1
             if self._count > MAX_PER_MINUTE:
                 return False
-            self._said[what] = None
-            if len(self._said) > _REMEMBERED:
-                self._said.popitem(last=False)
+            self._logged[line] = None
+            if len(self._logged) > _REMEMBERED:
+                self._logged.popitem(last=False)
             return True
 
-    def _look_at_the_clock(self) -> None:
+    def _start_new_minute(self) -> None:
         now = self._clock()
         if now - self._since < _MINUTE:
             return
-        untold = self._count - MAX_PER_MINUTE
+        suppressed = self._count - MAX_PER_MINUTE
         self._since, self._count = now, 0
-        if untold > 0:
-            _log.warning("ROS 2: suppressed %d more warnings in a minute", untold)
+        if suppressed > 0:
+            _log.warning("ROS 2: suppressed %d more warnings in a minute", suppressed)
 
 
 class Requests:
-    """Decodes queries.
+    """Decodes queries of ROS clients to commands.
 
     Args:
         waiting: The pending get_result requests.
@@ -125,7 +125,7 @@ class Requests:
             self._refuse(pending, str(unreadable(error)))
         except (CdrError, UnreadableError) as error:
             self._refuse(pending, str(error))
-        except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
+        except Exception:  # noqa: BLE001 - no request may end the simulation
             _log.exception("reading a request on %s", query.key_expr)
             pending.refuse("the simulator has a bug: it can't read this request")
         return []
@@ -142,7 +142,7 @@ class Requests:
         Args:
             client: The client's gid in hex; empty if it has none.
             service: The requested service.
-            text: The mistake and the remedy.
+            text: The error and the remedy.
         """
         self._warn(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
 
@@ -181,13 +181,9 @@ class Requests:
         for command in commands:
             if isinstance(command, (SendGoal, CallService)):
                 check_texts(command.goal if isinstance(command, SendGoal) else command.request, size)
-        room = [
-            each
-            for command in commands
-            if isinstance(command, GetResult)
-            for each in self._waiting.add(pending, command)
-        ]
-        return [*room, *commands]
+        requests = [command for command in commands if isinstance(command, GetResult)]
+        dropped = [stop for request in requests for stop in self._waiting.add(pending, request)]
+        return [*dropped, *commands]
 
     def _refuse(self, pending: PendingRosReply, text: str) -> None:
         self.log_rejection(pending.client, pending.handler.name, text)

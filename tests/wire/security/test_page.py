@@ -13,7 +13,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.view.access import Rights
+from hmrsim_zenoh.view.access import VisitorRights
 from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.view.sources import Live
 from hmrsim_zenoh.wire.session import enclave_of
@@ -34,7 +34,7 @@ def served(secured, role, **where):
     with (
         Client(options, clock="realtime") as client,
         ViewServer(
-            Live(client.session, client.keys, Rights(enclave, "hmrsim")), port=0, enclave=enclave, **where
+            Live(client.session, client.keys, VisitorRights(enclave, "hmrsim")), port=0, enclave=enclave, **where
         ) as server,
     ):
         yield server
