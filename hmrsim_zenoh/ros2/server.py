@@ -23,9 +23,8 @@ from hmrsim_zenoh.ros2.names import names_of, trim
 from hmrsim_zenoh.ros2.peers import Peers, numbered
 from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.handlers import SendGoalHandler
-from hmrsim_zenoh.ros2.requests.pending import PendingResults, PendingRosReply
-from hmrsim_zenoh.ros2.requests.requests import RejectionLog, Requests
+from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply, SendGoalHandler
+from hmrsim_zenoh.ros2.requests.requests import PendingResults, RejectionLog, Requests
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from struct import Struct
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.codec.types import DISTROS
@@ -50,40 +50,15 @@ def read_attachment(data: bytes) -> Attachment:
     return Attachment(sequence, stamp, gid)
 
 
-class Wire(Protocol):
-    """A mapping of ROS names to Zenoh keys.
-
-    Attributes:
-        distros: The distributions whose types are served; only one where keys do not contain types.
-        has_types: Whether keys have type and hash, messages an attachment, and endpoints liveliness tokens.
-        request_keys: The key expressions on which requests arrive.
-    """
-
-    @property
-    def distros(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    @property
-    def has_types(self) -> bool: ...  # noqa: D102
-
-    @property
-    def request_keys(self) -> tuple[str, ...]: ...  # noqa: D102
-
-    def read(self, key: str) -> Address | None:
-        """Return a parsed key; None when it is not of this wire."""
-
-    def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:
-        """Return the key of a topic or a service; by default with wildcards for type and hash.
-
-        Args:
-            name: Such as ``/wall_e/odom``; its chunks may be wildcards.
-            type_: The type's name in keys.
-            hash_: The type's hash.
-        """
-
-
 @dataclass(frozen=True)
 class RmwZenoh:
-    """The wire of ROS 2's own middleware for Zenoh, rmw_zenoh_cpp."""
+    """The wire of ROS 2's own middleware for Zenoh, rmw_zenoh_cpp.
+
+    Attributes:
+        domain: The domain id.
+        distros: The distributions whose types are served.
+        has_types: Whether keys have type and hash, messages an attachment, and endpoints liveliness tokens.
+    """
 
     domain: int = 0
     distros: tuple[str, ...] = DISTROS
@@ -99,7 +74,13 @@ class RmwZenoh:
         return keys.read_key(self.domain, key)
 
     def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:
-        """Return the key of a topic or a service."""
+        """Return the key of a topic or a service; by default with wildcards for type and hash.
+
+        Args:
+            name: Such as ``/wall_e/odom``; its chunks may be wildcards.
+            type_: The type's name in keys.
+            hash_: The type's hash.
+        """
         return keys.key(self.domain, name, type_, hash_)
 
 
@@ -134,3 +115,7 @@ class Ros2Dds:
     def key(self, name: str, type_: str = "*", hash_: str = "*") -> str:  # noqa: ARG002 - the other wire's
         """Return the key of a topic or a service."""
         return name.strip("/")
+
+
+Wire = RmwZenoh | Ros2Dds
+"""A mapping of ROS names to Zenoh keys."""

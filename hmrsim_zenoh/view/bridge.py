@@ -102,7 +102,8 @@ class Bridge:
         self._feeds = feeds
         self._alive = alive
         self._outbox = Outbox()
-        self._subscriptions: dict[int, _Subscription] = {}
+        # What ends each subscription.
+        self._subscriptions: dict[int, Callable[[], None]] = {}
         self._asked: set[int] = set()
         self._news = asyncio.Event()
         self._room = asyncio.Event()
@@ -119,8 +120,8 @@ class Bridge:
                 await self._until_there_is_room()
         finally:
             sender.cancel()
-            for subscription in self._subscriptions.values():
-                subscription.close()
+            for end in self._subscriptions.values():
+                end()
             self._subscriptions.clear()
             with suppress(asyncio.CancelledError, WebSocketDisconnect):
                 await sender
@@ -139,8 +140,7 @@ class Bridge:
         self._alive = alive
         self.put(frames.frame("alive", alive=alive))
 
-    def send_samples(self, id_: int, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
-        """Send samples of a subscription."""
+    def _send_samples(self, id_: int, entries: Sequence[tuple[str, str]], lost: bool) -> None:  # noqa: FBT001 - a callback
         self._outbox.add(id_, entries, lost=lost)
         self._news.set()
 
@@ -183,14 +183,15 @@ class Bridge:
         if len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
             raise ValueError(f"there are {MAX_SUBSCRIPTIONS} subscriptions already")
         self._check_key(request.key)
-        self._subscriptions[request.id] = _Subscription(self, self._feeds, request)
+        feed = request.key, request.pause, partial(self._send_samples, request.id)
+        self._feeds.subscribe(*feed)
+        self._subscriptions[request.id] = partial(self._feeds.unsubscribe, *feed)
         self._outbox.open(request.id, latest=request.latest)
 
     def _unsubscribe(self, id_: int) -> None:
-        subscription = self._subscriptions.pop(id_, None)
-        if subscription is None:
+        if id_ not in self._subscriptions:
             raise ValueError(f"there is no subscription {id_}")
-        subscription.close()
+        self._subscriptions.pop(id_)()
         self._outbox.close(id_)
 
     def _get(self, request: frames.Get) -> None:
@@ -228,23 +229,6 @@ class Bridge:
             zenoh.KeyExpr(f"{self._gets.prefix}/{key}")
         except zenoh.ZError:
             raise ValueError(f"{key!r} is not a key expression; chunks are joined by single slashes") from None
-
-
-class _Subscription:
-    """One subscription of a page."""
-
-    def __init__(self, page: Bridge, feeds: Feeds, request: frames.Subscribe) -> None:
-        self._page = page
-        self._feeds = feeds
-        self._id = request.id
-        self._where = request.key, request.pause
-        self._feeds.subscribe(*self._where, self)
-
-    def on_samples(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
-        self._page.send_samples(self._id, entries, lost=lost)
-
-    def close(self) -> None:
-        self._feeds.unsubscribe(*self._where, self)
 
 
 def _answer(request: frames.Get, replies: Replies) -> str:

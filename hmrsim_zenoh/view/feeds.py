@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Final, Protocol
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Final
 
 import zenoh
 
@@ -24,11 +24,8 @@ _RING: Final = 8_192
 _log = logging.getLogger(__name__)
 
 
-class Listener(Protocol):
-    """A receiver of samples."""
-
-    def on_samples(self, entries: Sequence[tuple[str, str]], *, lost: bool) -> None:
-        """Process the new samples in order, each a key and its text in a frame; *lost*: some are missing."""
+Listener = Callable[[Sequence[tuple[str, str]], bool], None]
+"""Processes new samples in order, each a key and its text in a frame; the flag tells whether some are missing."""
 
 
 class Feeds:
@@ -98,7 +95,7 @@ class _Feed:
             # The ring was full, so there may have been more.
             lost = came == _RING
             for listener in list(self.listeners):
-                listener.on_samples(entries, lost=lost)
+                listener(entries, lost)
 
 
 MAX_EVENTS: Final = 500

@@ -1,14 +1,18 @@
-"""Request handlers, one class for each kind of service: requests to commands, and answers to ROS messages.
+"""Requests of ROS clients, and their handlers: requests to commands, and answers to ROS messages.
 
 A service may have several layouts, as types differ between distributions; the key of a request selects one.
 """
 
 from __future__ import annotations
 
+import logging
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
 
 from hmrsim.goals.connectivity import no_connection
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
@@ -18,6 +22,7 @@ from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import WORLD, Verdict
+from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
@@ -29,6 +34,9 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.keys import Address, Node
+    from hmrsim_zenoh.ros2.wires import Attachment, Wire
+
+_log = logging.getLogger(__name__)
 
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
 _UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
@@ -66,18 +74,56 @@ class Layouts:
         return self.types[0 if address.hash == NO_HASH else -1]
 
 
-class ReplyTo(Protocol):
-    """A request that awaits its reply."""
+@dataclass(frozen=True, slots=True, eq=False)
+class PendingRosReply:
+    """A query and its parsed key and attachment.
+
+    Attributes:
+        type: The client's layout of the service.
+        attached: The attachment, which identifies the client; None on a wire without attachments.
+    """
+
+    query: zenoh.Query
+    wire: Wire
+    handler: Handler
+    type: ServiceType
+    attached: Attachment | None
 
     @property
-    def type(self) -> ServiceType:
-        """The client's layout of the service."""
+    def client(self) -> str:
+        """The client's id in hex; empty if it has none."""
+        return self.attached.gid.hex() if self.attached and any(self.attached.gid) else ""
 
     def answer(self, answer: Any) -> None:
-        """Send the answer to the command."""
+        """Send the answer to the command, in the client's layout."""
+        self.reply(self.handler.answer(answer))
 
     def refuse(self, text: str) -> None:
         """Reject the request; *text* is the reason, if the response has a field for it."""
+        self.reply(self.handler.refusal(text))
+
+    def reply(self, values: Message | Mapping[str, Any]) -> None:
+        """Send the only reply to the request."""
+        try:
+            self.query.reply(self.query.key_expr, self._encoded(values), attachment=self._attachment())
+        except zenoh.ZError as error:
+            _log.debug("replying to %s: %s", self.handler.name, error)
+        finally:
+            self.query.drop()
+
+    def _encoded(self, values: Message | Mapping[str, Any]) -> bytes:
+        encode = self.type.response.encode
+        try:
+            return encode(values)
+        except CdrError as error:
+            _log.exception("the reply of %s can't be serialised", self.handler.name)
+            return encode(self.handler.refusal(f"the simulator has a bug: {error}"))
+
+    def _attachment(self) -> zenoh.ZBytes | bytes | None:
+        """Return the request's attachment, with the current time; unchanged on a wire without attachments."""
+        if self.attached is None:
+            return self.query.attachment
+        return self.attached._replace(stamp=time.time_ns()).to_bytes()
 
 
 @dataclass(frozen=True)
@@ -94,7 +140,7 @@ class Handler(ABC):
     lost: bool = field(default=False, kw_only=True)
 
     @abstractmethod
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the commands of a request; a request that needs none is answered here.
 
         Raises:
@@ -121,7 +167,7 @@ class ActionHandler(Handler):
 class SendGoalHandler(ActionHandler):
     """The handler of ``send_goal``."""
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that sends the goal."""
         goal = self.action.goal.model_validate(request["goal"])
         # The simulator's own actions, those of the world, have no other server that clients may know.
@@ -140,7 +186,7 @@ class SendGoalHandler(ActionHandler):
 class CancelGoalHandler(ActionHandler):
     """The handler of ``cancel_goal``."""
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that cancels the goals."""
         info = request["goal_info"]
         stamp = info["stamp"]["sec"] * NANOSECONDS + info["stamp"]["nanosec"]
@@ -164,7 +210,7 @@ class CancelGoalHandler(ActionHandler):
 class GetResultHandler(ActionHandler):
     """The handler of ``get_result``."""
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that waits for the result."""
         return [GetResult(self.robot, self.action.name, _goal_id(request), reply_to)]
 
@@ -185,7 +231,7 @@ class WorldServiceHandler(Handler):
 
     service: AnyService
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that calls the service."""
         return [CallService(self.service.name, self.service.request.model_validate(request), reply_to)]
 
@@ -216,7 +262,7 @@ class NodeHandler(Handler):
     response: type[Message]
     respond: Callable[[Simulator, Node, Mapping[str, Any]], Message]
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Answer at once; there are no commands."""
         if self.node.robot in self.simulator.dispatcher.cut_off:
             reply_to.refuse(no_connection(self.node.robot))

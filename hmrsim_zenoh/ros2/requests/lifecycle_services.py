@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import Node
-    from hmrsim_zenoh.ros2.requests.handlers import ReplyTo
+    from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply
 
 _UNKNOWN, _ERROR = State.PRIMARY_STATE_UNKNOWN, State.TRANSITION_STATE_ERRORPROCESSING
 
@@ -113,7 +113,7 @@ class ChangeStateHandler(Handler):
     simulator: Simulator
     actions: tuple[str, ...]
 
-    def commands(self, request: Mapping[str, Any], reply_to: ReplyTo) -> list[AnyCommand]:
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that changes the state."""
         number, label = request["transition"]["id"], request["transition"]["label"]
         if label:

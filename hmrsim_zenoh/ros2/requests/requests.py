@@ -11,15 +11,16 @@ import logging
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from pydantic import ValidationError
 
 from hmrsim.errors import printable
-from hmrsim.protocol.commands import CallService, GetResult, SendGoal
+from hmrsim.protocol.commands import CallService, GetResult, SendGoal, StopWaiting
 from hmrsim_zenoh.ros2.codec.layout import CdrError
-from hmrsim_zenoh.ros2.requests.pending import NO_ATTACHMENT, PendingRosReply, attached_to
+from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply
+from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
 from hmrsim_zenoh.wire.envelopes import UnreadableError, unreadable
 from hmrsim_zenoh.wire.texts import check_texts
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
-    from hmrsim_zenoh.ros2.requests.pending import PendingResults
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
@@ -39,6 +39,17 @@ MAX_PER_MINUTE: Final = 20
 _MINUTE: Final = 60.0
 _REMEMBERED: Final = 1_000
 """The number of remembered lines, which are not repeated; the oldest are forgotten."""
+
+
+NO_ATTACHMENT: Final = Attachment(0, 0, bytes(16))
+"""The substitute for a missing or invalid attachment."""
+
+MAX_WAITING: Final = 16_384
+"""The largest number of pending requests for results."""
+MAX_PER_CLIENT: Final = 1_024
+"""The largest number of pending requests of one client."""
+MAX_ANONYMOUS: Final = 32
+"""The largest number for one goal, of clients without an id: it is unknown when they leave; most gave up long ago."""
 
 
 class RejectionLog:
@@ -83,6 +94,55 @@ class RejectionLog:
         self._since, self._count = now, 0
         if suppressed > 0:
             _log.warning("ROS 2: suppressed %d more warnings in a minute", suppressed)
+
+
+class PendingResults:
+    """The requests for results that have not been answered; for any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._of: dict[str, dict[PendingRosReply, GetResult]] = {}
+        self._owners: dict[PendingRosReply, str] = {}
+
+    def add(self, pending: PendingRosReply, command: GetResult) -> list[StopWaiting]:
+        """Remember a request; return the commands that drop another one if there are too many now.
+
+        That is the oldest of the same client, or the oldest of the client with the most if the total is too large.
+        """
+        owner = pending.client or f"goal {command.goal_id}"
+        with self._lock:
+            requests = self._of.setdefault(owner, {})
+            requests[pending], self._owners[pending] = command, owner
+            if len(requests) > (MAX_PER_CLIENT if pending.client else MAX_ANONYMOUS):
+                return self._make_room(owner)
+            if len(self._owners) > MAX_WAITING:
+                return self._make_room(max(self._of, key=lambda one: len(self._of[one])))
+        return []
+
+    def answered(self, pending: PendingRosReply) -> None:
+        """Forget a request that has been answered."""
+        with self._lock:
+            self._forget(pending)
+
+    def gone(self, client: str) -> list[StopWaiting]:
+        """Forget all requests of a client that has gone; return the commands that drop them."""
+        with self._lock:
+            requests = self._of.pop(client, {})
+            for pending in requests:
+                del self._owners[pending]
+        return _stop_waiting(requests)
+
+    def _make_room(self, owner: str) -> list[StopWaiting]:
+        pending, command = next(iter(self._of[owner].items()))
+        self._forget(pending)
+        return [stop._replace(tell=True) for stop in _stop_waiting({pending: command})]
+
+    def _forget(self, pending: PendingRosReply) -> None:
+        owner = self._owners.pop(pending, None)
+        if owner is not None:
+            del self._of[owner][pending]
+            if not self._of[owner]:
+                del self._of[owner]
 
 
 class Requests:
@@ -157,7 +217,7 @@ class Requests:
         attached = None
         if self._wire.has_types:
             try:
-                attached = attached_to(query)
+                attached = _attached_to(query)
             except ValueError as error:
                 self.log_rejection("", handler.name, str(error))
                 attached = NO_ATTACHMENT
@@ -188,3 +248,25 @@ class Requests:
     def _refuse(self, pending: PendingRosReply, text: str) -> None:
         self.log_rejection(pending.client, pending.handler.name, text)
         pending.refuse(text)
+
+
+def _attached_to(query: zenoh.Query) -> Attachment:
+    """Return the attachment of a query.
+
+    Raises:
+        ValueError: There is none, or it is invalid.
+    """
+    attached = query.attachment
+    if attached is None:
+        raise ValueError(
+            "the request has no attachment, by which rmw_zenoh identifies the client; see docs/reference/ros2.md"
+        )
+    return read_attachment(attached.to_bytes())
+
+
+def _stop_waiting(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
+    """Return the commands that drop requests, one for each goal."""
+    of_goals: dict[tuple[str, str, str], list[PendingRosReply]] = {}
+    for pending, command in requests.items():
+        of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(pending)
+    return [StopWaiting(*goal, tuple(found)) for goal, found in of_goals.items()]

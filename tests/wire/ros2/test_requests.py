@@ -24,10 +24,9 @@ from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.codec.types import DISTROS, action_type, service_type
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.ros2.requests import catalog as catalog_module
-from hmrsim_zenoh.ros2.requests import pending as pending_module
+from hmrsim_zenoh.ros2.requests import requests as requests_module
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.pending import PendingResults
-from hmrsim_zenoh.ros2.requests.requests import RejectionLog, Requests
+from hmrsim_zenoh.ros2.requests.requests import PendingResults, RejectionLog, Requests
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 from tests.simulation import SMALL_WORLD  # isort: skip
@@ -350,7 +349,7 @@ class TestResults:
     @pytest.mark.parametrize("bound", ["MAX_WAITING", "MAX_PER_CLIENT"])
     def test_no_more_than_so_many_wait(self, monkeypatch, bound):
         """To make room for another request, the oldest is answered with the goal's current status."""
-        monkeypatch.setattr(pending_module, bound, 1)
+        monkeypatch.setattr(requests_module, bound, 1)
         desk = Desk()
         first = desk.one(query(key("get_result"), CDR + ID))
         withdraw, second = desk.requests.decode(query(key("get_result"), CDR + ID))
@@ -360,7 +359,7 @@ class TestResults:
 
     def test_the_client_with_most_requests_makes_room(self, monkeypatch):
         """If all clients have too many, a client with few requests keeps them."""
-        monkeypatch.setattr(pending_module, "MAX_WAITING", 3)
+        monkeypatch.setattr(requests_module, "MAX_WAITING", 3)
         desk, other = Desk(), bytes(range(16, 32))
         modest = desk.one(query(key("get_result"), CDR + ID, attachment=struct.pack("<qqB16s", 1, 1, 16, other)))
         first = desk.one(query(key("get_result"), CDR + ID))
@@ -372,7 +371,7 @@ class TestResults:
 
     def test_clients_without_an_id(self, monkeypatch):
         """The number of clients without an id that wait for a goal is limited."""
-        monkeypatch.setattr(pending_module, "MAX_ANONYMOUS", 1)
+        monkeypatch.setattr(requests_module, "MAX_ANONYMOUS", 1)
         desk, other = Desk(Ros2Dds()), bytes(range(16, 32))
         for goal_id in (ID, other):
             desk.one(query("wall_e/wait/_action/get_result", CDR + goal_id, b""))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.protocol.commands import GetResult
-from hmrsim_zenoh.ros2.requests.pending import MAX_ANONYMOUS, MAX_PER_CLIENT, PendingResults
+from hmrsim_zenoh.ros2.requests.requests import MAX_ANONYMOUS, MAX_PER_CLIENT, PendingResults
 
 
 class Pending:
