@@ -10,7 +10,7 @@ async ([base, VIEW, prefix = '']) => {
   const { Playback } = await import(`${base}/source/playback.js`);
   const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
-  const { told, goalWords } = await import(`${base}/model/texts.js`);
+  const { describe, goalWords } = await import(`${base}/model/texts.js`);
   const { blockerWords } = await import(`${base}/panels/phrases.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
@@ -256,7 +256,7 @@ async ([base, VIEW, prefix = '']) => {
         for (const more of [{}, { robot: 'wall_e' }, { robot: 'nobody' }, { door: 'gate', lift: 'lift', name: 'x' }]) {
           const each = event(1, kind, more);
           model.apply(each);
-          const { severity, subject, text } = told(each, model);
+          const { severity, subject, text } = describe(each, model);
           equal(['string', 'string', true], [typeof severity, typeof subject, text.length > 0]);
         }
         model.apply({ kind });
@@ -272,7 +272,7 @@ async ([base, VIEW, prefix = '']) => {
     },
     'events are told by the templates of the server, points by their names'() {
       const model = modelOf();
-      const said = (...given) => Object.values(told(event(...given), model)).slice(0, 3);
+      const said = (...given) => Object.values(describe(event(...given), model)).slice(0, 3);
       equal(['wall_e', 'stops at charger', 'debug'], said(1, 'stopped', { robot: 'wall_e', at: [0, 0] }));
       equal(['', `${prefix}of tomorrow`.replace('_', ' '), 'info'], said(1, 'of_tomorrow'));
     },

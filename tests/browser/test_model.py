@@ -1,4 +1,4 @@
-"""The page's model of what there is: in node where there is one, else in the browser that has to run it."""
+"""The page's model, run in Node.js if it is installed, else in the browser."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ WORLD = {
 
 @pytest.fixture
 def evaluate(request):
-    """Return the function that has a script's checks made."""
+    """Return the function that runs a script's checks."""
 
     def in_node(script, view, *more):
         argument = json.dumps([str(_PAGE), view, *more])
@@ -79,7 +79,7 @@ def test_the_page_changes_its_picture_by_what_kinds_declare(evaluate, view):
 
 
 def test_the_page_knows_each_part_that_events_change(evaluate, view):
-    """And no further one."""
+    """The page knows exactly the parts that events can change."""
     known = evaluate("async ([base]) => [...(await import(`${base}/model/changes.js`)).CHANGES.keys()]", view)
 
     assert sorted(Part) == sorted(known)
@@ -91,12 +91,12 @@ _LOOKS = """async ([base, view, palette]) => {
   const { World } = await import(`${base}/model/world.js`);
   const world = new World(view.world);
   return [...world.types.keys()].map((name) => [name, lookOf(world.typeIndex(name), palette)])
-    .map(([name, { colour, shape }]) => [name, [colour, shape.data]]);
+    .map(([name, { color, shape }]) => [name, [color, shape.data]]);
 }"""
 
 
 def test_robots_look_as_in_other_pictures(evaluate, view):
-    """Each type has the colour and the shape that pictures of the world and reports have."""
+    """Each type has the same color and shape as in pictures and reports."""
     looks = dict(evaluate(_LOOKS, view, PALETTE))
 
     drawn = {name: [*look] for name, look in type_looks(World.model_validate(WORLD)).items()}

@@ -1,4 +1,4 @@
-// The page as a whole: what is selected, aimed, followed and open, and what the panels may ask for.
+// The page as a whole: selection, aiming, following, open panels, and the operations that panels use.
 
 import { Orders } from './orders.js';
 import { ChartsPanel } from './panels/charts.js';
@@ -17,7 +17,7 @@ import { Legend, Side, Summary, Theme } from './panels/shell.js';
 import { Player, TimeBar } from './panels/time.js';
 import { TreesPanel } from './panels/trees.js';
 
-const ZOOM = 60; // css pixels that the buttons for the map take at the left
+const ZOOM = 60; // css pixels covered by the zoom buttons at the left
 const PHONE = matchMedia('(max-width: 700px)');
 
 export class App {
@@ -25,7 +25,7 @@ export class App {
   constructor({ model, clock, map, palette, asked, connection, commands, live, playback }) {
     Object.assign(this, { model, clock, map, palette, asked, connection, commands, live, playback });
     this.shown = false;
-    /** @type {string|null} The robot whose goal is chosen with the next click. */
+    /** @type {string|null} The robot that is sent to the next click. */
     this.aimed = null;
     this.toasts = new Toasts();
     this.orders = new Orders(this);
@@ -80,14 +80,14 @@ export class App {
     addEventListener('resize', () => this.layout());
   }
 
-  /** Say once that not all can be shown. */
+  /** Report once that some messages are invalid. */
   #tellUnreadable(where) {
     if (this.toldUnreadable) return;
     this.toldUnreadable = true;
     this.toasts.show('error', `A message ${where}can't be read and is ignored.`, 'Further ones are ignored without notice.');
   }
 
-  /** The first world is there. */
+  /** Start when the first world has arrived. */
   begin() {
     this.shown = true;
     const panel = this.asked.get('panel');
@@ -107,7 +107,7 @@ export class App {
     return this.clock.now();
   }
 
-  /** Render what is open; called a few times a second. */
+  /** Render the open parts; called a few times per second. */
   render() {
     guarded(this.banner.element, () => this.banner.render());
     if (!this.shown) return;
@@ -117,7 +117,7 @@ export class App {
     for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 
-  /** @param {string|null} name Of a robot. */
+  /** Select a robot, or none. */
   select(name, { center = false } = {}) {
     const robot = name === null ? undefined : this.model.robots.get(name);
     if (this.aimed !== null && this.aimed !== name) this.aim(null);
@@ -138,9 +138,9 @@ export class App {
   }
 
   /**
-   * @param {string|undefined} name Of anything on the map.
-   * @param {string} [kind] Of what kind, as a door and a place may have one name; of any kind if left out.
-   * @returns {number[]|undefined} where it is
+   * @param {string|undefined} name The name of anything on the map.
+   * @param {string} [kind] The kind, as a door and a place may share a name; by default any.
+   * @returns {number[]|undefined} Its position.
    */
   pointOf(name, kind) {
     const { robots, items, doors, lifts, world } = this.model;
@@ -203,7 +203,7 @@ export class App {
     else this.panels.show(null);
   }
 
-  /** Choose a goal for a robot with the next click; null: no more. */
+  /** Send a robot to the next click; null cancels. */
   aim(name) {
     if (name !== null && (!this.live || this.live.state !== 'live')) return;
     if (name !== null && this.map.selected !== name) this.select(name);
@@ -226,7 +226,7 @@ export class App {
     }
   }
 
-  /** Tell the camera what of the map is covered. */
+  /** Tell the camera which parts of the map are covered. */
   layout() {
     const { camera } = this.map;
     if (!camera.insets || !this.shown) return;
@@ -246,7 +246,7 @@ export class App {
     if (camera.fitted) camera.fit(phone || covered);
   }
 
-  /** Return how much a phone's sheet covers, or the card of the robot that is selected. */
+  /** Return the height that a phone's sheet or the selected robot's card covers. */
   #sheet(open, bottom) {
     if (open) return this.panels.element.offsetHeight;
     return this.inspector.element.hidden ? bottom : innerHeight - this.inspector.element.getBoundingClientRect().top;

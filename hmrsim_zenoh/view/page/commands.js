@@ -1,8 +1,8 @@
-// What the page asks of the simulator: the same keys and messages as any other client's (docs/reference/keys.md).
+// The page's requests to the simulator, with the keys and messages of any client (docs/reference/keys.md).
 
-/** A request that was understood and not granted. */
+/** The simulator refused a request. */
 class Refused extends Error {
-  /** @param {string} message Why. @param {object} [answer] What came. */
+  /** @param {object} [answer] The simulator's answer. */
   constructor(message, answer = {}) {
     super(message);
     this.name = 'Refused';
@@ -13,7 +13,7 @@ class Refused extends Error {
 const DONE = 1; // of simulation_interfaces/msg/Result
 const PLAYING = 1;
 const PAUSED = 2;
-const STEP_TIMEOUT = 60; // s: answered when the steps are made
+const STEP_TIMEOUT = 60; // seconds, as the answer arrives after the steps
 
 export class Commands {
   constructor(connection, model, clock) {
@@ -23,10 +23,10 @@ export class Commands {
   }
 
   /**
-   * Send a goal; its id is made here, so that an answer that gets lost leads to no second one.
+   * Send a goal. Its id is created here, so that a repeated request does not start a second goal.
    * @param {string} action Such as `navigate_to_pose`.
    * @param {object} goal Of the action's ROS type.
-   * @returns {Promise<string>} Its id, once it is accepted.
+   * @returns {Promise<string>} Its id, after acceptance.
    */
   async sendGoal(robot, action, goal) {
     const id = newId();
@@ -36,8 +36,8 @@ export class Commands {
   }
 
   /**
-   * Have a robot drive somewhere.
-   * @param {number} [yaw] How to face there; left out: as after a straight way from where the robot is.
+   * Send a robot to a point.
+   * @param {number} [yaw] The final heading; by default that of a straight line from the robot.
    */
   goTo(robot, [x, y], yaw = undefined) {
     const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];
@@ -47,12 +47,12 @@ export class Commands {
     return this.sendGoal(robot, 'navigate_to_pose', { pose });
   }
 
-  /** Have a robot dock. */
+  /** Dock a robot. */
   dock(robot, dock) {
     return this.sendGoal(robot, 'dock_robot', { use_dock_id: true, dock_id: dock, navigate_to_staging_pose: true });
   }
 
-  /** Have a robot drive out of its dock. */
+  /** Undock a robot. */
   undock(robot) {
     return this.sendGoal(robot, 'undock_robot', {});
   }
@@ -64,7 +64,7 @@ export class Commands {
     if (answer.return_code !== 0) throw new Refused('it has ended, or is canceling already', answer);
   }
 
-  /** Cancel all that a robot does. */
+  /** Cancel all goals of a robot. */
   async cancelAll(robot) {
     const goals = this.model.robots.get(robot)?.goals ?? [];
     if (!goals.length) throw new Refused(`${robot} has no goal`);
@@ -72,7 +72,7 @@ export class Commands {
   }
 
   /**
-   * Have something go wrong.
+   * Inject a fault.
    * @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`.
    * @returns {Promise<string>} The fault's name.
    */
@@ -102,17 +102,17 @@ export class Commands {
     return this.#service('set_simulation_state', { state: { state: PLAYING } });
   }
 
-  /** Make steps while time is paused. */
+  /** Step while time is paused. */
   step(steps = 1) {
     return this.#service('step_simulation', { steps }, STEP_TIMEOUT);
   }
 
-  /** @param {number} factor Simulated seconds a wall second; 0: as fast as possible. */
+  /** @param {number} factor Simulated seconds per wall second; 0 for as fast as possible. */
   setSpeed(factor) {
     return this.connection.get('_world/time/set', { real_time_factor: factor });
   }
 
-  /** Begin anew: time, state and what was spawned. */
+  /** Reset time, state and spawned entities. */
   reset() {
     return this.#service('reset_simulation', { scope: 0 }, STEP_TIMEOUT);
   }

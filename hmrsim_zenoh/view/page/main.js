@@ -1,4 +1,4 @@
-// Wires what there is (model, source, map, panels) and lets it run.
+// Creates model, source, map and panels, and runs the page.
 
 import { App } from './app.js';
 import { Commands } from './commands.js';
@@ -38,7 +38,7 @@ function socketAddress() {
 const loading = document.getElementById('loading');
 const say = (text) => (loading.lastElementChild.textContent = text);
 
-/** Return what the server shows; wait for it if it is not there. */
+/** Return the kind of source; wait for the server if it does not answer. */
 async function sourceOf() {
   for (;;) {
     try {

@@ -1,15 +1,15 @@
-// What is asked of the simulator for the people at the page, and what is said of how that went.
+// Requests of people at the page: sends them to the simulator, and reports success or failure.
 
 import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
 import { actionWords } from './panels/phrases.js';
 
-const LOOK = 50; // ms from one look at a goal to the next
-// How many looks the next stage of a goal is waited for. Looks are counted, as on a busy page a timer may be due before
-// what had come earlier is read; and none is counted before simulated time has passed the goal's first instant.
+const LOOK = 50; // ms between two looks at a goal
+// The number of looks to wait for the next stage of a goal. Looks are counted instead of time, as on a busy page a timer
+// may fire before earlier messages are read. None is counted before simulated time has passed the goal's acceptance.
 const PATIENCE = {
-  sent: 600, // until one that was accepted is shown
-  shown: 20, // until it begins, unless time stands still
-  begun: 6, // until one that is hopeless ends
+  sent: 600, // until an accepted goal is shown
+  shown: 20, // until it begins, unless time stands
+  begun: 6, // until a hopeless goal ends
 };
 
 export class Orders {
@@ -18,19 +18,19 @@ export class Orders {
     this.patience = patience;
   }
 
-  /** Send a robot to what was picked: into a dock, or to the point. */
+  /** Send a robot to a picked object: into a dock, or to the point. */
   send(robot, pick) {
     if (pick.kind === 'dock' && this.#may(robot, 'dock_robot')) this.sendToDock(robot, pick.name);
     else this.sendToPoint(robot, pick);
   }
 
-  /** Send a robot to what has a name. */
+  /** Send a robot to a named object. */
   sendTo(robot, kind, name) {
     const point = this.app.pointOf(name, kind);
     if (point) this.send(robot, { kind, name, point });
   }
 
-  /** Send a robot to where something is that was picked. */
+  /** Send a robot to the point of a picked object. */
   sendToPoint(robot, pick) {
     this.app.aim(null);
     const name = ['floor', 'lane', 'door'].includes(pick.kind) ? '' : pick.name;
@@ -38,7 +38,7 @@ export class Orders {
     this.ask(`send ${robot} to ${to}`, async () => this.#begun(await this.app.commands.goTo(robot, pick.point)), `${robot} is driving to ${to}.`);
   }
 
-  /** @param {string} [dock] Left out: the nearest that is free. */
+  /** @param {string} [dock] By default the nearest free one. */
   sendToDock(robot, dock = this.#nearestDock(robot)) {
     this.app.aim(null);
     this.ask(`dock ${robot} at ${dock}`, async () => this.#begun(await this.app.commands.dock(robot, dock)), `${robot} is driving to ${dock}.`);
@@ -49,9 +49,9 @@ export class Orders {
   }
 
   /**
-   * Have a goal be filled in, of any action that a robot serves.
-   * @param {string} [chosen] The action that comes first.
-   * @param {Record<string, any>} [values] What is filled in already, by dotted path.
+   * Open the form for a goal of any action that a robot serves.
+   * @param {string} [chosen] The action to show first.
+   * @param {Record<string, any>} [values] Initial values by dotted path.
    */
   fillInGoal(robot, chosen = 'navigate_to_pose', values = {}) {
     const { actions } = this.app.model.forms;
@@ -65,7 +65,7 @@ export class Orders {
     return this.app.form.open({ title: `Send a goal to ${robot}`, label: 'Action', verb: 'Send', forms, chosen, values, robot, send });
   }
 
-  /** Have a fault be filled in. */
+  /** Open the form for a fault. */
   fillInFault(target) {
     const [kind, name] = Object.entries(target)[0];
     const carries = this.app.model.robots.get(target.robot)?.components ?? [];
@@ -85,7 +85,7 @@ export class Orders {
     this.app.toasts.show('good', `Injected ${actionWords(fault.type)} into ${robot ?? door ?? lane.join('–')}.`);
   }
 
-  /** Return when a goal has begun; throw why it was aborted at once. */
+  /** Wait until a goal has begun; throw the reason if it is aborted at once. */
   async #begun(id) {
     const { model } = this.app;
     const known = () => model.goals.get(id);
@@ -101,16 +101,16 @@ export class Orders {
     if (known()?.status === ABORTED) throw new Error(known().errorMsg || `aborted, code ${known().errorCode}`);
   }
 
-  /** Return whether more may come of the instant in which a goal was accepted. */
+  /** Return whether simulated time still is at a goal's acceptance. */
   #isFirstInstant(goal) {
     const { factor, paused, received } = this.app.clock;
     return goal !== undefined && factor > 0 && !paused && received <= goal.accepted;
   }
 
   /**
-   * Ask for something, and tell what came of it.
-   * @param {string} what As after "could not".
-   * @param {string} [done] What to say when it went well.
+   * Send a request, and report the result in a toast.
+   * @param {string} what The request, as after "Could not".
+   * @param {string} [done] The text upon success.
    */
   async ask(what, request, done = '') {
     try {
@@ -141,7 +141,7 @@ function stageOf(goal) {
   return isActive(goal.status) ? 'begun' : 'ended';
 }
 
-/** Throw an error again, with the names of the form's fields in its details. */
+/** Rethrow an error with the names of the form's fields in its details. */
 function pointToFields(error) {
   const said = error.details ?? error.message.split('; ').map((text) => text.match(/^([\w.]+): (.*)$/)).filter(Boolean)
     .map(([, field, message]) => ({ field, message }));

@@ -1,28 +1,28 @@
 /**
- * Which part of the world is on the screen: zoom, pan and follow, and the way between both coordinates.
- * In metres y points up, in pixels down; nothing else in the map knows.
+ * The camera: zoom, pan and follow, and conversion between coordinates of world and screen.
+ * In meters y points up, in pixels down. Only the camera knows this.
  */
 
-const PADDING = 20; // css pixels kept free around what is fitted
+const PADDING = 20; // css pixels of free margin after fitting
 const GLIDE = 0.24; // seconds of a camera's animation
-const CLOSEST = 400; // css pixels that a metre takes at most; a world in pixels: see setWorld
+const CLOSEST = 400; // css pixels per meter at most; for worlds in pixels see setWorld
 
 export class Camera {
-  /** @param {() => void} changed called after every change */
+  /** @param {() => void} changed Called after each change. */
   constructor(changed) {
     this.changed = changed;
     this.x = 0;
     this.y = 0;
-    /** Css pixels that one unit of the world takes. */
+    /** Css pixels per unit of the world. */
     this.scale = 1;
-    /** What a step along y is on the screen: -1 where y points up. */
+    /** The direction of y on the screen: -1 if y points up. */
     this.flip = -1;
     this.width = 1;
     this.height = 1;
-    /** Css pixels at the edges that something else covers. */
+    /** Css pixels at the edges that panels cover. */
     this.insets = { top: 0, right: 0, bottom: 0, left: 0 };
     this.box = [0, 0, 1, 1];
-    /** Whether it was not moved since it was fitted, so that it fits again when the size changes. */
+    /** Whether it has not moved since it was fitted, so that it fits again when the size changes. */
     this.fitted = true;
     this.glide = null;
     this.calm = globalThis.matchMedia?.('(prefers-reduced-motion: reduce)') ?? { matches: false };
@@ -61,7 +61,7 @@ export class Camera {
     return { x: (x0 + x1) / 2 + this.shiftX(scale), y: (y0 + y1) / 2 + this.shiftY(scale), scale };
   }
 
-  /** How far the camera is from the middle of what nothing covers, in the world's unit. */
+  /** The distance of the camera from the center of the uncovered part, in the world's unit. */
   shiftX(scale) {
     return (this.insets.right - this.insets.left) / 2 / scale;
   }
@@ -70,7 +70,7 @@ export class Camera {
     return (this.flip * (this.insets.bottom - this.insets.top)) / 2 / scale;
   }
 
-  /** Zoom by a factor, so that the point below a screen's stays where it is. */
+  /** Zoom by a factor around a point of the screen. */
   zoomAt(px, py, factor, smooth = false) {
     const base = this.glide?.to ?? this;
     const least = this.fitting().scale / 8;
@@ -82,18 +82,18 @@ export class Camera {
     this.moveTo({ x, y, scale }, smooth);
   }
 
-  /** Move what is seen by so many css pixels. */
+  /** Move the view by css pixels. */
   panBy(dx, dy) {
     this.moveTo({ x: this.x - dx / this.scale, y: this.y - (this.flip * dy) / this.scale, scale: this.scale }, false);
   }
 
-  /** Have a point in the middle of what nothing covers. */
+  /** Center a point in the uncovered part. */
   centerOn(x, y, smooth = true) {
     const { scale } = this;
     this.moveTo({ x: x + this.shiftX(scale), y: y + this.shiftY(scale), scale }, smooth);
   }
 
-  /** Draw near to a robot that moves. */
+  /** Follow a moving robot. */
   chase(x, y, seconds) {
     const share = this.calm.matches ? 1 : 1 - Math.exp(-seconds / 0.12);
     const dx = (x + this.shiftX(this.scale) - this.x) * share;
@@ -116,7 +116,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Go on with an animation, if there is one. */
+  /** Advance the animation, if there is one. */
   advance(wallMs) {
     if (!this.glide) return;
     const { from, to } = this.glide;
@@ -124,7 +124,7 @@ export class Camera {
     const time = Math.min(1, (wallMs - this.glide.began) / 1000 / GLIDE);
     const share = 1 - (1 - time) ** 3;
     this.scale = from.scale * (to.scale / from.scale) ** share;
-    // Along a zoom the centre moves as the scale does, so that the point below the pointer stays.
+    // The center moves with the scale, so that the point below the pointer stays.
     const even = Math.abs(to.scale / from.scale - 1) < 1e-6;
     const moved = even ? share : (1 / from.scale - 1 / this.scale) / (1 / from.scale - 1 / to.scale);
     this.x = from.x + (to.x - from.x) * moved;
@@ -136,7 +136,7 @@ export class Camera {
     this.changed();
   }
 
-  /** @returns {Camera} one that stands still and sees so many css pixels more on each side */
+  /** @returns {Camera} A still copy that sees more css pixels on each side. */
   widened(margin) {
     const { width, height } = this;
     const insets = Object.fromEntries(Object.entries(this.insets).map(([edge, covered]) => [edge, covered + margin]));

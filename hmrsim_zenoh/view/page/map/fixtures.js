@@ -9,36 +9,36 @@ export function drawFixtures(c, frame) {
   for (const door of model.doors.values()) drawDoor(c, frame, door);
 }
 
-/** How much of a door's half is closed by its leaf. */
+/** The share of a door's half that a leaf closes. */
 const LEAF = { open: 0.12, opening: 0.3, closed: 0.5 };
 
 /** Half the side of a dock on the screen. */
 export function dockSize({ camera, measures }) {
-  return Math.min(26, Math.max(3, 0.45 * measures.metre * camera.scale));
+  return Math.min(26, Math.max(3, 0.45 * measures.meter * camera.scale));
 }
 
 function drawDocks(c, frame) {
-  const { camera, model, colours } = frame;
+  const { camera, model, colors } = frame;
   const size = dockSize(frame);
   for (const dock of model.docks.values()) {
     const px = camera.screenX(dock.at[0]);
     const py = camera.screenY(dock.at[1]);
     if (px < -40 || py < -40 || px > camera.width + 40 || py > camera.height + 40) continue;
-    const colour = dock.charges ? colours.charger : colours.dock;
+    const color = dock.charges ? colors.charger : colors.dock;
     const taken = dock.docked.length;
     c.beginPath();
     c.roundRect(px - size, py - size, 2 * size, 2 * size, size * 0.3);
-    c.fillStyle = faint(colour, taken ? 0.3 : 0.1);
+    c.fillStyle = faint(color, taken ? 0.3 : 0.1);
     c.fill();
-    c.strokeStyle = colour;
+    c.strokeStyle = color;
     c.lineWidth = size < 6 ? 1 : 1.5;
     if (!taken && size >= 6) c.setLineDash([4, 3]);
     c.stroke();
     c.setLineDash([]);
     if (size < 7) continue;
-    if (dock.charges && !taken) sign(c, GLYPHS.bolt, px, py, size * 0.6, faint(colour, 0.85));
+    if (dock.charges && !taken) sign(c, GLYPHS.bolt, px, py, size * 0.6, faint(color, 0.85));
     if (dock.capacity > 1) {
-      c.fillStyle = colour;
+      c.fillStyle = color;
       c.font = '600 10px system-ui, sans-serif';
       c.textAlign = 'right';
       c.textBaseline = 'bottom';
@@ -47,29 +47,29 @@ function drawDocks(c, frame) {
   }
 }
 
-function sign(c, glyph, px, py, size, colour) {
+function sign(c, glyph, px, py, size, color) {
   c.save();
   c.translate(px, py);
   c.scale(size, size);
-  c.fillStyle = c.strokeStyle = colour;
+  c.fillStyle = c.strokeStyle = color;
   glyph(c);
   c.restore();
 }
 
-/** A door is a hollow bar, which a wall never is; of an open one only leaves at the jambs are left. */
-function drawDoor(c, { camera, measures, colours }, door) {
+/** Draw a door as a hollow bar, unlike a wall; an open one has only leaves at the jambs. */
+function drawDoor(c, { camera, measures, colors }, door) {
   const [a, b] = door.at;
   const ax = camera.screenX(a[0]);
   const ay = camera.screenY(a[1]);
   const dx = camera.screenX(b[0]) - ax;
   const dy = camera.screenY(b[1]) - ay;
-  const thick = Math.max(4, Math.min(9, 0.2 * measures.metre * camera.scale));
+  const thick = Math.max(4, Math.min(9, 0.2 * measures.meter * camera.scale));
   const leaf = LEAF[door.state] ?? 0.5;
-  const colour = door.locked ? colours.fault : colours.door;
-  const bars = [[thick + 2, colours.floor], [thick, colour], [thick - 2.5, door.locked ? colour : colours.floor]];
+  const color = door.locked ? colors.fault : colors.door;
+  const bars = [[thick + 2, colors.floor], [thick, color], [thick - 2.5, door.locked ? color : colors.floor]];
   c.lineCap = 'butt';
   for (const [width, shade] of bars) {
-    // The hollow is shorter, so that the bar is closed at its ends.
+    // The hollow part is shorter, so that the bar is closed at its ends.
     const end = width < thick ? 1.25 / (Math.hypot(dx, dy) || 1) : 0;
     c.beginPath();
     for (const [from, to] of leaf === 0.5 ? [[end, 1 - end]] : [[end, leaf - end], [1 - leaf + end, 1 - end]]) {
@@ -81,24 +81,24 @@ function drawDoor(c, { camera, measures, colours }, door) {
     c.stroke();
   }
   if (leaf < 0.5) {
-    // Between the leaves a thin line says that there is a door.
+    // A thin line between the leaves marks the door.
     c.beginPath();
     c.moveTo(ax + dx * leaf, ay + dy * leaf);
     c.lineTo(ax + dx * (1 - leaf), ay + dy * (1 - leaf));
     c.lineWidth = 1;
-    c.strokeStyle = colour;
+    c.strokeStyle = color;
     c.setLineDash([2, 3]);
     c.stroke();
     c.setLineDash([]);
   }
   if (!door.locked || Math.hypot(dx, dy) < 14) return;
-  drawBadge(c, GLYPHS.lock, ax + dx / 2, ay + dy / 2, 7, colours.fault, colours.floor);
+  drawBadge(c, GLYPHS.lock, ax + dx / 2, ay + dy / 2, 7, colors.fault, colors.floor);
 }
 
-/** A lift is a shaft through its stops, with the cabin where it is, and an arrow where it goes. */
-function drawLift(c, { camera, measures, colours }, lift) {
-  const size = Math.min(30, Math.max(4, 0.55 * measures.metre * camera.scale));
-  c.strokeStyle = colours.lift;
+/** Draw a lift as a shaft through its stops, with the cabin and a badge at the destination. */
+function drawLift(c, { camera, measures, colors }, lift) {
+  const size = Math.min(30, Math.max(4, 0.55 * measures.meter * camera.scale));
+  c.strokeStyle = colors.lift;
   c.lineWidth = 1.5;
   c.setLineDash([2, 4]);
   c.beginPath();
@@ -111,23 +111,23 @@ function drawLift(c, { camera, measures, colours }, lift) {
     const here = stop === lift.stop;
     c.beginPath();
     c.roundRect(px - size, py - size, 2 * size, 2 * size, 2);
-    c.fillStyle = faint(colours.lift, here ? 0.35 : 0.08);
+    c.fillStyle = faint(colors.lift, here ? 0.35 : 0.08);
     c.fill();
     c.lineWidth = here ? 2 : 1;
     if (!here) c.setLineDash([3, 3]);
     c.stroke();
     c.setLineDash([]);
     if (stop !== lift.to || size <= 5) continue;
-    drawBadge(c, GLYPHS.dots, px, py, Math.min(8, size * 0.6), colours.lift, colours.floor);
+    drawBadge(c, GLYPHS.dots, px, py, Math.min(8, size * 0.6), colors.lift, colors.floor);
   }
 }
 
-/** Mark faults at lanes, doors and robots; *where* tells where a robot is on the screen, or null. */
+/** Mark faults at lanes, doors and robots; *where* returns the position of a robot on the screen, or null. */
 export function drawFaults(c, frame, where) {
-  const { colours } = frame;
+  const { colors } = frame;
   for (const fault of frame.model.faults.values()) {
     const at = spotOf(fault, frame, where);
-    if (at) drawWarning(c, at[0], at[1], 8, colours.fault, colours.floor);
+    if (at) drawWarning(c, at[0], at[1], 8, colors.fault, colors.floor);
   }
 }
 
@@ -144,11 +144,11 @@ function spotOf(fault, { camera, world, model }, where) {
   return lane ? between([lane.a, lane.b]) : null;
 }
 
-/** Link the robots of each deadlock, in the order in which one waits for the next. */
+/** Link the robots of each deadlock, each to the one that it waits for. */
 export function drawDeadlocks(c, frame, where) {
-  const { colours, model } = frame;
+  const { colors, model } = frame;
   if (!model.deadlocks.length) return;
-  for (const [width, colour] of [[6, colours.floor], [3, colours.fault]]) {
+  for (const [width, color] of [[6, colors.floor], [3, colors.fault]]) {
     c.beginPath();
     for (const { robots } of model.deadlocks) {
       const spots = robots.map(where).filter(Boolean);
@@ -156,12 +156,12 @@ export function drawDeadlocks(c, frame, where) {
     }
     c.lineWidth = width;
     c.lineCap = 'round';
-    c.strokeStyle = colour;
+    c.strokeStyle = color;
     c.stroke();
   }
 }
 
-/** Trace an arc from robot to robot, bent to one side so that those of two don't lie on each other. */
+/** Trace an arc from robot to robot, bent to one side so that mutual arcs do not overlap. */
 function link(c, [ax, ay, ar], [bx, by, br]) {
   const length = Math.hypot(bx - ax, by - ay);
   if (length < 1) return;

@@ -1,6 +1,6 @@
-/** What fingers, mouse and wheel mean: pan, zoom, pinch, click, menu; told to a handler in css pixels. */
+/** Pointer and wheel gestures: pan, zoom, pinch, click and menu, in css pixels. */
 
-const SLACK = 6; // css pixels that a click may move
+const SLACK = 6; // css pixels of movement that still count as a click
 const LONG_PRESS = 550; // ms
 const DOUBLE = 320; // ms
 
@@ -18,7 +18,7 @@ export class Gestures {
   constructor(element, handler) {
     this.element = element;
     this.handler = handler;
-    /** Map of a pointer's id to where it is. */
+    /** The position of each pointer by id. */
     this.pointers = new Map();
     this.moved = false;
     this.timer = 0;
@@ -82,7 +82,7 @@ export class Gestures {
     }
     if (this.pointers.size === 2) this.pinch(event.pointerId, px, py);
     else if (this.moved) this.handler.pan(px - pointer.px, py - pointer.py);
-    // What is within the slack counts for the pan, once it has begun.
+    // Movement within the slack counts once a pan has begun.
     if (this.moved) Object.assign(pointer, { px, py });
   }
 

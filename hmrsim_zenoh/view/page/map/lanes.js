@@ -1,10 +1,10 @@
-/** Lanes and waypoints: as wide as robots fit on them, with arrows where they lead one way, crossed where closed. */
+/** Lanes and waypoints: as wide as their capacity, with arrows if one-way, crossed if closed. */
 
 import { faint, mixed } from './shapes.js';
 
 const ARROW_EVERY = 64; // css pixels
 
-/** Return how wide a lane is on the screen. */
+/** Return the width of a lane on the screen. */
 function laneWidth(lane, { camera, measures }) {
   const share = lane.capacity === 1 ? 0.7 : Math.min(2, 0.6 + (lane.capacity ?? 1) * 0.3);
   return Math.min(44, Math.max(2, measures.road * share * camera.scale));
@@ -22,7 +22,7 @@ function seen(lane, camera, margin) {
 }
 
 export function drawLanes(c, frame) {
-  const { camera, world, colours, closedLanes } = frame;
+  const { camera, world, colors, closedLanes } = frame;
   const bands = new Map();
   const open = [];
   const closed = [];
@@ -35,16 +35,16 @@ export function drawLanes(c, frame) {
     bands.get(width).push(lane);
   }
   c.lineCap = 'round';
-  // Mixed and not faint: where two bands meet one must not see both.
-  c.strokeStyle = mixed(colours.floor, colours.lane, 0.22);
+  // Mixed instead of transparent, so that overlaps of bands stay invisible.
+  c.strokeStyle = mixed(colors.floor, colors.lane, 0.22);
   for (const [width, lanes] of bands) {
     c.lineWidth = width;
     strokeLanes(c, camera, lanes);
   }
   c.lineWidth = 1;
-  c.strokeStyle = faint(colours.lane, 0.9);
+  c.strokeStyle = faint(colors.lane, 0.9);
   strokeLanes(c, camera, open);
-  drawArrows(c, frame, open, colours.lane);
+  drawArrows(c, frame, open, colors.lane);
   drawClosed(c, frame, closed);
   drawWaypoints(c, frame);
 }
@@ -58,7 +58,7 @@ function strokeLanes(c, camera, lanes) {
   c.stroke();
 }
 
-function drawArrows(c, frame, lanes, colour) {
+function drawArrows(c, frame, lanes, color) {
   const { camera } = frame;
   c.beginPath();
   for (const lane of lanes) {
@@ -78,24 +78,24 @@ function drawArrows(c, frame, lanes, colour) {
       c.closePath();
     }
   }
-  c.fillStyle = colour;
+  c.fillStyle = color;
   c.fill();
 }
 
-/** Dashed, with a cross in the middle, but where a lock says why. */
+/** Draw closed lanes dashed, with a cross in the middle unless a locked door is the reason. */
 function drawClosed(c, frame, lanes) {
   if (!lanes.length) return;
-  const { camera, colours, world, model } = frame;
+  const { camera, colors, world, model } = frame;
   const shut = [...world.doors.values()].filter(({ name }) => model.doors.get(name)?.locked);
   const locked = new Set(shut.flatMap((door) => door.lanes));
-  c.strokeStyle = colours.lane_closed;
+  c.strokeStyle = colors.lane_closed;
   c.lineWidth = 2;
   c.lineCap = 'butt';
   c.setLineDash([7, 5]);
   strokeLanes(c, camera, lanes);
   c.setLineDash([]);
   c.lineCap = 'round';
-  for (const [width, colour] of [[6, colours.floor], [2.5, colours.lane_closed]]) {
+  for (const [width, color] of [[6, colors.floor], [2.5, colors.lane_closed]]) {
     c.beginPath();
     for (const lane of lanes) {
       if (locked.has(lane)) continue;
@@ -108,13 +108,13 @@ function drawClosed(c, frame, lanes) {
       c.lineTo(x + size, y - size);
     }
     c.lineWidth = width;
-    c.strokeStyle = colour;
+    c.strokeStyle = color;
     c.stroke();
   }
 }
 
-function drawWaypoints(c, { camera, world, measures, colours }) {
-  const size = Math.min(4.5, 0.09 * measures.metre * camera.scale);
+function drawWaypoints(c, { camera, world, measures, colors }) {
+  const size = Math.min(4.5, 0.09 * measures.meter * camera.scale);
   if (size < 1.1) return;
   c.beginPath();
   for (const { at } of world.waypoints.values()) {
@@ -123,8 +123,8 @@ function drawWaypoints(c, { camera, world, measures, colours }) {
     c.moveTo(px + size, py);
     c.arc(px, py, size, 0, 2 * Math.PI);
   }
-  c.fillStyle = colours.floor;
-  c.strokeStyle = colours.waypoint;
+  c.fillStyle = colors.floor;
+  c.strokeStyle = colors.waypoint;
   c.lineWidth = Math.min(1.5, size * 0.6);
   c.fill();
   c.stroke();

@@ -4,6 +4,7 @@ import { inSight, itemSize, stamp } from './robot_layer.js';
 
 const CELL = 8; // css pixels
 
+/** The occupied parts of the screen as a grid of cells, so that names do not overlap. */
 export class Room {
   constructor() {
     this.cells = new Uint8Array(0);
@@ -11,7 +12,7 @@ export class Room {
     this.rows = 0;
   }
 
-  /** Make all of it free. */
+  /** Free all cells. */
   reset(width, height) {
     this.columns = Math.ceil(width / CELL) + 1;
     this.rows = Math.ceil(height / CELL) + 1;
@@ -19,12 +20,12 @@ export class Room {
     else this.cells.fill(0);
   }
 
-  /** Take a rectangle, whether it is free or not. */
+  /** Occupy a rectangle. */
   take(left, top, width, height) {
     this.walk(left, top, width, height, true);
   }
 
-  /** Return whether a rectangle is free, all of it on the screen. */
+  /** Return whether a rectangle is free and completely on the screen. */
   free(left, top, width, height) {
     if (left < 0 || top < 0 || left + width > this.columns * CELL || top + height > this.rows * CELL) return false;
     return this.walk(left, top, width, height, false);
@@ -45,27 +46,27 @@ export class Room {
   }
 }
 
-const ROOM = 7000; // square css pixels a robot, of which with less only the chosen and those that stand for a reason have names
-const CROWD = 400; // with more robots in sight names don't keep clear of robots
-const ITEMS_NAMED = 34; // css pixels a metre
-const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]]; // where a name may be, best first
+const ROOM = 7000; // square css pixels per robot below which only chosen and blocked robots have names
+const CROWD = 400; // robots in sight above which names may cover robots
+const ITEMS_NAMED = 34; // css pixels per meter
+const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]]; // the positions of a name, best first
 const RANKS = { stopped: 0, offline: 0, waiting: 1, driving: 2, busy: 2, charging: 3, idle: 3 };
-const LESSER = 2; // rank from which names are left out where there are too many robots
+const LESSER = 2; // rank from which names are omitted if there are too many robots
 const MANY = 1e6; // more than there are robots
-const AGAIN = 200; // ms after which names are placed anew; until then they move with their robots
+const AGAIN = 200; // ms after which names are placed again; until then they move with their robots
 
 export class Names {
-  /** @param {import('./signs.js').Signs} signs of what stands still */
+  /** @param {import('./signs.js').Signs} signs The names of static objects. */
   constructor(sprites, signs) {
     this.sprites = sprites;
     this.signs = signs;
     this.room = new Room();
-    /** The side where each robot's name was last, so that it stays there while it can. */
+    /** The last side of each robot's name, so that it stays there if possible. */
     this.sides = new Map();
-    /** Robots that have names, and on which side, since they were placed. @type {[string, number, boolean][]} */
+    /** Robots with names, with the side, and whether they are chosen. @type {[string, number, boolean][]} */
     this.placed = [];
     this.named = new Set();
-    /** Items that have names. */
+    /** Items with names. */
     this.items = [];
     this.said = '';
     this.when = -Infinity;
@@ -93,7 +94,7 @@ export class Names {
     }
   }
 
-  /** Place the names of chosen robots first; a name for which there is no room is left out. */
+  /** Place names, of chosen robots first; names without room are omitted. */
   arrange(frame, poses) {
     const { camera, selected, hovered, follow, layers } = frame;
     this.placed.length = this.items.length = 0;
@@ -114,15 +115,15 @@ export class Names {
       if (!chosen.includes(poses.robots[i].name)) this.place(poses, i, false, false);
     }
     this.named = new Set(this.placed.map(([name]) => name));
-    if (camera.scale * frame.measures.metre >= ITEMS_NAMED) this.placeItems(frame);
+    if (camera.scale * frame.measures.meter >= ITEMS_NAMED) this.placeItems(frame);
   }
 
-  /** Return the robots in sight in the order of their names' importance: as its state is, and whose name is there already. */
+  /** Return the robots in sight by importance: by state, then those that have a name already. */
   ranked(poses, now) {
     const ranks = new Float64Array(poses.count);
     for (let i = 0; i < poses.count; i++) {
       const { name } = poses.robots[i];
-      // As whole numbers, which are sorted fast: rank, then index.
+      // Whole numbers sort fast: rank, then index.
       ranks[i] = (2 * RANKS[poses.robots[i].stateAt(now)] + (this.named.has(name) ? 0 : 1)) * MANY + i;
     }
     return Array.from(ranks.sort(), (rank) => [rank % MANY, rank / MANY / 2]);
@@ -142,7 +143,7 @@ export class Names {
     this.placed.push([name, side, selected]);
   }
 
-  /** Return a side that is free, the last one if that is; null if none is. */
+  /** Return a free side, preferably the last one; null if none is free. */
   side(poses, i, sprite, last, clear) {
     for (let k = -1; k < SIDES.length; k++) {
       const side = k < 0 ? last : k;
@@ -172,7 +173,7 @@ export class Names {
 
 const spot = [0, 0];
 
-/** Return the left upper corner of a robot's name on a side, in an array that is used again. */
+/** Return the upper left corner of a robot's name on a side, in a reused array. */
 function corner(poses, i, sprite, side) {
   const [x, y] = SIDES[side];
   const below = poses.radius[i] + (poses.robots[i].battery && y > 0 ? 8 : 3) + sprite.height / 2;

@@ -1,13 +1,13 @@
 /** The object below a point of the screen, and the tooltip that describes it. */
 
-const REACH = 12; // css pixels that a finger or pointer may be off
+const REACH = 12; // css pixels of tolerance
 
 /**
  * @typedef {{kind: 'robot'|'item'|'dock'|'door'|'lift'|'place'|'waypoint'|'lane'|'floor', name: string,
  *   point: number[]}} Pick
  */
 
-/** @returns {Pick} with the point that is meant: that of what is there, or the very point on lanes and on the floor */
+/** Return the object at a point of the screen, with its own point, or the very point on lanes and on the floor. */
 export function pickAt(frame, poses, px, py) {
   const { camera, world, model, layers } = frame;
   const point = [camera.worldX(px), camera.worldY(py)];
@@ -30,7 +30,7 @@ function robotAt({ camera }, poses, px, py) {
   let least = Infinity;
   for (let i = 0; i < poses.count; i++) {
     const far = Math.hypot(poses.px[i] - px, poses.py[i] - py);
-    // One that is drawn small can be hit, too, but a nearer one wins.
+    // Small robots have tolerance, but a nearer one wins.
     if (far < Math.max(REACH, poses.radius[i] + 3) && far <= least) [found, least] = [i, far];
   }
   if (found < 0) return null;
@@ -54,12 +54,12 @@ function nearest(kind, things, [x, y], reach) {
 
 function doorAt(model, point, reach) {
   for (const { name, at: [a, b] } of model.doors.values()) {
-    if (farFrom(point, a, b) <= reach) return { kind: 'door', name, point: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] };
+    if (distanceTo(point, a, b) <= reach) return { kind: 'door', name, point: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] };
   }
   return null;
 }
 
-function farFrom([x, y], a, b) {
+function distanceTo([x, y], a, b) {
   const dx = b[0] - a[0];
   const dy = b[1] - a[1];
   const share = Math.min(1, Math.max(0, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1)));
@@ -75,8 +75,9 @@ const STYLE = `position:absolute;left:0;top:0;z-index:2;pointer-events:none;max-
 border-radius:6px;font:12px/1.35 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;white-space:pre-line;
 box-shadow:0 2px 8px rgb(0 0 0/.25);visibility:hidden`;
 
+/** A tooltip beside the pointer. */
 export class Tooltip {
-  /** @param {HTMLElement} element what it is within */
+  /** @param {HTMLElement} element The container. */
   constructor(element) {
     this.box = document.createElement('div');
     this.box.style.cssText = STYLE;
@@ -86,13 +87,13 @@ export class Tooltip {
   }
 
   /** @param {string} text "" hides it */
-  show(text, px, py, width, colours) {
+  show(text, px, py, width, colors) {
     if (text !== this.text) {
       this.text = text;
       this.box.textContent = text;
       this.box.style.visibility = text ? 'visible' : 'hidden';
-      this.box.style.background = colours.ink;
-      this.box.style.color = colours.background;
+      this.box.style.background = colors.ink;
+      this.box.style.color = colors.background;
     }
     if (!text) return;
     const left = px > width * 0.65 ? px - 14 - this.box.offsetWidth : px + 14;
@@ -100,24 +101,24 @@ export class Tooltip {
   }
 }
 
-/** Return what is to be said about what was picked; "" for what speaks for itself. */
-export function sayOf({ kind, name }, { model, world }, time) {
+/** Return the tooltip of a picked object; "" for none. */
+export function tooltipOf({ kind, name }, { model, world }, time) {
   const thing = { robot: 'robots', item: 'items', dock: 'docks', door: 'doors', lift: 'lifts' }[kind];
   const now = thing && model[thing].get(name);
   switch (kind) {
-    case 'robot': return now ? sayOfRobot(now, time) : '';
+    case 'robot': return now ? robotTooltip(now, time) : '';
     case 'item': return `${name} · item${now?.weight ? `, ${now.weight} kg` : ''}`;
     case 'dock': return `${name} · ${now.type}, ${now.docked.length ? now.docked.join(', ') : 'free'}${queue(now)}`;
     case 'door': return `${name} · ${now.type === 'door' ? '' : `${now.type} `}door, ${doorState(now)}`;
     case 'lift': return `${name} · lift at ${now.stop}${now.to ? `, on its way to ${now.to}` : ''}`;
     case 'place': return `${name} · place`;
     case 'waypoint': return `${name} · waypoint`;
-    case 'lane': return sayOfLane(world.lanesByKey.get(name), model);
+    case 'lane': return laneTooltip(world.lanesByKey.get(name), model);
     default: return '';
   }
 }
 
-function sayOfRobot(robot, time) {
+function robotTooltip(robot, time) {
   const state = robot.stateAt(time);
   const waits = robot.waits ? robot.waitsFor.join(', ') || robot.waitsWhy : '';
   const why = Object.values(robot.ailments).join('; ') || waits;
@@ -135,7 +136,7 @@ function doorState({ state, locked, jammed }) {
   return `${state}${locked ? ', locked' : ''}${jammed ? ', jammed' : ''}`;
 }
 
-function sayOfLane(lane, model) {
+function laneTooltip(lane, model) {
   if (!lane) return '';
   const why = model.closedLanes.get(lane.key) ?? model.closedLanes.get(`${lane.to}|${lane.from}`);
   const room = lane.capacity === null ? '' : `, for ${lane.capacity}`;

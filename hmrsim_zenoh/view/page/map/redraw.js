@@ -1,36 +1,37 @@
 /** When to draw: what has changed in the model, and how many frames the browser can take. */
 
-const SHARPEST = 2; // device pixels a css pixel
-const SLOW = 45; // ms from frame to frame from which less sharp ones are drawn
-const DEAR = 12; // ms of script a frame from which every second one is left out
-const LEARNED = 40; // frames from which it learns
+const SHARPEST = 2; // device pixels per css pixel
+const SLOW = 45; // ms between frames from which the resolution is reduced
+const DEAR = 12; // ms of script per frame from which every other frame is skipped
+const LEARNED = 40; // frames to average
 
+/** Adapts resolution and frame rate to the browser's speed. */
 export class Pace {
   constructor() {
-    /** Device pixels a css pixel at most. */
+    /** The largest number of device pixels per css pixel. */
     this.sharpest = SHARPEST;
-    /** Whether only every second frame is drawn. */
+    /** Whether only every other frame is drawn. */
     this.halved = false;
     this.skipped = false;
     this.forget();
   }
 
-  /** @returns {boolean} whether to leave this frame out */
+  /** Return whether to skip this frame. */
   skips() {
     this.skipped = this.halved && !this.skipped;
     return this.skipped;
   }
 
-  /** Nothing moves: what comes next is not late. */
+  /** Note that nothing moves, so that the next frame is not late. */
   rest() {
     this.before = NaN;
   }
 
-  /** A frame has been drawn. @param {number} wallMs when @param {number} took ms of script */
+  /** Note a drawn frame. @param {number} took ms of script */
   add(wallMs, took, ratio) {
     const gap = wallMs - this.before;
     this.before = wallMs;
-    // A page that was hidden for a second is not slow.
+    // A hidden page is not slow.
     if (!(gap < 1000)) return;
     this.gaps += gap;
     this.took += took;
@@ -49,13 +50,14 @@ export class Pace {
 
 const KEPT = 60;
 
+/** The duration of frames, for benchmarks. */
 export class Stats {
   constructor() {
-    /** Frames that were drawn; those in which nothing had changed don't count. */
+    /** The number of drawn frames. */
     this.frames = 0;
     /** Robots in sight. */
     this.drawn = 0;
-    /** Mean milliseconds of script a frame, of the last 60 that were drawn. */
+    /** Mean milliseconds of script per frame, over the last 60. */
     this.scriptMs = 0;
     this._last = new Float64Array(KEPT);
   }
@@ -71,11 +73,12 @@ export class Stats {
   }
 }
 
+/** Requests redraws for changes of a model. */
 export class Watch {
   constructor(model, view) {
     this.model = model;
     this.view = view;
-    /** The fixtures as they were drawn; what is said of one is replaced and never changed. */
+    /** The fixtures as drawn; their values are replaced and never changed. */
     this.fixtures = [];
     this.closed = '';
     model.addEventListener('world', () => view.worldChanged());

@@ -3,9 +3,10 @@
 import { faint, lookOf } from './shapes.js';
 import { HEADINGS, Sprites } from './sprites.js';
 
+/** The positions of robots on the screen, in arrays that are reused from frame to frame. */
 export class Poses {
   constructor() {
-    /** How many robots are in sight; only so many entries of the arrays count. */
+    /** The number of robots in sight, and of valid entries in the arrays. */
     this.count = 0;
     /** @type {import('../model/robot.js').Robot[]} */
     this.robots = [];
@@ -15,14 +16,14 @@ export class Poses {
     this.radius = new Float32Array(0);
     /** Radians clockwise, as the canvas turns. */
     this.angle = new Float32Array(0);
-    /** Whether it is still on its way; where it has arrived, nothing is ahead. */
+    /** Whether there is a path ahead. */
     this.goes = [];
     this.pose = [0, 0, 0];
-    /** Map of a name to its index, of all in sight. */
+    /** The index of each robot in sight by name. */
     this.index = new Map();
   }
 
-  /** Look where everybody is. */
+  /** Compute the positions of all robots. */
   look(frame, time) {
     const { camera, model, measures } = frame;
     const all = model.robots.size;
@@ -53,7 +54,7 @@ export class Poses {
     this.count = count;
   }
 
-  /** Return x, y and radius on the screen of a robot, or null if it is out of sight. */
+  /** Return x, y and radius of a robot on the screen, or null if it is out of sight. */
   where(name) {
     const i = this.index.get(name);
     return i === undefined ? null : [this.px[i], this.py[i], this.radius[i]];
@@ -69,10 +70,10 @@ export function anyRobotMoves(model, before, now) {
   return false;
 }
 
-const SENSORS_CROWD = 40; // with more robots in sight only the chosen one's sensors are shown
+const SENSORS_CROWD = 40; // robots in sight above which only chosen ones' sensors are shown
 
 export function drawSensors(c, frame, poses) {
-  const { camera, colours, selected, follow, hovered } = frame;
+  const { camera, colors, selected, follow, hovered } = frame;
   const all = poses.count <= SENSORS_CROWD;
   for (let i = 0; i < poses.count; i++) {
     const robot = poses.robots[i];
@@ -89,7 +90,7 @@ export function drawSensors(c, frame, poses) {
       c.moveTo(px + 9, py);
       c.arc(px, py, 9, 0, 2 * Math.PI);
     }
-    c.strokeStyle = colours.sensor;
+    c.strokeStyle = colors.sensor;
     c.lineWidth = 1.5;
     c.setLineDash([2, 3]);
     c.stroke();
@@ -97,7 +98,7 @@ export function drawSensors(c, frame, poses) {
   }
 }
 
-function drawReach(c, { camera, colours }, sensor, poses, i, chosen) {
+function drawReach(c, { camera, colors }, sensor, poses, i, chosen) {
   const radius = sensor.range * camera.scale;
   if (!(radius > 3)) return;
   const px = poses.px[i];
@@ -108,9 +109,9 @@ function drawReach(c, { camera, colours }, sensor, poses, i, chosen) {
   if (half < Math.PI) c.moveTo(px, py);
   c.arc(px, py, radius, heading - half, heading + half);
   c.closePath();
-  c.fillStyle = faint(colours.sensor, sensor.blind ? 0 : chosen ? 0.16 : 0.07);
+  c.fillStyle = faint(colors.sensor, sensor.blind ? 0 : chosen ? 0.16 : 0.07);
   c.fill();
-  c.strokeStyle = sensor.blind ? colours.fault : faint(colours.sensor, chosen ? 0.8 : 0.4);
+  c.strokeStyle = sensor.blind ? colors.fault : faint(colors.sensor, chosen ? 0.8 : 0.4);
   c.lineWidth = 1;
   if (sensor.blind) c.setLineDash([4, 4]);
   c.stroke();
@@ -119,8 +120,8 @@ function drawReach(c, { camera, colours }, sensor, poses, i, chosen) {
 
 const FEW = 60; // robots in sight
 const CROWD = 160; // robots in sight above which small ones have no battery
-const SMALL = 16; // css pixels of radius below which a robot is not turned smoothly
-const PLAIN = 9; // css pixels of radius below which many robots have marks only of what is wrong
+const SMALL = 16; // css pixels of radius below which headings are rounded
+const PLAIN = 9; // css pixels of radius below which many robots have only marks of problems
 const DOT = 5; // css pixels of radius below which a robot has no marks
 
 export class RobotLayer {
@@ -153,7 +154,7 @@ export class RobotLayer {
       const size = Sprites.size(radius);
       const angle = poses.angle[i];
       const small = radius < SMALL;
-      // In whole steps, also of negative angles.
+      // Whole steps, also for negative angles.
       const heading = small ? Math.round((angle * HEADINGS) / (2 * Math.PI)) & (HEADINGS - 1) : 0;
       const look = this.look(robot.type, world);
       const sprite = this.sprites.robot(look, robot.flies, robot.stateAt(time), size, heading);
@@ -174,7 +175,7 @@ export class RobotLayer {
     if (i !== undefined) drawHalo(c, frame, poses.px[i], poses.py[i], poses.radius[i]);
   }
 
-  /** What is beside a robot and does not turn: the mark of its state, its battery, what it holds. */
+  /** Draw the marks of robots that do not turn: state, battery and held items. */
   drawMarks(c, frame, poses, time) {
     for (let i = 0; i < poses.count; i++) {
       const radius = poses.radius[i];
@@ -188,7 +189,7 @@ export class RobotLayer {
       const badge = minor ? null : this.sprites.badge(state, side);
       if (badge) stamp(c, badge, px + radius * 0.78, py - radius * 0.78);
       if (robot.holds.length) {
-        // On its back, where the wedge is not.
+        // On its back, opposite the wedge.
         const item = this.sprites.item(Math.round(Math.min(30, Math.max(6, radius * 0.6))));
         const back = radius * 0.3;
         stamp(c, item, px - back * Math.cos(poses.angle[i]), py - back * Math.sin(poses.angle[i]));
@@ -203,7 +204,7 @@ export class RobotLayer {
 
 /** The side of an item on the screen. */
 export function itemSize({ camera, model, measures }) {
-  return Math.round(Math.min(14, Math.max(model.items.size > 40 ? 3.5 : 7, 0.22 * measures.metre * camera.scale)));
+  return Math.round(Math.min(14, Math.max(model.items.size > 40 ? 3.5 : 7, 0.22 * measures.meter * camera.scale)));
 }
 
 /** Return whether a point of the world is on the screen, or near it. */
@@ -213,19 +214,19 @@ export function inSight(camera, [x, y]) {
   return px > -20 && py > -20 && px < camera.width + 20 && py < camera.height + 20;
 }
 
-/** Copy a picture about a point, onto whole pixels so that it stays sharp. */
+/** Copy a picture around a point, onto whole pixels so that it stays sharp. */
 export function stamp(c, sprite, px, py) {
   c.drawImage(
     sprite.image, Math.round(px - sprite.width / 2), Math.round(py - sprite.height / 2), sprite.width, sprite.height,
   );
 }
 
-function drawHalo(c, { colours }, px, py, radius) {
-  for (const [width, colour] of [[5, colours.floor], [2.5, colours.selected]]) {
+function drawHalo(c, { colors }, px, py, radius) {
+  for (const [width, color] of [[5, colors.floor], [2.5, colors.selected]]) {
     c.beginPath();
     c.arc(px, py, radius + 4, 0, 2 * Math.PI);
     c.lineWidth = width;
-    c.strokeStyle = colour;
+    c.strokeStyle = color;
     c.stroke();
   }
 }

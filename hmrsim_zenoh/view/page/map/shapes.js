@@ -7,23 +7,23 @@
 /**
  * @typedef {{types: string[], bodies: {types: string[], nose: string, small: string,
  *   rotors: {at: number, radius: number, body: number}}}} Palette
- * @typedef {{index: number, colour: string, shape: Path2D, nose: Path2D, small: Path2D,
+ * @typedef {{index: number, color: string, shape: Path2D, nose: Path2D, small: Path2D,
  *   rotors: {at: number, radius: number, body: number}}} Look
  */
 
 /**
- * Return how robots of a type look; of the first one, which is yellow, it is a cart.
- * @param {number} index of the type in the world
+ * Return the look of a robot type; the first type is a yellow cart.
+ * @param {number} index The index of the type in the world.
  */
 export function lookOf(index, { types, bodies }) {
   const [nose, small] = [new Path2D(bodies.nose), new Path2D(bodies.small)];
   const shape = new Path2D(bodies.types[index % bodies.types.length]);
-  return { index, colour: types[index % types.length], shape, nose, small, rotors: bodies.rotors };
+  return { index, color: types[index % types.length], shape, nose, small, rotors: bodies.rotors };
 }
 
-/** Draw a body that drives: its shape, and a wedge that shows where it looks. */
+/** Draw a body that drives: its shape, and a wedge that shows the heading. */
 function drawDriving(c, look, outline, line) {
-  c.fillStyle = look.colour;
+  c.fillStyle = look.color;
   c.fill(look.shape);
   c.lineWidth = line;
   c.strokeStyle = outline;
@@ -47,7 +47,7 @@ function drawFlying(c, look, outline, line) {
       c.beginPath();
       c.arc(x, y, radius, 0, 2 * Math.PI);
       c.globalAlpha = 0.55;
-      c.fillStyle = look.colour;
+      c.fillStyle = look.color;
       c.fill();
       c.globalAlpha = 1;
       c.stroke();
@@ -64,11 +64,11 @@ export function drawBody(c, look, flies, outline, line) {
   (flies ? drawFlying : drawDriving)(c, look, outline, line);
 }
 
-/** Draw the little that is left of a robot that is a few pixels in size: an arrow's head. */
+/** Draw a robot of a few pixels, as an arrowhead. */
 export function drawSmall(c, look, outline, line) {
   c.lineWidth = line;
   c.strokeStyle = outline;
-  c.fillStyle = look.colour;
+  c.fillStyle = look.color;
   c.fill(look.small);
   c.stroke(look.small);
 }
@@ -119,47 +119,47 @@ function lock(c) {
   c.stroke();
 }
 
-/** What each state of a robot is marked with; the others need no mark. */
+/** The glyphs of robots' states; other states have none. */
 export const STATE_GLYPHS = { waiting: dots, charging: bolt, stopped: exclamation, offline: cross, busy: disc };
 
 export const GLYPHS = { bolt, dots, exclamation, cross, disc, lock };
 
-/** Return black or white, whichever is easier to read on a colour. @param {string} colour #rrggbb */
-export function inkOn(colour) {
-  const [r, g, b] = [1, 3, 5].map((i) => (parseInt(colour.slice(i, i + 2), 16) / 255) ** 2.2);
+/** Return black or white, whichever is easier to read on a color. @param {string} color #rrggbb */
+export function inkOn(color) {
+  const [r, g, b] = [1, 3, 5].map((i) => (parseInt(color.slice(i, i + 2), 16) / 255) ** 2.2);
   return 0.2126 * r + 0.7152 * g + 0.0722 * b > 0.3 ? '#11151c' : '#ffffff';
 }
 
-/** Return a colour of the palette with a share of opacity. @param {string} colour #rrggbb */
-export function faint(colour, share) {
-  return colour + Math.round(share * 255).toString(16).padStart(2, '0');
+/** Return a color with an opacity. @param {string} color #rrggbb */
+export function faint(color, share) {
+  return color + Math.round(share * 255).toString(16).padStart(2, '0');
 }
 
-/** Return a colour between two of the palette. @param {number} share of the second, from 0 to 1 */
+/** Return a mix of two colors. @param {number} share Of the second, from 0 to 1. */
 export function mixed(one, other, share) {
-  const part = (colour, i) => parseInt(colour.slice(i, i + 2), 16);
+  const part = (color, i) => parseInt(color.slice(i, i + 2), 16);
   return `rgb(${[1, 3, 5].map((i) => Math.round(part(one, i) * (1 - share) + part(other, i) * share)).join()})`;
 }
 
 /** Draw a glyph on a disc. */
-export function drawBadge(c, glyph, x, y, radius, colour, edge) {
+export function drawBadge(c, glyph, x, y, radius, color, edge) {
   c.save();
   c.translate(x, y);
   c.scale(radius, radius);
   c.beginPath();
   c.arc(0, 0, 1, 0, 2 * Math.PI);
-  c.fillStyle = colour;
+  c.fillStyle = color;
   c.fill();
   c.lineWidth = 1.5 / radius;
   c.strokeStyle = edge;
   c.stroke();
-  c.fillStyle = c.strokeStyle = inkOn(colour);
+  c.fillStyle = c.strokeStyle = inkOn(color);
   glyph(c);
   c.restore();
 }
 
-/** Draw a triangle with an exclamation mark: something is wrong here. */
-export function drawWarning(c, x, y, radius, colour, edge) {
+/** Draw a triangle with an exclamation mark. */
+export function drawWarning(c, x, y, radius, color, edge) {
   c.save();
   c.translate(x, y);
   c.scale(radius, radius);
@@ -171,10 +171,10 @@ export function drawWarning(c, x, y, radius, colour, edge) {
   c.strokeStyle = edge;
   c.stroke();
   c.lineWidth = 0.22;
-  c.fillStyle = c.strokeStyle = colour;
+  c.fillStyle = c.strokeStyle = color;
   c.stroke();
   c.fill();
-  c.fillStyle = inkOn(colour);
+  c.fillStyle = inkOn(color);
   c.translate(0, 0.18);
   c.scale(0.72, 0.72);
   exclamation(c);

@@ -1,4 +1,4 @@
-/** Names of what stands still, where there is room for them: places first, waypoints last. */
+/** Names of static objects, where there is room for them: places first, waypoints last. */
 
 import { dockSize } from './fixtures.js';
 import { Room } from './names.js';
@@ -7,26 +7,26 @@ import { faint } from './shapes.js';
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;
 const BOLD = `600 ${FONT}`;
-const MAX_LANES = 500; // up to which names keep off lanes
-const NUDGE = 10; // css pixels by which a dock's name may be off its middle
-const CLOSE = 14; // css pixels a metre from which a name may lie on a wall rather than be left out
+const MAX_LANES = 500; // lanes up to which names avoid them
+const NUDGE = 10; // css pixels by which a dock's name may be off center
+const CLOSE = 14; // css pixels per meter from which a name may cover a wall
 
 export class Signs {
   constructor() {
     this.room = new Room();
     this.walls = new Room();
     this.lanes = new Room();
-    /** Where the corner of what is drawn is on the screen. */
+    /** The corner of the layer on the screen. */
     this.left = this.top = 0;
-    /** From where to where names of what is in sight have to be. */
+    /** The horizontal range of the uncovered part. */
     this.seen = [0, 0];
     this.widths = new Map();
-    // A dock at a waypoint of its name needs it once.
+    // A dock at a waypoint of the same name needs it once.
     this.named = new Set();
   }
 
   draw(c, frame) {
-    const { camera, world, measures, colours, layers } = frame;
+    const { camera, world, measures, colors, layers } = frame;
     this.room.reset(camera.width, camera.height);
     this.walls.reset(camera.width, camera.height);
     this.lanes.reset(camera.width, camera.height);
@@ -34,13 +34,13 @@ export class Signs {
     if (!layers.names) return;
     const dock = dockSize(frame);
     this.avoid(frame, dock);
-    const close = camera.scale * measures.metre;
+    const close = camera.scale * measures.meter;
     this.named.clear();
-    this.kind(c, frame, world.places, colours.place, 9, true, BOLD);
-    this.kind(c, frame, world.docks, colours.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), FONT, true);
-    this.kind(c, frame, world.doors, colours.door, 7, close > (world.doors.size > 20 ? 40 : 22));
-    this.kind(c, frame, world.lifts, colours.lift, dock + 5, close > 14);
-    this.kind(c, frame, world.waypoints, colours.muted, 7, close > 38);
+    this.kind(c, frame, world.places, colors.place, 9, true, BOLD);
+    this.kind(c, frame, world.docks, colors.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), FONT, true);
+    this.kind(c, frame, world.doors, colors.door, 7, close > (world.doors.size > 20 ? 40 : 22));
+    this.kind(c, frame, world.lifts, colors.lift, dock + 5, close > 14);
+    this.kind(c, frame, world.waypoints, colors.muted, 7, close > 38);
   }
 
   /** Return whether no name is in a rectangle of the screen. */
@@ -48,7 +48,7 @@ export class Signs {
     return this.room.free(left - this.left, top - this.top, width, height);
   }
 
-  /** Know of what names should not lie on: walls, pins, docks and robots that rest; and what panels cover. */
+  /** Occupy what names should not cover: walls, pins, docks and resting robots. */
   avoid(frame, dock) {
     const { camera, world, measures, layers, model, clock } = frame;
     const { insets } = camera;
@@ -67,7 +67,7 @@ export class Signs {
     this.walls.take(camera.screenX(x) - radius, camera.screenY(y) - radius, 2 * radius, 2 * radius);
   }
 
-  /** Know of a wall or a lane, on which names are hard to read. */
+  /** Occupy a wall or a lane, on which names are hard to read. */
   line(room, camera, points, closed = false) {
     for (let i = closed ? 0 : 1; i < points.length; i++) {
       const [ax, ay] = points[(i || points.length) - 1];
@@ -75,27 +75,27 @@ export class Signs {
       const [px, py] = [camera.screenX(ax), camera.screenY(ay)];
       const [dx, dy] = [camera.screenX(bx) - px, camera.screenY(by) - py];
       const steps = Math.ceil(Math.hypot(dx, dy) / 6) || 1;
-      // What is far out of sight takes no steps.
+      // Skip lines far out of sight.
       if (steps > 2000) continue;
       for (let k = 0; k <= steps; k++) room.take(px + (dx * k) / steps - 1, py + (dy * k) / steps - 1, 2, 2);
     }
   }
 
   /**
-   * Write names below their spots, or above, or beside them; best off walls and lanes.
+   * Write names below, above or beside their objects, preferably off walls and lanes.
    *
-   * Things in a *row* have theirs so close that each is clearly of its own, or none.
+   * Objects in a *row* have their names close by, or none.
    */
-  kind(c, { camera, measures, colours }, things, colour, gap, shown, font = FONT, row = false) {
+  kind(c, { camera, measures, colors }, things, color, gap, shown, font = FONT, row = false) {
     if (!shown) return;
     c.font = font;
     c.textAlign = 'center';
     c.textBaseline = 'middle';
     c.lineJoin = 'round';
     c.lineWidth = 3;
-    c.strokeStyle = faint(colours.floor, 0.85);
-    c.fillStyle = colour;
-    const close = camera.scale * measures.metre > CLOSE;
+    c.strokeStyle = faint(colors.floor, 0.85);
+    c.fillStyle = color;
+    const close = camera.scale * measures.meter > CLOSE;
     for (const thing of things.values()) {
       const { name } = thing;
       const [x, y] = spotOf(thing);
@@ -126,7 +126,7 @@ export class Signs {
     }
   }
 
-  /** Return whether a name about a point lies on no other, and on nothing in some rooms. */
+  /** Return whether a name around a point covers no other name, and nothing in some rooms. */
   fits(px, py, width, rooms) {
     const at = [px - width / 2 - 2, py - HEIGHT / 2, width + 4, HEIGHT];
     return this.room.free(...at) && rooms.every((room) => room.free(...at));
@@ -140,25 +140,25 @@ export class Signs {
   }
 }
 
-/** Return where the name of a thing belongs: of a door between its jambs, of a lift at its first stop. */
+/** Return the position of an object's name: of a door in its middle, of a lift at its first stop. */
 function spotOf({ at, points }) {
   if (points) return points[0];
   return Array.isArray(at[0]) ? [(at[0][0] + at[1][0]) / 2, (at[0][1] + at[1][1]) / 2] : at;
 }
 
-function drawPin(c, { camera, measures, colours }, [x, y]) {
+function drawPin(c, { camera, measures, colors }, [x, y]) {
   const px = camera.screenX(x);
   const py = camera.screenY(y);
-  const size = Math.max(2.5, Math.min(5, 0.12 * measures.metre * camera.scale));
+  const size = Math.max(2.5, Math.min(5, 0.12 * measures.meter * camera.scale));
   c.beginPath();
   c.moveTo(px, py - size);
   c.lineTo(px + size, py);
   c.lineTo(px, py + size);
   c.lineTo(px - size, py);
   c.closePath();
-  c.fillStyle = colours.place;
+  c.fillStyle = colors.place;
   c.fill();
   c.lineWidth = 1;
-  c.strokeStyle = colours.floor;
+  c.strokeStyle = colors.floor;
   c.stroke();
 }

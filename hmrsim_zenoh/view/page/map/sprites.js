@@ -3,12 +3,12 @@
 import { STATE_GLYPHS, drawBadge, drawBody, drawSmall, faint, inkOn, mixed } from './shapes.js';
 import { STATES } from '../model/robot.js';
 
-const MAX_SPRITES = 2000; // pictures kept
-export const HEADINGS = 64; // in which small robots are kept: to turn a picture is dear, to copy it is not
-const STEP = 1.08; // from one size that is kept to the next
+const MAX_SPRITES = 2000; // cached pictures
+export const HEADINGS = 64; // of small robots' pictures, as turning a picture is slow and copying it is not
+const STEP = 1.08; // ratio of one cached size to the next
 export const NAME_FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const NAME_HEIGHT = 16;
-const HEAD = 5.5; // css pixels of radius below which a robot is an arrow's head
+const HEAD = 5.5; // css pixels of radius below which a robot is an arrowhead
 
 /** @typedef {{image: ImageBitmap, width: number, height: number}} Sprite in css pixels */
 
@@ -22,12 +22,12 @@ export class Sprites {
     this.measure.font = NAME_FONT;
   }
 
-  /** Forget all, as after a change of theme. */
+  /** Clear the cache, as after a change of theme. */
   clear() {
     this.kept.clear();
   }
 
-  /** @returns {Sprite} the picture of this key, drawn about its middle if it is not there yet */
+  /** Return the picture of a key, drawn around its center if it is not cached. */
   get(key, width, height, draw) {
     const known = this.kept.get(key);
     if (known) return known;
@@ -37,32 +37,32 @@ export class Sprites {
     c.setTransform(this.ratio, 0, 0, this.ratio, canvas.width / 2, canvas.height / 2);
     draw(c);
     const sprite = { width: canvas.width / this.ratio, height: canvas.height / this.ratio, image: null };
-    // A bitmap is copied several times as fast as a canvas is.
+    // A bitmap is copied several times as fast as a canvas.
     sprite.image = canvas.transferToImageBitmap();
     this.kept.set(key, sprite);
     return sprite;
   }
 
-  /** Round a radius up to the index of one that is kept. */
+  /** Return the index of the next larger cached radius. */
   static size(radius) {
     return Math.ceil(Math.log(radius) / Math.log(STEP) - 1e-6);
   }
 
-  /** The radius with an index. */
+  /** Return the radius with an index. */
   static radius(size) {
     return STEP ** size;
   }
 
-  /** A robot in its state. @param {number} size as of `size` @param {number} heading from 0 to `HEADINGS`, clockwise */
+  /** Return a robot in its state. @param {number} size See `size`. @param {number} heading From 0 to `HEADINGS`. */
   robot(look, flies, state, size, heading) {
-    // A number, because a string is made anew for each robot and frame.
+    // A number, as strings would be created for each robot and frame.
     const kind = (look.index * 2 + (flies ? 1 : 0)) * STATES.length + STATES.indexOf(state);
     const key = (kind * 128 + size) * HEADINGS + heading;
     return this.kept.get(key) ?? this.drawRobot(key, look, flies, state, Sprites.radius(size), heading);
   }
 
   drawRobot(key, look, flies, state, radius, heading) {
-    const colours = this.palette[this.theme];
+    const colors = this.palette[this.theme];
     const side = 2 * radius + 8;
     return this.get(key, side, side, (c) => {
       c.rotate((heading * 2 * Math.PI) / HEADINGS);
@@ -72,7 +72,7 @@ export class Sprites {
       if (radius < HEAD) {
         c.scale(radius, radius);
         const calm = state === 'idle' || state === 'driving' || state === 'busy';
-        drawSmall(c, look, calm ? colours.robot_outline : ring, (calm ? 0.8 : 2) / radius);
+        drawSmall(c, look, calm ? colors.robot_outline : ring, (calm ? 0.8 : 2) / radius);
         return;
       }
       c.beginPath();
@@ -85,11 +85,11 @@ export class Sprites {
       c.stroke();
       c.setLineDash([]);
       c.scale(radius, radius);
-      drawBody(c, look, flies, colours.robot_outline, Math.max(0.02, 1.1 / radius));
+      drawBody(c, look, flies, colors.robot_outline, Math.max(0.02, 1.1 / radius));
     });
   }
 
-  /** The mark of a state, or null for one that needs none. */
+  /** Return the badge of a state, or null for none. */
   badge(state, radius) {
     const glyph = STATE_GLYPHS[state];
     if (!glyph) return null;
@@ -99,13 +99,13 @@ export class Sprites {
     );
   }
 
-  /** A battery as a bar; *tenths* from 0 to 10. */
+  /** Return a battery as a bar; *tenths* from 0 to 10. */
   battery(tenths, width) {
-    const colours = this.palette[this.theme];
+    const colors = this.palette[this.theme];
     return this.get(`battery|${tenths}|${width}`, width + 2, 6, (c) => {
       c.beginPath();
       c.roundRect(-width / 2, -2.5, width, 5, 2.5);
-      c.fillStyle = mixed(colours.floor, colours.muted, 0.7);
+      c.fillStyle = mixed(colors.floor, colors.muted, 0.7);
       c.fill();
       c.beginPath();
       c.roundRect(-width / 2 + 1, -1.5, Math.max(2, ((width - 2) * tenths) / 10), 3, 1.5);
@@ -114,35 +114,35 @@ export class Sprites {
     });
   }
 
-  /** A name on a plate; a chosen robot's is inverted. */
+  /** Return a name on a plate; a chosen robot's is inverted. */
   name(text, chosen) {
-    const colours = this.palette[this.theme];
+    const colors = this.palette[this.theme];
     const width = Math.ceil(this.measure.measureText(text).width) + 10;
     return this.get(`name|${text}|${chosen}`, width, NAME_HEIGHT, (c) => {
       c.beginPath();
       c.roundRect(-width / 2 + 0.5, -NAME_HEIGHT / 2 + 0.5, width - 1, NAME_HEIGHT - 1, 4);
-      c.fillStyle = chosen ? colours.selected : faint(colours.background, 0.88);
+      c.fillStyle = chosen ? colors.selected : faint(colors.background, 0.88);
       c.fill();
-      c.strokeStyle = chosen ? colours.selected : colours.line;
+      c.strokeStyle = chosen ? colors.selected : colors.line;
       c.stroke();
       c.font = NAME_FONT;
       c.textAlign = 'center';
       c.textBaseline = 'middle';
-      c.fillStyle = chosen ? inkOn(colours.selected) : colours.ink;
+      c.fillStyle = chosen ? inkOn(colors.selected) : colors.ink;
       c.fillText(text, 0, 0.5);
     });
   }
 
-  /** An item, as a small parcel. */
+  /** Return an item, as a small parcel. */
   item(size) {
-    const colours = this.palette[this.theme];
+    const colors = this.palette[this.theme];
     return this.get(`item|${size}`, size + 4, size + 4, (c) => {
       c.beginPath();
       c.roundRect(-size / 2, -size / 2, size, size, size * 0.22);
-      c.fillStyle = colours.item;
+      c.fillStyle = colors.item;
       c.fill();
       c.lineWidth = 1;
-      c.strokeStyle = colours.floor;
+      c.strokeStyle = colors.floor;
       c.stroke();
       if (size < 10) return;
       c.beginPath();
@@ -150,13 +150,13 @@ export class Sprites {
       c.lineTo(0, size / 2);
       c.moveTo(-size / 2, 0);
       c.lineTo(size / 2, 0);
-      c.strokeStyle = faint(colours.floor, 0.7);
+      c.strokeStyle = faint(colors.floor, 0.7);
       c.stroke();
     });
   }
 }
 
-/** What is in the air has a soft shadow, which is all around it, so that it may be turned. */
+/** Draw the soft shadow of a flying robot, on all sides so that it can be turned. */
 function drawShadow(c, radius) {
   const shade = c.createRadialGradient(0, 0, radius * 0.4, 0, 0, radius + 4);
   shade.addColorStop(0, 'rgb(0 0 0 / 0.3)');

@@ -9,38 +9,38 @@ import { faint } from './shapes.js';
 import { Signs } from './signs.js';
 import { NAME_FONT } from './sprites.js';
 
-const METRE = { m: 1, px: 80 }; // units of the world that look like a metre
-const ROAD = { m: 0.5, px: 18 }; // how wide a lane is
-const BODY = { m: 0.25, px: 12 }; // radius of a robot without a footprint
+const METRE = { m: 1, px: 80 }; // units of the world per meter
+const ROAD = { m: 0.5, px: 18 }; // the width of a lane
+const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
 
 /**
- * @typedef {{metre: number, road: number, body: number, box: number[]}} Measures
+ * @typedef {{meter: number, road: number, body: number, box: number[]}} Measures
  * @param {import('../model/world.js').World} world
  * @returns {Measures}
  */
 export function measuresOf(world) {
   const { units } = world;
   const box = world.bounds ?? around(world.extent, METRE[units]);
-  return { metre: METRE[units], road: ROAD[units], body: BODY[units], box };
+  return { meter: METRE[units], road: ROAD[units], body: BODY[units], box };
 }
 
-/** Return a box with a margin, and with room for something if there is none. */
-function around([x0, y0, x1, y1], metre) {
-  const margin = Math.max(metre * 0.8, 0.03 * Math.max(x1 - x0, y1 - y0));
+/** Return a box with a margin. */
+function around([x0, y0, x1, y1], meter) {
+  const margin = Math.max(meter * 0.8, 0.03 * Math.max(x1 - x0, y1 - y0));
   return [x0 - margin, y0 - margin, x1 + margin, y1 + margin];
 }
 
 const MIN_GAP = 44; // css pixels between two lines of the grid
-const MIN_SCALE = 28; // css pixels a metre from which there is a grid
+const MIN_SCALE = 28; // css pixels per meter from which there is a grid
 
-/** Return 1, 2 or 5 times a power of ten, at least so much. */
+/** Return the least 1, 2 or 5 times a power of ten that is large enough. */
 function roundLength(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return power * [1, 2, 5, 10].find((step) => step * power >= least * (1 - 1e-9));
 }
 
-export function drawGrid(c, { camera, measures, colours }) {
-  if (camera.scale * measures.metre < MIN_SCALE) return;
+export function drawGrid(c, { camera, measures, colors }) {
+  if (camera.scale * measures.meter < MIN_SCALE) return;
   const gap = roundLength(MIN_GAP / camera.scale);
   const [x0, y0, x1, y1] = measures.box;
   const left = Math.max(x0, camera.worldX(0));
@@ -59,12 +59,12 @@ export function drawGrid(c, { camera, measures, colours }) {
     c.moveTo(camera.screenX(left), py);
     c.lineTo(camera.screenX(right), py);
   }
-  c.strokeStyle = faint(colours.line, 0.55);
+  c.strokeStyle = faint(colors.line, 0.55);
   c.lineWidth = 1;
   c.stroke();
 }
 
-export function drawScaleBar(c, { camera, world, colours }) {
+export function drawScaleBar(c, { camera, world, colors }) {
   const length = roundLength(56 / camera.scale);
   const width = length * camera.scale;
   const left = Math.round(camera.width - camera.insets.right - 16 - width) + 0.5;
@@ -72,7 +72,7 @@ export function drawScaleBar(c, { camera, world, colours }) {
   const text = world.units === 'm' && length < 1 ? `${Math.round(length * 100)} cm` : `${length} ${world.units}`;
   c.beginPath();
   c.roundRect(left - 8, bottom - 20, width + 16, 28, 5);
-  c.fillStyle = faint(colours.background, 0.8);
+  c.fillStyle = faint(colors.background, 0.8);
   c.fill();
   c.beginPath();
   c.moveTo(left, bottom - 4);
@@ -82,27 +82,27 @@ export function drawScaleBar(c, { camera, world, colours }) {
   c.lineWidth = 1.5;
   c.lineCap = 'butt';
   c.lineJoin = 'miter';
-  c.strokeStyle = colours.muted;
+  c.strokeStyle = colors.muted;
   c.stroke();
   c.font = NAME_FONT;
   c.textAlign = 'center';
   c.textBaseline = 'alphabetic';
-  c.fillStyle = colours.muted;
+  c.fillStyle = colors.muted;
   c.fillText(text, left + width / 2, bottom - 6);
 }
 
-export const MARGIN = 128; // css pixels around the screen that are drawn, too
+export const MARGIN = 128; // css pixels around the screen that are also drawn
 
 export class StaticLayer {
   constructor(canvas) {
     this.canvas = canvas;
     this.c = canvas.getContext('2d', { alpha: false });
     this.signs = new Signs();
-    /** The camera as it was when it was drawn, with the margin. @type {import('./camera.js').Camera|null} */
+    /** The camera of the last drawing, with the margin. @type {import('./camera.js').Camera|null} */
     this.camera = null;
   }
 
-  /** Show what a camera sees by shifting what is drawn already. @returns {boolean} whether that was possible */
+  /** Show the camera's view by shifting the canvas. @returns {boolean} Whether that was possible. */
   shift({ camera, ratio }) {
     const drawn = this.camera;
     if (!drawn || drawn.scale !== camera.scale) return false;
@@ -127,9 +127,9 @@ export class StaticLayer {
 
   paint(frame) {
     const { c } = this;
-    const { camera, world, colours, layers, ratio } = frame;
+    const { camera, world, colors, layers, ratio } = frame;
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
-    c.fillStyle = colours.background;
+    c.fillStyle = colors.background;
     c.fillRect(0, 0, camera.width, camera.height);
     if (!world) return;
     drawFloor(c, frame);
@@ -141,15 +141,15 @@ export class StaticLayer {
   }
 }
 
-function drawFloor(c, { camera, world, measures, colours }) {
+function drawFloor(c, { camera, world, measures, colors }) {
   const [x0, y0, x1, y1] = measures.box;
   const left = camera.screenX(x0);
   const top = Math.min(camera.screenY(y0), camera.screenY(y1));
   const width = (x1 - x0) * camera.scale;
   const height = (y1 - y0) * camera.scale;
-  c.fillStyle = colours.floor;
+  c.fillStyle = colors.floor;
   c.fillRect(left, top, width, height);
-  c.strokeStyle = colours.line;
+  c.strokeStyle = colors.line;
   c.lineWidth = 1;
   c.setLineDash(world.bounds ? [] : [4, 4]);
   c.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(width) + 1, Math.round(height) + 1);
@@ -157,16 +157,16 @@ function drawFloor(c, { camera, world, measures, colours }) {
 }
 
 /** Walls and obstacles, in world coordinates so that one path holds all of them. */
-function drawWalls(c, { camera, world, measures, colours }) {
-  const thick = Math.max(1.5, Math.min(5.5, 0.1 * measures.metre * camera.scale));
+function drawWalls(c, { camera, world, measures, colors }) {
+  const thick = Math.max(1.5, Math.min(5.5, 0.1 * measures.meter * camera.scale));
   c.lineJoin = 'round';
   c.lineCap = 'round';
   c.beginPath();
   for (const { points, solid } of world.walls) if (solid) trace(c, camera, points, true);
-  c.fillStyle = colours.solid;
+  c.fillStyle = colors.solid;
   c.fill();
   c.lineWidth = Math.max(1, thick * 0.5);
-  c.strokeStyle = colours.wall;
+  c.strokeStyle = colors.wall;
   c.stroke();
   c.beginPath();
   for (const { points, solid } of world.walls) if (!solid) trace(c, camera, points, false);

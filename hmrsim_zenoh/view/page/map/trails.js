@@ -1,20 +1,20 @@
-/** The way driven, fading, and the way ahead, dashed, with a flag at its end; one path for all of a colour. */
+/** Driven trails, fading, and paths ahead, dashed, with a flag at the end; one canvas path for each color. */
 
 import { faint } from './shapes.js';
 
 const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
-const POINTS = 2400; // of all driven ways together
-// Long dashed lines are dear to draw: the more robots are in sight, the less is shown of those that are not selected.
-const DASHED = 40; // robots in sight up to which their ways are dashed
+const POINTS = 2400; // points of all driven trails together
+// Long dashed lines are slow to draw: with more robots in sight, less is shown of robots that are not selected.
+const DASHED = 40; // robots in sight up to which their paths are dashed
 const WHOLE = 60; // up to which they are shown whole, with flags
 const CROWD = 400; // up to which the next points are shown, and fading trails
 const NEXT = 2;
 const ALL = 400;
 const DASHES = [6, 5];
 
-/** Draw where the robots in sight have driven. */
+/** Draw the driven trails of the robots in sight. */
 export function drawDriven(c, frame, poses) {
-  const { colours } = frame;
+  const { colors } = frame;
   const crowded = poses.count > CROWD;
   const each = Math.max(2, Math.floor(POINTS / Math.max(1, poses.count)));
   c.lineWidth = poses.count > WHOLE ? 1.5 : 2.5;
@@ -23,12 +23,12 @@ export function drawDriven(c, frame, poses) {
   for (let part = crowded ? 2 : 0; part < 3; part++) {
     c.beginPath();
     for (let i = 0; i < poses.count; i++) traceDriven(c, frame, poses, i, part, each);
-    c.strokeStyle = faint(colours.driven, FADES[part]);
+    c.strokeStyle = faint(colors.driven, FADES[part]);
     c.stroke();
   }
 }
 
-/** Trace a third of the last points that a robot has driven. */
+/** Trace a third of a robot's trail. */
 function traceDriven(c, frame, poses, i, part, each) {
   const { camera } = frame;
   const { driven } = poses.robots[i];
@@ -44,14 +44,14 @@ function traceDriven(c, frame, poses, i, part, each) {
   if (part === 2) c.lineTo(poses.px[i], poses.py[i]);
 }
 
-/** Draw where the robots in sight are going. */
+/** Draw the paths ahead of the robots in sight. */
 export function drawAhead(c, frame, poses) {
-  const { colours } = frame;
+  const { colors } = frame;
   const whole = poses.count <= WHOLE;
   c.lineJoin = 'round';
   c.lineCap = 'butt';
   c.lineWidth = whole ? 2 : 1;
-  c.strokeStyle = faint(colours.ahead, poses.count <= DASHED ? 0.95 : whole ? 0.6 : 0.4);
+  c.strokeStyle = faint(colors.ahead, poses.count <= DASHED ? 0.95 : whole ? 0.6 : 0.4);
   c.setLineDash(poses.count <= DASHED ? DASHES : []);
   if (poses.count <= CROWD) {
     c.beginPath();
@@ -61,7 +61,7 @@ export function drawAhead(c, frame, poses) {
     c.stroke();
   }
   c.setLineDash(DASHES);
-  c.strokeStyle = colours.ahead;
+  c.strokeStyle = colors.ahead;
   c.lineWidth = 3;
   for (let i = 0; i < poses.count; i++) {
     if (!isChosen(frame, poses.robots[i])) continue;
@@ -74,7 +74,7 @@ export function drawAhead(c, frame, poses) {
     const { route } = poses.robots[i];
     if (!poses.goes[i] || !(whole || isChosen(frame, poses.robots[i]))) continue;
     const [x, y] = route[route.length - 1];
-    drawFlag(c, frame, x, y, colours.ahead);
+    drawFlag(c, frame, x, y, colors.ahead);
   }
 }
 
@@ -90,7 +90,7 @@ function isChosen({ selected, follow, hovered }, { name }) {
 }
 
 /** Draw a flag that stands on a point of the world. */
-function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
+function drawFlag(c, { camera, colors }, x, y, color, size = 13) {
   const px = camera.screenX(x);
   const py = camera.screenY(y);
   c.beginPath();
@@ -99,10 +99,10 @@ function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
   c.lineTo(px + size * 0.8, py - size * 0.92);
   c.lineTo(px, py - size * 0.55);
   c.lineJoin = 'round';
-  c.strokeStyle = colours.floor;
+  c.strokeStyle = colors.floor;
   c.lineWidth = 4;
   c.stroke();
-  c.fillStyle = c.strokeStyle = colour;
+  c.fillStyle = c.strokeStyle = color;
   c.lineWidth = 1.6;
   c.stroke();
   c.fill();
@@ -111,12 +111,12 @@ function drawFlag(c, { camera, colours }, x, y, colour, size = 13) {
   c.fill();
 }
 
-/** Draw where a goal would be sent: a target, a flag and a line from the robot that is chosen. */
+/** Draw the preview of a goal: a target, a flag and a line from the chosen robot. */
 export function drawPreview(c, frame, from) {
-  const { camera, colours, goalPreview } = frame;
+  const { camera, colors, goalPreview } = frame;
   const px = camera.screenX(goalPreview[0]);
   const py = camera.screenY(goalPreview[1]);
-  c.strokeStyle = colours.selected;
+  c.strokeStyle = colors.selected;
   c.lineWidth = 1.5;
   if (from) {
     c.setLineDash([3, 4]);
@@ -128,8 +128,8 @@ export function drawPreview(c, frame, from) {
   }
   c.beginPath();
   c.arc(px, py, 11, 0, 2 * Math.PI);
-  c.fillStyle = faint(colours.selected, 0.18);
+  c.fillStyle = faint(colors.selected, 0.18);
   c.fill();
   c.stroke();
-  drawFlag(c, frame, goalPreview[0], goalPreview[1], colours.selected, 18);
+  drawFlag(c, frame, goalPreview[0], goalPreview[1], colors.selected, 18);
 }

@@ -1,31 +1,31 @@
-/** The map: two canvases, one for what stands still and one for what moves, and what pointers do on them. */
+/** The map: one canvas for static and one for moving objects, and pointer interaction. */
 
 import { Camera } from './camera.js';
 import { drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
 import { Names } from './names.js';
-import { Tooltip, pickAt, sayOf } from './picking.js';
+import { Tooltip, pickAt, tooltipOf } from './picking.js';
 import { Pace, Stats, Watch } from './redraw.js';
 import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
 import { Sprites } from './sprites.js';
 import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
 
-const RESTING = 200; // ms from one look at what is below a pointer that rests to the next
+const RESTING = 200; // ms between two checks of what is below a resting pointer
 const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: true, walls: true };
 
 /**
- * What is drawn, and how: the view itself, as its layers see it.
+ * The view as its layers see it.
  *
  * @typedef {object} Frame
  * @property {Camera} camera
  * @property {import('../model/model.js').Model} model
  * @property {import('../model/world.js').World|null} world
  * @property {import('./static_layer.js').Measures} measures
- * @property {Record<string, string>} colours those of the theme
+ * @property {Record<string, string>} colors The colors of the theme.
  * @property {Record<string, boolean>} layers
  * @property {Map<string, string>} closedLanes
- * @property {number} ratio device pixels a css pixel
+ * @property {number} ratio Device pixels per css pixel.
  * @property {string|null} selected
  * @property {string|null} follow
  * @property {string|null} hovered
@@ -79,7 +79,7 @@ export class MapView extends EventTarget {
 
   set theme(theme) {
     this._state.theme = theme === 'dark' ? 'dark' : 'light';
-    this.colours = this.palette[this._state.theme];
+    this.colors = this.palette[this._state.theme];
     this._sprites.theme = this._state.theme;
     this._sprites.clear();
     this._stillDirty = true;
@@ -113,17 +113,17 @@ export class MapView extends EventTarget {
     return this.model.closedLanes;
   }
 
-  /** @returns {[number, number]} css pixels within the element */
+  /** @returns {[number, number]} Css pixels within the element. */
   toScreen(x, y) {
     return [this.camera.screenX(x), this.camera.screenY(y)];
   }
 
-  /** @returns {import('./picking.js').Pick} what is at a point of the screen */
+  /** @returns {import('./picking.js').Pick} The object at a point of the screen. */
   pick(px, py) {
     return pickAt(this, this._poses, px, py);
   }
 
-  /** Draw what has changed since the last time; to be called each animation frame. */
+  /** Draw all changes since the last call; call this in each animation frame. */
   draw(wallMs = performance.now()) {
     const began = performance.now();
     const time = this.clock.now(wallMs);
@@ -147,21 +147,21 @@ export class MapView extends EventTarget {
     this._pace.add(wallMs, took, this.ratio);
   }
 
-  /** The model has another world. */
+  /** Follow a change of the world. */
   worldChanged() {
     const before = this.measures;
     this.world = this.model.world;
     this.measures = measuresOf(this.world);
     this._robotLayer.looks.clear();
     this._sprites.clear();
-    // The same world again, as after a restart: the camera stays where it was.
+    // If the world is the same, as after a restart, the camera stays.
     if (!before || this.camera.fitted || String(before.box) !== String(this.measures.box)) {
       this.camera.setWorld(this.world.units, this.measures.box);
     }
     this._stillDirty = true;
   }
 
-  /** Something is not as it was drawn. @param {boolean} still whether that is something that does not move */
+  /** Request a redraw. @param {boolean} still Whether a static object has changed. */
   changed(still) {
     if (still) this._stillDirty = true;
     else this._movingDirty = true;
@@ -231,7 +231,7 @@ export class MapView extends EventTarget {
     if (robot !== this.hovered) this._movingDirty = true;
     this.hovered = robot;
     this.element.style.cursor = pick && pick.kind !== 'floor' && pick.kind !== 'lane' ? 'pointer' : '';
-    this._tooltip.show(pick && this.world ? sayOf(pick, this, time) : '', px, py, this.camera.width, this.colours);
+    this._tooltip.show(pick && this.world ? tooltipOf(pick, this, time) : '', px, py, this.camera.width, this.colors);
     const point = String(pick?.point);
     if (!rests || point !== this._below) this._tell('hover', pick, px, py);
     this._below = point;

@@ -1,4 +1,4 @@
-/** What events change in a model, by the part of the picture that their kind declares in `_world/view`. */
+/** How events change a model, by the part of the picture that their kind declares in `_world/view`. */
 
 import { rideSeconds } from './fixtures.js';
 import { ACCEPTED, errorOf, isActive } from './goals.js';
@@ -6,15 +6,15 @@ import { motionsOf } from './motion.js';
 
 /**
  * @typedef {import('./model.js').Model} Model
- * @typedef {Record<string, any>} Event Its fields, with what its kind `sets`.
+ * @typedef {Record<string, any>} Event Its fields, and those that its kind `sets`.
  * @typedef {(model: Model, event: Event, time: number) => void} Change
  * @typedef {Record<string, {changes?: string, sets?: object}>} Texts The `events` of `_world/view`.
  */
 
 const STATE_SCOPE = 2;
-/** What is drawn and not listed: there is one for each lane. */
+/** Parts whose events are not logged, as there is one for each lane. */
 const UNLISTED = new Set(['robots.motion', 'robots.route']);
-/** What makes everything another one. */
+/** Parts whose events replace the whole state. */
 const RESTARTS = new Set(['scene', 'world']);
 
 /** Return the part of the picture that an event changes, or "". */
@@ -22,17 +22,17 @@ export function partOf(event, texts) {
   return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || '';
 }
 
-/** Return whether an event is listed, in the log of events. */
+/** Return whether an event belongs in the log. */
 export function isListed(event, texts) {
   return !UNLISTED.has(partOf(event, texts));
 }
 
-/** Return whether an event makes everything another one: a reset, another world. */
+/** Return whether an event replaces the whole state: a reset or another world. */
 export function restarts(event, texts) {
   return RESTARTS.has(partOf(event, texts));
 }
 
-/** Have an event change a model. */
+/** Apply an event to a model. */
 export function change(model, event, time) {
   const then = CHANGES.get(partOf(event, model.texts));
   if (!then) return;
@@ -118,7 +118,7 @@ export const CHANGES = new Map(
     simulation_state(model, { state = null }) {
       model.simulationState = state;
     },
-    // The source gets the scene anew, as not all that changes is in the event.
+    // The source also gets the scene again, as the event does not contain all changes.
     scene(model, { scope }, time) {
       if ((scope || 255) & STATE_SCOPE) model.beginAnew(time);
       if (time < model.time) model.beginTime(time);
@@ -130,7 +130,7 @@ export const CHANGES = new Map(
   }),
 );
 
-/** Return a change of the event's robot; none if it is not known. */
+/** Return a change of the event's robot, if the robot is known. */
 function ofRobot(then) {
   return (model, event, time) => {
     const robot = model.robots.get(event.robot);
@@ -140,7 +140,7 @@ function ofRobot(then) {
   };
 }
 
-/** Know what a goal asks for, or its status. */
+/** Set the request or the status of a goal. */
 function changeGoal(model, { robot: name, action, goal_id: id, goal, status, result = null }, time) {
   if (!id) return;
   if (status === undefined) {
@@ -198,7 +198,7 @@ function moveEntity(model, { entity, at, yaw = 0 }, time) {
   model.touch('robots');
 }
 
-/** Have a robot stand in no queue any more: it was let in, or its goal has ended. */
+/** Remove a robot from its queue: it may enter the dock, or its goal has ended. */
 function leaveQueue(model, robot) {
   const { dock } = robot.queue;
   robot.queue = null;
@@ -209,7 +209,7 @@ function without(names, name) {
   return names.filter((each) => each !== name);
 }
 
-/** Return a point as the simulator writes it in reasons. */
+/** Return a point in the format of the simulator's reasons. */
 function spot(at) {
   const [x, y] = (at ?? [NaN, NaN]).map((each) => +each.toPrecision(6));
   return `(${x}, ${y})`;

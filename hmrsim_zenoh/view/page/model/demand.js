@@ -1,23 +1,23 @@
-/** The orders of the demand: what has to be brought where, and what has become of it. */
+/** The orders of the demand, and their state. */
 
 import { secondsOf } from './messages.js';
 import { Tail } from './tail.js';
 
 /**
- * @typedef {object} Order It is never changed: another takes its place.
+ * @typedef {object} Order Immutable.
  * @property {string} name
  * @property {string} item
- * @property {string} from Where the item was when the order came; "" if that is not known.
- * @property {string} to Likewise.
+ * @property {string} from The item's place when the order was placed; "" if unknown.
+ * @property {string} to The destination; "" if unknown.
  * @property {number} priority
  * @property {'waiting'|'carried'|'delivered'|'lost'} state
- * @property {string} robot Which carries the item, or has brought it; "" for none.
- * @property {number|null} placed When, in simulated seconds; null if that is not known.
- * @property {number|null} due When it is late; null for never.
+ * @property {string} robot The robot that carries the item or has delivered it; "" for none.
+ * @property {number|null} placed Simulated seconds; null if unknown.
+ * @property {number|null} due The time from which it is late; null for never.
  * @property {boolean} late
  * @property {number|null} ended
- * @property {number|null} lead Seconds from its coming to its delivery.
- * @property {number} lateBy Seconds that it was delivered late.
+ * @property {number|null} lead Seconds from placing to delivery.
+ * @property {number} lateBy Seconds of delay at the delivery.
  */
 
 const ENDED = 200;
@@ -28,7 +28,7 @@ const UNKNOWN = {
   ended: null, lead: null, lateBy: 0,
 };
 
-/** What each step of an order makes of it, by what events of its kind set as `step`; and the total that counts it. */
+/** How an order changes in each step, by the `step` that kinds of events set, and the total that counts the step. */
 const STEPS = {
   placed: {
     total: 'placed',
@@ -47,46 +47,46 @@ const STEPS = {
   lost: { total: 'lost', take: (order, _event, time) => ({ ...order, state: 'lost', robot: '', ended: time }) },
 };
 
-/** Return an order as its item is, which may have been put down on the way. */
+/** Return an order in the state of its item, which may have been put down on the way. */
 export function asItemIs(order, items) {
   const item = order.ended === null ? items.get(order.item) : undefined;
   if (!item) return order;
   return { ...order, state: item.carrier === null ? 'waiting' : 'carried', robot: item.carrier ?? '' };
 }
 
-/** All orders that are known, from what `_world/demand` says and from events. */
+/** All known orders, from `_world/demand` and from events. */
 export class Demand {
   constructor() {
     this.clear();
   }
 
-  /** Know of none. */
+  /** Forget all orders. */
   clear() {
-    /** @type {Map<string, Order>} Those to be served, by name. */
+    /** @type {Map<string, Order>} The open orders by name. */
     this.open = new Map();
-    /** @type {{placed: number, delivered: number, late: number, lost: number}} How many there were. */
+    /** @type {{placed: number, delivered: number, late: number, lost: number}} The numbers of orders. */
     this.totals = { placed: 0, delivered: 0, late: 0, lost: 0 };
     this._ended = new Tail(ENDED);
-    this._left = new Map(); // open ones that are open no more; the event that says why is still to come
-    this._told = -Infinity; // what happened until then is in what was loaded
+    this._left = new Map(); // orders that are no longer open and whose last event has not arrived
+    this._loaded = -Infinity; // the time of the loaded state, which includes all earlier events
   }
 
-  /** @returns {Order[]} The last that have ended, oldest first. */
+  /** @returns {Order[]} The latest ended orders, oldest first. */
   get ended() {
     return this._ended.items;
   }
 
-  /** Be as the simulator says. @param {object} said `_world/demand`. */
+  /** Load the simulator's state. @param {object} demand `_world/demand`. */
   load({ stamp, orders, totals }) {
     const before = this.open;
     this.open = new Map(orders.map((order) => [order.name, orderOf(order)]));
     if (this._left.size > MAX_LEFT) this._left.clear();
     for (const [name, order] of before) if (!this.open.has(name)) this._left.set(name, order);
     this.totals = { ...this.totals, ...totals };
-    this._told = secondsOf(stamp);
+    this._loaded = secondsOf(stamp);
   }
 
-  /** Take note of a step of an order. */
+  /** Apply an event about an order. */
   note(event, time) {
     const { step, order: name, item } = event;
     const found = Object.hasOwn(STEPS, step) ? STEPS[step] : undefined;
@@ -95,7 +95,7 @@ export class Demand {
     const order = found.take(known, event, time);
     if (order.ended !== null && !this.ended.some((each) => each.name === name && each.ended === time)) this._ended.push(order);
     if (order.ended !== null) this._left.delete(name);
-    if (time <= this._told) return;
+    if (time <= this._loaded) return;
     if (order.ended === null) this.open.set(name, order);
     else this.open.delete(name);
     if (found.total) this.totals = { ...this.totals, [found.total]: this.totals[found.total] + 1 };
@@ -103,19 +103,19 @@ export class Demand {
 
   /** @returns {object} What `restore` takes. */
   saved() {
-    return { open: new Map(this.open), totals: this.totals, ended: this._ended.saved(), left: new Map(this._left), told: this._told };
+    return { open: new Map(this.open), totals: this.totals, ended: this._ended.saved(), left: new Map(this._left), loaded: this._loaded };
   }
 
-  restore({ open, totals, ended, left, told }) {
+  restore({ open, totals, ended, left, loaded }) {
     this.open = new Map(open);
     this.totals = totals;
     this._ended.restore(ended);
     this._left = new Map(left);
-    this._told = told;
+    this._loaded = loaded;
   }
 }
 
-/** Return an order as `_world/demand` has it. */
+/** Return an order of `_world/demand`. */
 function orderOf({ name, item, at = '', to = '', priority = 0, state = 'waiting', robot = '', late = false, placed, due }) {
   return { ...UNKNOWN, name, item, from: at, to, priority, state, robot, late, placed: timeOf(placed), due: timeOf(due) };
 }

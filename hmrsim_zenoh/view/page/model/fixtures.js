@@ -5,41 +5,41 @@
  * @typedef {import('./world.js').DoorSpec & {state: 'open'|'opening'|'closed', locked: boolean, jammed: boolean}} Door
  *
  * @typedef {object} LiftState
- * @property {string} stop Where its cabin is; while it moves the stop that it has left.
- * @property {Point} at Where that is.
- * @property {string|null} to The one to which it moves.
+ * @property {string} stop The cabin's stop; while it moves, the stop that it has left.
+ * @property {Point} at The position of the stop.
+ * @property {string|null} to The destination.
  * @property {number|null} departed
  * @property {number|null} arrives
- * @property {string[]} carries Robots.
+ * @property {string[]} carries The robots in it.
  * @typedef {import('./world.js').LiftSpec & LiftState} Lift
  *
  * @typedef {import('./world.js').DockSpec & {docked: string[], queue: string[]}} Dock The robots in it, and those that
  *   wait for a berth, in order.
  */
 
-/** Return a door as it is in the beginning. */
+/** Return the initial state of a door. */
 export function newDoor(spec) {
   return { ...spec, state: spec.open ? 'open' : 'closed', locked: false, jammed: false };
 }
 
-/** Return a lift as it is in the beginning. */
+/** Return the initial state of a lift. */
 export function newLift(spec) {
   return moved({ ...spec, to: null, departed: null, arrives: null, carries: [] }, { stop: spec.at });
 }
 
-/** Return a dock as it is in the beginning. */
+/** Return the initial state of a dock. */
 export function newDock(spec) {
   return { ...spec, docked: [], queue: [] };
 }
 
-/** Return a lift of which more is known. */
+/** Return a lift with some values replaced. */
 export function moved(lift, more) {
   const { stop } = { ...lift, ...more };
   return { ...lift, ...more, at: lift.points[Math.max(0, lift.stops.indexOf(stop))] };
 }
 
 /**
- * What a scene's tags say of fixtures, by kind. The tags are those of hmrsim/fixtures/.
+ * Fixtures from a scene's tags, by kind. The tags are those of hmrsim/fixtures/.
  * @type {Record<string, (fixture: any, tags: string[], time: number) => object>}
  */
 export const FROM_TAGS = {
@@ -56,7 +56,7 @@ export const FROM_TAGS = {
   },
 };
 
-/** Return the seconds from stop to stop: doors close, it moves, doors open. */
+/** Return the seconds from stop to stop, including the doors' times. */
 export function rideSeconds(lift, from, to) {
   return Math.abs(lift.stops.indexOf(to) - lift.stops.indexOf(from)) * lift.travel_time + 2 * lift.door_time;
 }
@@ -65,12 +65,7 @@ function after(tags, prefix) {
   return tags.filter((tag) => tag.startsWith(prefix)).map((tag) => tag.slice(prefix.length));
 }
 
-/**
- * @typedef {import('./state.js').Fault} Fault
- * @typedef {import('./model.js').Model} Model
- */
-
-/** Let a fault have its effects, or cease to have them; the others of its kind at the same subject stay. */
+/** Begin or end the effects of a fault, while other faults of its kind at the same subject stay. */
 export function applyFault(model, fault, begins, time) {
   const all = [...model.faults.values()].filter((each) => each.fault === fault.fault && each.name !== fault.name);
   if (begins) all.push(fault);
@@ -81,7 +76,7 @@ export function applyFault(model, fault, begins, time) {
   EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
 }
 
-/** Have doors be locked or not, whose lanes were closed or opened. */
+/** Update which doors are locked after a lane was closed or opened. */
 export function lockDoors(model, lane) {
   for (const { name, lanes } of model.world.doors.values()) {
     if (!lanes.some(({ from, to }) => lane.includes(from) && lane.includes(to))) continue;
@@ -91,7 +86,7 @@ export function lockDoors(model, lane) {
   }
 }
 
-/** By what changes: *all* are those that a robot has now. */
+/** The effects by the value that changes. *all* are the robot's current faults of a kind. */
 const EFFECTS = new Map(Object.entries({
   ailments(robot, all, { fault, time }) {
     const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));

@@ -1,19 +1,19 @@
-/** Goals of actions, as the table of goals has them. */
+/** Goals of actions. */
 
 /**
- * @typedef {object} Goal It is never changed: another takes its place.
- * @property {string} key Its id; with robot and action where another robot has a goal of that id, too.
+ * @typedef {object} Goal Immutable.
+ * @property {string} key Its id, with robot and action if another robot's goal has the same id.
  * @property {string} id
  * @property {string} robot
  * @property {string} action
- * @property {object|null} goal What was asked for, as the message of the action; null if that is not known.
+ * @property {object|null} goal The action's goal message; null if unknown.
  * @property {number} status As in action_msgs/msg/GoalStatus.
- * @property {number|null} accepted When, in simulated seconds.
+ * @property {number|null} accepted Simulated seconds.
  * @property {number|null} ended
  * @property {object|null} result
- * @property {number|null} errorCode What a result that is an error has; null for none.
- * @property {string} errorMsg Or "".
- * @property {object|null} feedback The last that was received.
+ * @property {number|null} errorCode The code of an error; null for none.
+ * @property {string} errorMsg The text of an error, or "".
+ * @property {object|null} feedback The latest feedback.
  */
 
 /** Statuses of a goal, as in action_msgs/msg/GoalStatus. */
@@ -25,13 +25,13 @@ const MAX_GOALS = 2000;
 const FORGOTTEN = 200;
 const MOVEIT_SUCCESS = 1;
 
-/** Return whether a goal of this status goes on. */
+/** Return whether a status is that of an active goal. */
 export function isActive(status) {
   return status >= ACCEPTED && status < SUCCEEDED;
 }
 
 /**
- * Return what a result says of an error, in the fields of Nav2, MoveIt or the simulation.
+ * Return the error of a result, in the fields of Nav2, MoveIt or simulation_interfaces.
  * @returns {[number|null, string]} The code, or null, and the text.
  */
 export function errorOf(result) {
@@ -42,7 +42,7 @@ export function errorOf(result) {
   return [code || null, String(result?.error_msg || result?.result?.error_message || '')];
 }
 
-/** All goals that are known, in order of acceptance. */
+/** All known goals, in order of acceptance. */
 export class Goals {
   constructor() {
     /** @type {Map<string, Goal>} */
@@ -56,7 +56,7 @@ export class Goals {
     return this.all.get(longKey(robot, action, id));
   }
 
-  /** Know of a goal, or know more of it. */
+  /** Add a goal, or change some of its values. */
   set(robot, action, id, more) {
     const known = this.find(robot, action, id) ?? this._new(robot, action, id);
     const goal = { ...known, ...more };
@@ -82,7 +82,7 @@ export class Goals {
     };
   }
 
-  /** Forget the oldest that have ended, many at once; where none has, the oldest of all. */
+  /** Forget the oldest ended goals, many at once; if none has ended, the oldest of all. */
   _forget() {
     const oldest = [...this.all.values()].filter((goal) => !isActive(goal.status)).slice(0, FORGOTTEN);
     for (const { key } of oldest.length ? oldest : [...this.all.values()].slice(0, FORGOTTEN)) this.all.delete(key);

@@ -1,20 +1,20 @@
-/** How many robots were in which state, and how full their batteries were, over time. */
+/** The numbers of robots in each state, and their batteries, over time. */
 
 import { STATES } from './robot.js';
 
 const MAX_POINTS = 1000;
 const BEGIN_SECONDS = 1;
 
-/** Numbers over time, of which every other is forgotten whenever there are too many. */
+/** Numbers over time. When there are too many, every other one is dropped. */
 class Series {
-  /** @param {number} columns How many numbers come at a time. */
+  /** @param {number} columns The count of numbers at each time. */
   constructor(columns) {
     this.t = [];
     this.columns = Array.from({ length: columns }, () => []);
     this.seconds = BEGIN_SECONDS;
   }
 
-  /** Forget every other, and take half as many from now on. */
+  /** Drop every other time, and record half as often from now on. */
   thin() {
     const half = (all) => all.filter((_, i) => i % 2 === 0);
     this.t = half(this.t);
@@ -32,7 +32,7 @@ class Series {
   }
 }
 
-/** What charts are drawn of: at most 1,000 points each. */
+/** The data of charts, with at most 1,000 points each. */
 export class History {
   constructor() {
     this.clear();
@@ -65,12 +65,12 @@ export class History {
     const last = Math.floor(time / seconds) * seconds;
     const first = this._next === -Infinity ? last : this._next;
     this._count(first, robots);
-    // What is between is a straight line, as nothing has happened.
+    // Nothing has happened in between, so two points are enough.
     if (last > first) this._count(last, robots);
     this._next = last + this._counts.seconds;
   }
 
-  /** Take note of how full a battery is. @param {number} share From 0 to 1. */
+  /** Record a battery's charge. @param {number} share From 0 to 1. */
   battery(robot, time, share) {
     let points = this.batteries.get(robot);
     if (points === undefined) this.batteries.set(robot, (points = []));

@@ -15,7 +15,7 @@ const isListOf = (shape) => (value) => Array.isArray(value) && value.every(shape
 const isNumbers = isListOf(isNumber);
 const isPoint = (value) => isNumbers(value) && value.length > 1;
 const isNames = isListOf(isName);
-/** @param {Record<string, (value: any) => boolean>} fields Those that may be left out are told of as such. */
+/** @param {Record<string, (value: any) => boolean>} fields Optional fields have an optional shape. */
 const isLike = (fields) => {
   const all = Object.entries(fields);
   return (value) => isRecord(value) && all.every(([field, shape]) => shape(value[field]));
@@ -29,12 +29,12 @@ const isProfile = (value) => isNumbers(value) && value.length > 2;
 const PIECE = { ...MOVES, profile: isOptional(isProfile) };
 const isMotion = isLike({ ...PIECE, then: isOptional(isListOf(isLike(PIECE))) });
 
-/** What an event of any kind has, if it has it. */
+/** The optional fields of all kinds of events. */
 const ANY = maybe({
   robot: isName, entity: isName, door: isName, lift: isName, dock: isName, participant: isName, by: isName,
   robots: isNames, for: isNames, lane: isNames,
 });
-/** What an event that changes something has besides. */
+/** The further optional fields of events that change the model. */
 const KNOWN = maybe({
   action: isName, goal_id: isName, status: isNumber, item: isName, name: isName, fault: isName, why: isName,
   yaw: isNumber, points: isListOf(isPoint), percentage: isNumber, position: isNumber, factor: isNumber,
@@ -42,7 +42,7 @@ const KNOWN = maybe({
 const FIELDS = isLike({ stamp: isStamp, kind: isName, ...ANY });
 const MORE = isLike(KNOWN);
 const isAt = isLike(maybe({ at: isPoint }));
-/** What it has by the part that it changes. @type {Map<string, (event: any) => boolean>} */
+/** The further fields of an event by the part that it changes. @type {Map<string, (event: any) => boolean>} */
 const OF_PART = new Map([
   ...['robots.pose', 'robots.waiting', 'robots.battery', 'items.carrier', 'entities'].map((part) => [part, isAt]),
   ['robots.motion', isMotion],
@@ -54,7 +54,7 @@ const OF_PART = new Map([
   ['fixtures.lift', isLike(maybe({ from: isName, to: isName, stop: isName }))],
 ]);
 
-/** `_world/events`; of an event that changes nothing, only what any event has counts. */
+/** Check an event; if it changes nothing, only the common fields count. */
 function isEvent(event, texts) {
   if (!FIELDS(event)) return false;
   const part = partOf(event, texts);
@@ -124,10 +124,10 @@ const OF_ROBOT = new Map([
 ]);
 
 /**
- * Return whether what came on a key is like what belongs there; on other keys anything is.
- * @param {import('./changes.js').Texts} [texts] What kinds of events change; left out: it is not known.
+ * Return whether a message has the shape of its key; on unknown keys all messages are valid.
+ * @param {import('./changes.js').Texts} [texts] The `events` of `_world/view`, if known.
  */
-export function isSound(key, payload, texts = {}) {
+export function isValid(key, payload, texts = {}) {
   const [owner, ...topic] = key.split('/');
   const shape = owner === '_world' ? OF_WORLD.get(topic.join('/')) : OF_ROBOT.get(topic[topic.length - 1]);
   return shape === undefined || shape(payload, texts);

@@ -3,13 +3,13 @@
 import { change, isListed, partOf, restarts } from './changes.js';
 import { FROM_TAGS } from './fixtures.js';
 import { errorOf, isActive } from './goals.js';
-import { isSound, secondsOf } from './messages.js';
+import { isValid, secondsOf } from './messages.js';
 import { motionsOf } from './motion.js';
 import { Robot } from './robot.js';
-import { State, saidOf } from './state.js';
+import { State, robotsOf } from './state.js';
 import { World } from './world.js';
 
-/** Have a model be as a scene says. @param {object} scene `_world/scene`. */
+/** Load a scene into a model. @param {object} scene `_world/scene`. */
 export function loadScene(model, scene) {
   const time = secondsOf(scene?.stamp);
   if (time < model.time) model.beginTime(time);
@@ -44,7 +44,7 @@ export function loadScene(model, scene) {
 
 function loadRobots(model, said, time) {
   const before = model.robots;
-  const informed = saidOf(model.info);
+  const informed = robotsOf(model.info);
   model.robots = new Map();
   for (const each of said) {
     const robot = before.get(each.name) ?? new Robot(each.name);
@@ -75,7 +75,7 @@ function loadRobot(model, robot, said, time) {
   loadGoals(model, robot, said.goals ?? [], time);
 }
 
-/** Know the goals of a scene; those believed to go on that are not in it have ended. */
+/** Load the goals of a scene. Active goals that it lacks have ended. */
 function loadGoals(model, robot, said, time) {
   const listed = new Set(said.map((each) => `${each.action} ${each.goal_id}`));
   for (const { action, id } of robot.goals) {
@@ -96,19 +96,19 @@ function loadGoals(model, robot, said, time) {
 /**
  * Dispatches 'world', 'scene', 'goals', 'orders', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
  *
- * Robots, goals, items, doors, lifts, docks and lanes are in maps by name; of what is in them only robots are ever
- * changed, the others are replaced.
+ * Robots, goals, items, doors, lifts, docks and lanes are in maps by name. Only robots are ever changed, all other
+ * values are replaced.
  */
 export class Model extends State {
-  /** How much was received that is not as it should be. */
+  /** The number of invalid messages. */
   unreadable = 0;
 
-  /** Take what came on a key; what can't be read is left out and counted. @returns {boolean} Whether it was taken. */
+  /** Process a message; invalid ones are ignored and counted. @returns {boolean} Whether it was valid. */
   receive(key, payload) {
-    return isSound(key, payload, this.texts) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
+    return isValid(key, payload, this.texts) ? this.guard(key, () => this.#feed(key, payload)) : this.#leaveOut(key);
   }
 
-  /** Do something with what came on a key; if that fails, the rest goes on. @returns {boolean} Whether it was done. */
+  /** Run a function on a message; a failure is counted and goes no further. @returns {boolean} Whether it succeeded. */
   guard(key, take) {
     try {
       take();
@@ -133,13 +133,13 @@ export class Model extends State {
   }
 
   /**
-   * Begin with another world; a scene should follow.
+   * Load a world; a scene has to follow.
    * @param {{world: object, actions?: object, faults?: object, events?: object}} view `_world/view`.
    */
   loadView({ world, actions = {}, faults = {}, events = {} }) {
     this.forms = { actions, faults };
     this.texts = events;
-    // After a reset it is the same, and what was done in it stays known.
+    // After a reset the world is the same, and past goals and events stay.
     if (!sameValues(this.world.given, world)) {
       this.world = new World(world);
       this.leaveWorld();
@@ -159,20 +159,20 @@ export class Model extends State {
     this.touch('robots');
   }
 
-  /** Be as a scene says, whatever was known before. @param {object} scene `_world/scene`. */
+  /** Replace the state by a scene. @param {object} scene `_world/scene`. */
   loadScene(scene) {
     loadScene(this, scene);
   }
 
   /**
-   * Know what happened before the first scene, which has to come next: for the log, and of goals and orders.
+   * Load events from before the first scene, which has to follow: into the log, the goals and the orders.
    * @param {Record<string, any>[]} events Oldest first.
-   * @param {number} until The scene's time: what happened then comes as an event, too.
+   * @param {number} until The scene's time; later events arrive by themselves.
    */
   loadLog(events, until) {
-    const sound = events.filter((event) => isSound('_world/events', event, this.texts));
-    const begins = sound.findLastIndex((event) => restarts(event, this.texts));
-    sound.forEach((event, i) => {
+    const valid = events.filter((event) => isValid('_world/events', event, this.texts));
+    const begins = valid.findLastIndex((event) => restarts(event, this.texts));
+    valid.forEach((event, i) => {
       event.t = secondsOf(event.stamp);
       if (i > begins && event.t >= until) return;
       this._events.push(event);
@@ -182,20 +182,20 @@ export class Model extends State {
   }
 
   /**
-   * Know the open orders as the simulator does; what has happened since then is not forgotten.
-   * @param {object} said `_world/demand`.
+   * Load the open orders, and apply the events since then again.
+   * @param {object} demand `_world/demand`.
    */
-  loadDemand(said) {
-    this.demand.load(said);
+  loadDemand(demand) {
+    this.demand.load(demand);
     this.touch('orders');
-    const told = secondsOf(said.stamp);
-    const since = this.events.findLastIndex((event) => event.t <= told) + 1;
+    const loaded = secondsOf(demand.stamp);
+    const since = this.events.findLastIndex((event) => event.t <= loaded) + 1;
     for (const event of this.events.slice(since)) if (partOf(event, this.texts) === 'orders') change(this, event, event.t);
   }
 
   /**
-   * Take note of something that has happened.
-   * @param {Record<string, any>} event As on `_world/events`; one that changes nothing is only listed.
+   * Apply an event.
+   * @param {Record<string, any>} event As on `_world/events`; one that changes nothing is only logged.
    */
   apply(event) {
     if (typeof event?.kind !== 'string') return;
@@ -211,7 +211,7 @@ export class Model extends State {
     this._touched.add('events');
   }
 
-  /** Take note of a battery. @param {object} state sensor_msgs/msg/BatteryState. */
+  /** Update a battery. @param {object} state sensor_msgs/msg/BatteryState. */
   setBattery(name, state) {
     const robot = this.robots.get(name);
     if (!robot || !(state?.percentage >= 0)) return;
@@ -244,8 +244,8 @@ export class Model extends State {
   }
 
   /**
-   * Tell of what has changed since the last time.
-   * @param {number} [time] How late it is, in simulated seconds, if that is known: for the history.
+   * Dispatch the events for all changes since the last call.
+   * @param {number} [time] The simulated time, if known: for the history.
    */
   flush(time) {
     if (time > this.time) this.history.advance(time, this.robots);
@@ -257,7 +257,7 @@ export class Model extends State {
 }
 
 const CHARGING = 1;
-/** What scenes don't tell all of. */
+/** The parts of the state that scenes do not contain completely. */
 const LASTING = new Set(['robots.goals', 'orders']);
 
 const FED = new Map([
@@ -265,7 +265,7 @@ const FED = new Map([
   ['scene', (model, scene) => model.loadScene(scene)],
   ['view', (model, view) => model.loadView(view)],
   ['info', (model, info) => model.loadInfo(info)],
-  ['demand', (model, said) => model.loadDemand(said)],
+  ['demand', (model, demand) => model.loadDemand(demand)],
 ]);
 const FED_BY_ROBOTS = new Map([
   ['battery_state', (model, robot, state) => model.setBattery(robot, state)],

@@ -7,22 +7,22 @@
 
 const REMEMBERED = 8;
 
-/** Driving a distance from rest to rest, with a greatest speed and an acceleration; a triangle where it is short. */
+/** A speed profile over a distance from rest to rest, with limits of speed and acceleration. */
 class Trapezoid {
   constructor(distance, speed, acceleration) {
     this.distance = distance;
     this.speed = speed;
     this.acceleration = acceleration;
     const reached = Math.min(speed, Math.sqrt(distance * acceleration));
-    /** Seconds of speeding up, which are those of slowing down. */
+    /** Seconds of acceleration, and of deceleration. */
     this.rampSeconds = reached / acceleration;
-    /** Distance of speeding up. */
+    /** Distance of acceleration. */
     this.rampLength = (reached * reached) / (2 * acceleration);
     /** Seconds from rest to rest. */
     this.duration = 2 * this.rampSeconds + (distance - 2 * this.rampLength) / speed;
   }
 
-  /** Return the seconds after which a distance has been driven. */
+  /** Return the time at which a distance has been driven. */
   time(distance) {
     if (distance <= this.rampLength) return Math.sqrt((2 * distance) / this.acceleration);
     if (distance <= this.distance - this.rampLength) {
@@ -31,7 +31,7 @@ class Trapezoid {
     return this.duration - Math.sqrt((2 * Math.max(0, this.distance - distance)) / this.acceleration);
   }
 
-  /** Return the distance that has been driven after some seconds. */
+  /** Return the distance driven after a time. */
   driven(time) {
     if (time <= this.rampSeconds) return (this.acceleration * time * time) / 2;
     if (time <= this.duration - this.rampSeconds) return this.rampLength + (time - this.rampSeconds) * this.speed;
@@ -40,7 +40,7 @@ class Trapezoid {
   }
 }
 
-/** Return the motions that an event `motion` says, one after the other. */
+/** Return the consecutive motions of an event `motion`. */
 export function motionsOf(said, began) {
   const motions = [];
   for (const each of [said, ...(said.then ?? [])]) {
@@ -50,31 +50,29 @@ export function motionsOf(said, began) {
   return motions;
 }
 
-/** One lane driven, one turn made or one ride: what the event `motion` says, and when it began. */
+/** One motion of an event `motion`: along a lane, a turn or a ride in a lift. */
 export class Motion {
   constructor(said, began) {
     const from = said.from ?? said.to ?? [0, 0, 0];
     const to = said.to ?? from;
-    /** @type {Pose} */
     this.from = [from[0], from[1], from[2] ?? 0];
-    /** @type {Pose} */
     this.to = [to[0], to[1], to[2] ?? this.from[2]];
     /** @type {number} Seconds. */
     this.duration = said.duration ?? 0;
     this.began = began;
     this.ends = began + this.duration;
-    /** @type {string[]|null} The waypoints of the lane that is driven. */
+    /** @type {string[]|null} The waypoints of the lane. */
     this.lane = said.lane ?? null;
-    /** @type {boolean} Whether one is carried, and is where it began until it is over. */
+    /** @type {boolean} Whether it is a ride, during which the pose stays that of the beginning. */
     this.ride = said.ride === true;
     /** @type {boolean} Whether it is a turn. */
     this.turns = said.turned !== undefined;
-    /** @type {number} Radians of a turn. */
+    /** @type {number} The angle of a turn in radians. */
     this.turned = said.turned ?? 0;
     const stays = this.turns || this.ride;
-    /** @type {number} What is driven. */
+    /** @type {number} The driven length. */
     this.length = stays ? 0 : Math.hypot(this.to[0] - this.from[0], this.to[1] - this.from[1]);
-    /** @type {Trapezoid|null} The speed over the stretch of which this is a part. */
+    /** @type {Trapezoid|null} The speed profile of the stretch that this motion is a part of. */
     this.profile = said.profile ? new Trapezoid(said.profile[0], said.profile[1], said.profile[2]) : null;
     /** @type {Motion|null} */
     this._earlier = null;
@@ -82,9 +80,9 @@ export class Motion {
     this._offset = this.profile ? this.profile.time(this._before) : 0;
   }
 
-  /** Remember what came before, for a while: what is shown may be behind what is known. */
+  /** Link to the previous motions, as the page shows a time before the latest event. */
   after(earlier) {
-    // What began at this very instant has not been.
+    // Motions that began at this instant never took place.
     while (earlier !== null && earlier.began >= this.began) earlier = earlier._earlier;
     this._earlier = earlier;
     for (let i = 0; i < REMEMBERED && earlier !== null; i += 1) earlier = earlier._earlier;
@@ -92,14 +90,14 @@ export class Motion {
     return this;
   }
 
-  /** Return what was driven at a time: this, or what came before it. */
+  /** Return the motion at a time: this one or an earlier one. */
   at(time) {
     let motion = this;
     while (time < motion.began && motion._earlier !== null) motion = motion._earlier;
     return motion;
   }
 
-  /** Return the length that has been driven at a time, from 0 to `length`. */
+  /** Return the length driven at a time, from 0 to `length`. */
   drivenAt(time) {
     const elapsed = time - this.began;
     if (elapsed >= this.duration) return this.length;
@@ -108,7 +106,7 @@ export class Motion {
     return Math.min(this.length, Math.max(0, this.profile.driven(this._offset + elapsed) - this._before));
   }
 
-  /** Return the pose at a time; before its beginning where it begins, and after its end where it ends. */
+  /** Return the pose at a time, limited to those of its beginning and its end. *out* is filled and returned. */
   poseAt(time, out = [0, 0, 0]) {
     const { from, to } = this;
     const elapsed = time - this.began;
@@ -137,15 +135,15 @@ const SAME_PLACE = 1e-6;
 const NONE = Object.freeze([]);
 
 /**
- * It is never changed.
+ * The path ahead of a robot; immutable.
  *
  * @typedef {Point} Point
  */
-export class Way {
+export class Path {
   /**
-   * @param {readonly number[]} lengths From each point to the last.
-   * @param {number} next To which it drives now.
-   * @param {boolean} rides Whether it is carried there.
+   * @param {readonly number[]} lengths The length from each point to the last.
+   * @param {number} next The index of the next point.
+   * @param {boolean} rides Whether a lift carries it there.
    */
   constructor(points, lengths, next, rides) {
     this._points = points;
@@ -157,9 +155,9 @@ export class Way {
   }
 
   /**
-   * Return the way along points.
-   * @param {readonly Point[]} points Those that are going to be driven to.
-   * @param {(a: Point, b: Point) => boolean} rides Whether from one point to the next one is carried.
+   * Return the path along points.
+   * @param {readonly Point[]} points The points ahead.
+   * @param {(a: Point, b: Point) => boolean} rides Whether a lift carries robots from one point to the next.
    */
   static along(points, rides) {
     const lengths = new Array(points.length);
@@ -167,49 +165,49 @@ export class Way {
       lengths[i] = length;
       if (i && !rides(points[i - 1], points[i])) length += apart(points[i - 1], points[i]);
     }
-    return new Way(points, lengths, 0, false);
+    return new Path(points, lengths, 0, false);
   }
 
-  /** @returns {readonly Point[]} The points that are still driven to. */
+  /** @returns {readonly Point[]} The points still ahead. */
   get ahead() {
     if (this._ahead === null) this._ahead = this._points.slice(this._next);
     return this._ahead;
   }
 
-  /** @returns {boolean} Whether it goes on behind the point that is driven to now. */
+  /** @returns {boolean} Whether it goes on after the next point. */
   get goesOn() {
     return this._next < this._points.length - 1;
   }
 
-  /** Return the way when a motion begins on it. */
+  /** Return the path at the beginning of a motion. */
   on(motion) {
     if (motion.turns) return this.from(motion.from);
     for (let i = this._next; i < this._points.length; i += 1) {
       if (!samePlace(this._points[i], motion.to)) continue;
       return i === this._next && motion.ride === this._rides
         ? this
-        : new Way(this._points, this._lengths, i, motion.ride);
+        : new Path(this._points, this._lengths, i, motion.ride);
     }
     return this;
   }
 
-  /** Return the way of a robot that stands at a point of it. */
+  /** Return the path of a robot that stands at a point of it. */
   from(at) {
     const next = this.goesOn && samePlace(this._points[this._next], at) ? this._next + 1 : this._next;
-    return next === this._next && !this._rides ? this : new Way(this._points, this._lengths, next, false);
+    return next === this._next && !this._rides ? this : new Path(this._points, this._lengths, next, false);
   }
 
-  /** Return how long it is from a pose to its end; rides in lifts are no distance. */
+  /** Return the length from a pose to the end, without rides in lifts. */
   remaining(pose) {
     const next = this._points[this._next];
     return next ? (this._rides ? 0 : apart(next, pose)) + this._lengths[this._next] : 0;
   }
 }
 
-/** The way of a robot that stands. */
-export const NO_WAY = new Way(NONE, NONE, 0, false);
+/** The path of a robot at rest. */
+export const NO_PATH = new Path(NONE, NONE, 0, false);
 
-/** Return whether two points are one. */
+/** Return whether two points are the same. */
 export function samePlace(a, b) {
   return Math.abs(a[0] - b[0]) <= SAME_PLACE && Math.abs(a[1] - b[1]) <= SAME_PLACE;
 }

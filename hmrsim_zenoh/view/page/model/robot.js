@@ -1,12 +1,12 @@
-/** One robot: where it is at a time, how it is, and what it does. */
+/** A robot: its pose at a time, its state and its goals. All times are simulated seconds. */
 
-import { Motion, NO_WAY, Way, samePlace } from './motion.js';
+import { Motion, NO_PATH, Path, samePlace } from './motion.js';
 import { Tail } from './tail.js';
 
-/** What a robot may be doing, in the order in which they count. */
+/** The states of robots, by precedence. */
 export const STATES = Object.freeze(['offline', 'stopped', 'waiting', 'driving', 'charging', 'busy', 'idle']);
 
-/** Actions that do not hold a robot: others may drive it meanwhile. */
+/** Actions that do not occupy a robot. */
 const BESIDE = new Set([
   'compute_and_track_route', 'compute_path_through_poses', 'compute_path_to_pose', 'compute_route', 'smooth_path',
 ]);
@@ -16,7 +16,7 @@ const WELL = Object.freeze({});
 const NOWHERE = new Motion({ from: [0, 0, 0] }, -Infinity);
 
 /**
- * What is said of it is replaced and never changed, so that it can be saved as it is.
+ * Its values are replaced and never changed, so that a shallow copy saves them.
  *
  * @typedef {import('./motion.js').Point} Point
  * @typedef {{percentage: number, charging: boolean}} Battery `percentage` is from 0 to 1.
@@ -27,69 +27,69 @@ export class Robot {
   constructor(name, type = '') {
     this.name = name;
     this.type = type;
-    /** @type {number} Of the footprint; 0 if it has none. */
+    /** @type {number} The radius of the footprint; 0 for none. */
     this.radius = 0;
     this.flies = false;
-    /** @type {number|null} The greatest speed that it can go now. */
+    /** @type {number|null} The current speed limit. */
     this.speed = null;
-    /** @type {boolean} Whether it can be reached. */
+    /** @type {boolean} Whether messages from it arrive. */
     this.connected = true;
-    /** @type {Motion|null} What it drives, or drove last; null once it was stopped, and while it waits. */
+    /** @type {Motion|null} The current or latest motion; null after a stop, and while it waits. */
     this.motion = null;
-    /** @type {boolean} Whether something is in its way, so that it stands on its way. */
+    /** @type {boolean} Whether it is blocked on its path. */
     this.waits = false;
     /** @type {readonly string[]} The robots for which it waits. */
     this.waitsFor = NONE;
-    /** @type {string} What it waits for that is no robot, such as a door; or "". */
+    /** @type {string} The other reason for waiting, such as a door; or "". */
     this.waitsWhy = '';
-    /** @type {number|null} Since when it waits. */
+    /** @type {number|null} The time since which it waits. */
     this.waitsSince = null;
-    /** @type {{dock: string, position: number, goal?: string}|null} The dock in whose queue it stands, and for which goal. */
+    /** @type {{dock: string, position: number, goal?: string}|null} Its place in a dock's queue, and the goal. */
     this.queue = null;
-    /** @type {string|null} The robot for which it moved aside, where it stays until it may go on. */
+    /** @type {string|null} The robot that it has let pass and still waits for. */
     this.aside = null;
     this._makesRoom = false;
     /** @type {string|null} The dock where it is docked. */
     this.dock = null;
     /** @type {readonly string[]} The items that it carries. */
     this.holds = NONE;
-    /** @type {Readonly<Record<string, string>>} Why it can do nothing, by cause. */
+    /** @type {Readonly<Record<string, string>>} The reasons for which it is disabled, by cause. */
     this.ailments = WELL;
     /** @type {Battery|null} */
     this.battery = null;
-    /** @type {''|'low'|'critical'|'empty'} The level that its battery was last told to have come down to. */
+    /** @type {''|'low'|'critical'|'empty'} The battery level last reported. */
     this.batteryLevel = '';
     /** @type {readonly Sensor[]} */
     this.sensors = NONE;
-    /** @type {readonly Detection[]} What it sees, as last received. */
+    /** @type {readonly Detection[]} The latest detections. */
     this.detections = NONE;
-    /** @type {readonly import('./goals.js').Goal[]} Its goals that have not ended, in order of acceptance. */
+    /** @type {readonly import('./goals.js').Goal[]} Its active goals, in order of acceptance. */
     this.goals = NONE;
-    /** @type {{orders: number, done: number, state: string, error: string}|null} How its script ended. */
+    /** @type {{orders: number, done: number, state: string, error: string}|null} The result of its script. */
     this.script = null;
     /** @type {readonly string[]} Names of its actions, by `_world/info`. */
     this.actions = NONE;
     /** @type {readonly string[]} Names of its components, by `_world/info`. */
     this.components = NONE;
-    /** @type {string} What plans its ways: `graph` or `external`. */
+    /** @type {string} The planner of its paths: `graph` or `external`. */
     this.planner = 'graph';
-    /** @type {Motion} What it drives or drove last, or how it stands; before that what came earlier. */
+    /** @type {Motion} The current motion or standstill, linked to earlier ones. */
     this._track = NOWHERE;
-    /** @type {readonly Motion[]} What it drives after that, unless something comes first. */
+    /** @type {readonly Motion[]} The planned next motions. */
     this._coming = NONE;
-    /** @type {Way} */
-    this._way = NO_WAY;
+    /** @type {Path} */
+    this._path = NO_PATH;
     /** @type {Tail<[number, number, number]>} */
     this._driven = new Tail(DRIVEN);
   }
 
-  /** Return where it is at a time, or was a short while before the last thing that is known. */
+  /** Return the pose at a time, which may be a little before the latest event. *out* is filled and returned. */
   poseAt(time, out = [0, 0, 0]) {
     if (this._coming.length) this._driveUpTo(time);
     return this._track.at(time).poseAt(time, out);
   }
 
-  /** Return what it does at a time: one of `STATES`. */
+  /** Return the state at a time: one of `STATES`. */
   stateAt(time) {
     if (!this.connected) return 'offline';
     if (this.ailments !== WELL) return 'stopped';
@@ -100,33 +100,33 @@ export class Robot {
     return this.goal !== null ? 'busy' : 'idle';
   }
 
-  /** Return whether it moves at a time. Where a piece ends before the way does, the next one is on its way to us. */
+  /** Return whether it moves at a time. If a motion ends before the path does, the next motion is about to arrive. */
   movesAt(time) {
     if (this._coming.length) this._driveUpTo(time);
-    return this.motion !== null && !this.waits && (time < this.motion.ends || this._way.goesOn);
+    return this.motion !== null && !this.waits && (time < this.motion.ends || this._path.goesOn);
   }
 
-  /** Return what is left of its way; rides in lifts are no distance. */
+  /** Return the remaining length of the path, without rides in lifts. */
   distanceRemaining(time) {
-    return this._way.remaining(this.poseAt(time, scratch));
+    return this._path.remaining(this.poseAt(time, scratch));
   }
 
-  /** @returns {number} Until when it moves by what is known, in simulated seconds. */
+  /** @returns {number} The end of the last known motion. */
   get ends() {
     return (this._coming.at(-1) ?? this.motion)?.ends ?? -Infinity;
   }
 
-  /** @returns {readonly Point[]} The points that it still drives to; none when it stands. */
+  /** @returns {readonly Point[]} The remaining points of the path; none at rest. */
   get route() {
-    return this._way.ahead;
+    return this._path.ahead;
   }
 
-  /** @returns {[number, number, number][]} Where it has driven: x, y and when; oldest first, without where it is now. */
+  /** @returns {[number, number, number][]} The driven trail as x, y and time; oldest first, without the current position. */
   get driven() {
     return this._driven.items;
   }
 
-  /** @returns {import('./goals.js').Goal|null} The goal that holds it, or null. */
+  /** @returns {import('./goals.js').Goal|null} The goal that occupies it, or null. */
   get goal() {
     for (let i = this.goals.length - 1; i >= 0; i -= 1) {
       if (!BESIDE.has(this.goals[i].action)) return this.goals[i];
@@ -134,14 +134,14 @@ export class Robot {
     return null;
   }
 
-  /** Begin a motion. @param {...Motion} coming What it drives after that. */
+  /** Begin a motion. @param {...Motion} coming The motions after that. */
   begin(motion, ...coming) {
     if (this._coming.length) this._driveUpTo(motion.began);
     this._begin(motion);
     this._coming = coming;
   }
 
-  /** Begin those motions that have begun by a time. */
+  /** Begin the planned motions that have begun by a time. */
   _driveUpTo(time) {
     let begun = 0;
     while (begun < this._coming.length && this._coming[begun].began <= time) {
@@ -158,22 +158,22 @@ export class Robot {
     this._settled();
     this.queue = null;
     if (!motion.turns) this._drivenTo(motion.from[0], motion.from[1], motion.began);
-    this._way = this._way.on(motion);
+    this._path = this._path.on(motion);
   }
 
   /**
-   * Take a way.
-   * @param {readonly Point[]} points Those that it is going to drive to.
-   * @param {(a: Point, b: Point) => boolean} rides Whether from one point to the next it is carried.
+   * Take a path.
+   * @param {readonly Point[]} points The points ahead.
+   * @param {(a: Point, b: Point) => boolean} rides Whether a lift carries it from one point to the next.
    */
   take(points, rides) {
-    // The first way after it was asked to is the one aside.
+    // The first path after `makeRoom` leads aside.
     if (!this._makesRoom) this.aside = null;
     this._makesRoom = false;
-    this._way = Way.along(points, rides);
+    this._path = Path.along(points, rides);
   }
 
-  /** Stop where it is. @param {Point} [at] Where that is. */
+  /** Stop. @param {Point} [at] The position, if known. */
   stop(time, at) {
     this.poseAt(time, scratch);
     const [x, y] = at ?? scratch;
@@ -182,7 +182,7 @@ export class Robot {
     this._drivenTo(x, y, time);
   }
 
-  /** Be somewhere else at once. */
+  /** Move to a pose at once. */
   put(time, x, y, yaw) {
     this._track = NOWHERE;
     this._stand(time, x, y, yaw);
@@ -190,7 +190,7 @@ export class Robot {
     this._driven.clear();
   }
 
-  /** Stand where a scene says, without forgetting the way there if it is not far from where it was believed to be. */
+  /** Stand at the pose of a scene; the driven trail is kept if the pose is the expected one. */
   arrive(time, x, y, yaw) {
     this.poseAt(time, scratch);
     if (!samePlace(scratch, [x, y])) this._driven.clear();
@@ -200,17 +200,17 @@ export class Robot {
   }
 
   /**
-   * Stand on its way, where it has got to or has not set out from after all.
-   * @param {readonly string[]} robots For which robots.
-   * @param {string} why For what else it waits.
-   * @param {Point} [at] Where.
+   * Stand on the path, blocked.
+   * @param {readonly string[]} robots The robots that block it.
+   * @param {string} why Another reason.
+   * @param {Point} [at] The position, if known.
    */
   wait(time, robots, why, at) {
     this.poseAt(time, scratch);
     const [x, y] = at ?? scratch;
-    this._way = this._way.from([x, y]);
-    // It faces where it is going to drive.
-    const next = this._way.ahead[0];
+    this._path = this._path.from([x, y]);
+    // It faces the next point.
+    const next = this._path.ahead[0];
     const faces = next && !samePlace(next, [x, y]);
     this._stand(time, x, y, faces ? Math.atan2(next[1] - y, next[0] - x) : scratch[2]);
     if (!this.waits) this.waitsSince = time;
@@ -219,19 +219,19 @@ export class Robot {
     this.waitsWhy = why;
   }
 
-  /** Move aside for another robot: drive to where `take` leads next, and stay there until it may go on. */
+  /** Move aside for another robot, along the next path of `take`, and wait there. */
   makeRoom(by) {
     this.aside = by;
     this._makesRoom = true;
   }
 
-  /** Wait no longer. */
+  /** Stop waiting. */
   goOn() {
     this.waits = false;
     this._settled();
   }
 
-  /** Be disabled for a reason, or no longer. @param {string|null} why Null when it is over. */
+  /** Set or clear a reason for being disabled. @param {string|null} why Null to clear it. */
   disable(what, why) {
     const { [what]: _, ...others } = this.ailments;
     this.setAilments(why === null ? others : { ...others, [what]: why });
@@ -253,7 +253,7 @@ export class Robot {
     this._driven = driven;
   }
 
-  /** Forget the way that it has driven. */
+  /** Forget the driven trail. */
   forgetDriven() {
     this._driven.clear();
   }
@@ -272,12 +272,12 @@ export class Robot {
     this.motion = null;
   }
 
-  /** Have nowhere to go. */
+  /** Clear the path and the reasons for waiting. */
   _stay() {
     this.waits = false;
     this._settled();
     this.queue = this.aside = null;
-    this._way = NO_WAY;
+    this._path = NO_PATH;
   }
 
   _follow(motion) {

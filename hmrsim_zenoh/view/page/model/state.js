@@ -1,4 +1,4 @@
-/** What is there and how it is, and how that is changed and saved; what it means that something happened is elsewhere. */
+/** The state of a simulation: changing, saving and restoring it. Events are applied in changes.js. */
 
 import { Demand } from './demand.js';
 import { applyFault, lockDoors, moved, newDock, newDoor, newLift } from './fixtures.js';
@@ -14,7 +14,7 @@ const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'part
 /**
  * @typedef {import('./goals.js').Goal} Goal
  * @typedef {{name: string, weight: number, at: import('./motion.js').Point|null, carrier: string|null}} Item
- * @typedef {{t: number, kind: string, [field: string]: any}} LoggedEvent An event as it came, and `t`, when it happened.
+ * @typedef {{t: number, kind: string, [field: string]: any}} LoggedEvent An event, and its time `t`.
  * @typedef {{t: number, robots: string[], lanes: string[][]}} Deadlock
  * @typedef {{name: string, fault: string, since: number|null, robot?: string, lane?: string[], door?: string}} Fault
  */
@@ -23,15 +23,14 @@ const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'part
 export class State extends EventTarget {
   constructor() {
     super();
-    /** @type {World} */
     this.world = new World();
-    /** @type {{actions: Record<string, object>, faults: Record<string, object>}} JSON Schemas of what people fill in. */
+    /** @type {{actions: Record<string, object>, faults: Record<string, object>}} JSON Schemas of the forms. */
     this.forms = { actions: {}, faults: {} };
     /** @type {Record<string, {text: string, severity: string, subject: string[], group: string}>} Templates of events. */
     this.texts = {};
-    /** @type {object|null} `_world/info`, as it came. */
+    /** @type {object|null} `_world/info`. */
     this.info = null;
-    /** @type {number} When the last thing happened that is known, in simulated seconds. */
+    /** @type {number} The time of the latest event, in simulated seconds. */
     this.time = 0;
     /** @type {Map<string, Robot>} */
     this.robots = new Map();
@@ -43,25 +42,22 @@ export class State extends EventTarget {
     this.lifts = new Map();
     /** @type {Map<string, import('./fixtures.js').Dock>} */
     this.docks = new Map();
-    /** @type {Map<string, string>} Why a lane is closed, by `from|to`. */
+    /** @type {Map<string, string>} The reasons of closed lanes by `from|to`. */
     this.closedLanes = new Map();
-    /** @type {Map<string, Fault>} Those that go on. */
+    /** @type {Map<string, Fault>} The active faults. */
     this.faults = new Map();
-    /** @type {readonly Deadlock[]} Those of whose robots none has moved yet. */
+    /** @type {readonly Deadlock[]} The deadlocks of which no robot has moved yet. */
     this.deadlocks = [];
-    /** @type {Map<string, number>} The participants in lockstep, and since when. */
+    /** @type {Map<string, number>} The participants in lockstep, with the time of joining. */
     this.participants = new Map();
-    /** @type {boolean} Whether an external planner is there. */
+    /** @type {boolean} Whether an external planner is connected. */
     this.plannerPresent = false;
-    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null while it is not known. */
+    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null if unknown. */
     this.simulationState = null;
-    /** @type {Goals} */
     this.goalList = new Goals();
-    /** @type {Demand} */
     this.demand = new Demand();
-    /** @type {Map<string, object>} The behaviour tree of each robot, as it came. */
+    /** @type {Map<string, object>} The latest message of each robot's behavior tree. */
     this.trees = new Map();
-    /** @type {History} */
     this.history = new History();
     this._events = new Tail(EVENTS);
     this._touched = new Set();
@@ -72,7 +68,7 @@ export class State extends EventTarget {
     return this.goalList.all;
   }
 
-  /** @returns {LoggedEvent[]} The last 5,000 or more, without motions and routes; oldest first. */
+  /** @returns {LoggedEvent[]} The latest 5,000 or more, without motions and routes; oldest first. */
   get events() {
     return this._events.items;
   }
@@ -96,8 +92,8 @@ export class State extends EventTarget {
   }
 
   /**
-   * Be as then. Robots that are still there stay the same objects.
-   * @param {object} saved What `snapshot` has returned.
+   * Restore a snapshot. Robots that still exist stay the same objects.
+   * @param {object} saved A result of `snapshot`.
    */
   restore(saved) {
     const sameWorld = this.world === saved.plain.world;
@@ -122,7 +118,7 @@ export class State extends EventTarget {
     for (const each of what) this._touched.add(each);
   }
 
-  /** Know of a robot; of one that is known, nothing changes. @returns {Robot|null} Null if it is no name of a robot. */
+  /** Return a robot, which is added if it is unknown. @returns {Robot|null} Null if the name is not valid. */
   addRobot(name, type) {
     if (typeof name !== 'string' || name === '') return null;
     const known = this.robots.get(name);
@@ -135,14 +131,14 @@ export class State extends EventTarget {
     robot.flies = base?.flies === true;
     robot.speed = base?.speed ?? null;
     if (start) robot.put(this.time, start.at[0], start.at[1], start.yaw);
-    this.inform(robot, saidOf(this.info).get(name));
+    this.inform(robot, robotsOf(this.info).get(name));
     this.world.typeIndex(kind);
     this.robots.set(name, robot);
     this.touch('scene', 'robots');
     return robot;
   }
 
-  /** @param {string} name Of a robot or an item. */
+  /** Remove a robot or an item. */
   remove(name) {
     this.endDeadlocks(name);
     this.robots.delete(name);
@@ -194,7 +190,7 @@ export class State extends EventTarget {
     this.touch('robots');
   }
 
-  /** @param {string|null} why Null when it is opened. */
+  /** @param {string|null} why Null to open it. */
   closeLane(lane, why) {
     if (!Array.isArray(lane)) return;
     if (why === null) this.closedLanes.delete(lane.join('|'));
@@ -203,20 +199,20 @@ export class State extends EventTarget {
     this.touch('scene');
   }
 
-  /** Let a fault have its effects, or cease to have them. */
+  /** Begin or end the effects of a fault. */
   setFaultActive(fault, begins, time) {
     applyFault(this, fault, begins, time);
     this.touch('faults', 'robots');
   }
 
-  /** Let a robot be in no deadlock any more: it has moved. */
+  /** End the deadlocks of a robot that has moved. */
   endDeadlocks(name) {
     if (this.deadlocks.length === 0) return;
     this.deadlocks = this.deadlocks.filter(({ robots }) => !robots.includes(name));
     this.touch('robots');
   }
 
-  /** Forget the world: another one was loaded, and comes soon. */
+  /** Forget the world's contents, as another world is about to arrive. */
   leaveWorld() {
     this.robots = new Map();
     this.items = new Map();
@@ -228,7 +224,7 @@ export class State extends EventTarget {
     this.touch('scene', 'robots', 'goals', 'trees', 'faults');
   }
 
-  /** Be as in the beginning of this world; what was spawned and is left comes with the next scene. */
+  /** Return to the initial state of the world; spawned entities that remain are in the next scene. */
   beginAnew(time) {
     const { world } = this;
     for (const goal of this.goals.values()) {
@@ -246,7 +242,7 @@ export class State extends EventTarget {
     this.touch('scene', 'robots', 'orders', 'faults');
   }
 
-  /** Have time begin anew: what was known over time is of another time. */
+  /** Restart time, and forget what was recorded over time. */
   beginTime(time) {
     this.time = time;
     this.history.clear();
@@ -255,9 +251,7 @@ export class State extends EventTarget {
     for (const robot of this.robots.values()) robot.forgetDriven();
   }
 
-  // ---------------------------------------------------------------------------------------------------------------
-
-  _begin(robot, time, at, yaw) {
+    _begin(robot, time, at, yaw) {
     robot.put(time, at[0], at[1], yaw);
     robot.setAilments({});
     robot.connected = true;
@@ -270,7 +264,7 @@ export class State extends EventTarget {
     if (robot.battery) robot.battery = { percentage: 1, charging: false };
   }
 
-  /** Know what `_world/info` says of a robot. */
+  /** Set a robot's values of `_world/info`. */
   inform(robot, said) {
     if (!robot || !said) return;
     robot.actions = names(said.actions);
@@ -292,8 +286,8 @@ function names(given) {
 
 const said = new WeakMap();
 
-/** Return what `_world/info` says of robots, by name. */
-export function saidOf(info) {
+/** Return the robots of `_world/info` by name. */
+export function robotsOf(info) {
   if (!info) return new Map();
   if (!said.has(info)) said.set(info, new Map((info.robots ?? []).map((each) => [each.name, each])));
   return said.get(info);

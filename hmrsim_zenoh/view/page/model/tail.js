@@ -1,13 +1,13 @@
 /**
- * The last so many of what is added, which can be saved and brought back without copying it.
+ * The latest items of a list, which can be saved and restored without copying.
  *
- * Arrays are only ever added to, so that what is saved is an array and a length; restoring the beginning of an
- * array that has grown since takes a copy.
+ * Arrays only grow, so that a saved state is an array and a length. Restoring the beginning of an array that has
+ * grown since takes a copy.
  *
  * @template T
  */
 export class Tail {
-  /** @param {number} most How many are kept; up to half as many again for a while. */
+  /** @param {number} most The number of kept items; temporarily up to half as many more. */
   constructor(most) {
     this._most = most;
     /** @type {T[]} */
@@ -15,7 +15,7 @@ export class Tail {
     this._length = 0;
   }
 
-  /** @returns {T[]} What is kept, oldest first; not to be changed. It may grow, or another take its place. */
+  /** @returns {T[]} The kept items, oldest first. Do not change or keep this array. */
   get items() {
     if (this._kept.length !== this._length) this._kept = this._kept.slice(0, this._length);
     return this._kept;
@@ -25,7 +25,7 @@ export class Tail {
     return this._length;
   }
 
-  /** @returns {T|undefined} The one that was added last. */
+  /** @returns {T|undefined} The latest item. */
   get last() {
     return this._length ? this._kept[this._length - 1] : undefined;
   }
@@ -42,7 +42,7 @@ export class Tail {
     this._length = 0;
   }
 
-  /** @param {T[]} items What is kept from now on. */
+  /** @param {T[]} items The new content. */
   replace(items) {
     this._kept = items;
     this._length = items.length;

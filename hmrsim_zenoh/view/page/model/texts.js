@@ -5,7 +5,7 @@ import { secondsOf } from './messages.js';
 const PART = /\[([^\]]*)\]|\{[^}]*\}|[^[{]+/g;
 const FIELD = /\{(\w+)(?:([:=])([^}]*))?\}/g;
 
-/** By name; each takes a field's value and returns text, "" where it is as if it were not given. */
+/** Formats by name: each returns a field's text, or "" for a value that counts as missing. */
 export const FORMATS = {
   '': plain,
   and: (names) => [names.slice(0, -1).map(plain).join(', '), ...names.slice(-1).map(plain)].filter(Boolean).join(' and '),
@@ -17,8 +17,8 @@ export const FORMATS = {
 };
 
 /**
- * Return a template filled in.
- * @param {Record<string, (value: any) => string>} [formats] Further formats, or others for the same names.
+ * Fill in a template, which is written as described in hmrsim/events/_text.py.
+ * @param {Record<string, (value: any) => string>} [formats] Further formats, or replacements.
  */
 export function render(template, event, formats = {}) {
   const known = { ...FORMATS, ...formats };
@@ -28,7 +28,7 @@ export function render(template, event, formats = {}) {
   });
 }
 
-/** Return an alternative filled in; null if one of its fields is not given. */
+/** Fill in an alternative; null if one of its fields is missing. */
 function filled(alternative, event, formats) {
   let given = true;
   const text = alternative.replaceAll(FIELD, (_, name, sign, more) => {
@@ -50,7 +50,7 @@ function plain(value) {
 }
 
 /**
- * Return what an event says of its subject: "waits for eve".
+ * Return the text of an event without its subject: "waits for eve".
  * @param {Record<string, {text: string}>} texts The `events` of `_world/view`.
  * @param {Record<string, (value: any) => string>} [formats] Such as a `point` that knows names.
  */
@@ -59,13 +59,13 @@ export function textOf(event, texts, formats) {
   return (known && render(known.text, event, formats)) || String(event.kind ?? '').replaceAll('_', ' ');
 }
 
-/** Return how much an event matters: debug, info, warning or error. */
+/** Return the severity of an event: debug, info, warning or error. */
 export function severityOf(event, texts) {
   const known = texts[event.kind];
   return known ? render(known.severity, event) : 'info';
 }
 
-/** Return the name of what an event is about; "" for the whole world. */
+/** Return the name of an event's subject; "" for the whole world. */
 export function subjectOf(event, texts) {
   const names = texts[event.kind]?.subject ?? ['robot', 'door', 'lift', 'dock', 'entity', 'participant'];
   const value = names.map((name) => event[name]).find((each) => each !== undefined && each !== null) ?? '';
@@ -74,54 +74,54 @@ export function subjectOf(event, texts) {
 }
 
 /**
- * @typedef {{subject: string, text: string, severity: string, group: string}} Told `subject` is "" for the whole world;
+ * @typedef {{subject: string, text: string, severity: string, group: string}} Description `subject` is "" for the world;
  *   `severity` is debug, info, warning or error.
  */
 
 /**
- * Return what people are told of an event.
+ * Return the description of an event for people.
  * @param {import('./model.js').Model} model For templates, and names of points.
  */
-export function told(event, { texts, world }) {
+export function describe(event, { texts, world }) {
   const formats = {
     point: (at) => world.nameAt(at) || FORMATS.point(at),
     goal: (goal) => goalWords(event.action, goal, world),
   };
   return {
-    subject: tried(() => subjectOf(event, texts)),
-    text: tried(() => textOf(event, texts, formats)) || String(event.kind),
-    severity: tried(() => severityOf(event, texts)) || 'info',
+    subject: attempt(() => subjectOf(event, texts)),
+    text: attempt(() => textOf(event, texts, formats)) || String(event.kind),
+    severity: attempt(() => severityOf(event, texts)) || 'info',
     group: texts[event.kind]?.group ?? '',
   };
 }
 
-/** Return what a goal asks for, such as "to ward_a". @returns {string} Or "". */
+/** Return the request of a goal, such as "to ward_a", or "". */
 export function goalWords(action, goal, world) {
-  return goal ? tried(() => ASKED.get(action)?.(goal, world)) : '';
+  return goal ? attempt(() => REQUESTS.get(action)?.(goal, world)) : '';
 }
 
-/** Return what the feedback of a goal says, such as "3.2 left, 4 s". @returns {string} Or "". */
+/** Return the text of a goal's feedback, such as "3.2 left, 4 s", or "". */
 export function feedbackWords(feedback, units = '') {
   if (!feedback) return '';
-  const said = [];
+  const parts = [];
   const { distance_remaining: left, estimated_time_remaining: time, number_of_recoveries: recoveries } = feedback;
-  if (typeof left === 'number') said.push(`${number(left)}${units && ` ${units}`} left`);
+  if (typeof left === 'number') parts.push(`${number(left)}${units && ` ${units}`} left`);
   const seconds = secondsOf(time ?? feedback.time_left);
-  if (seconds > 0) said.push(`${number(seconds)} s`);
-  if (recoveries > 0) said.push(`${recoveries} ${recoveries === 1 ? 'recovery' : 'recoveries'}`);
-  if (typeof feedback.current_waypoint === 'number') said.push(`waypoint ${feedback.current_waypoint + 1}`);
-  if (feedback.number_of_poses_remaining > 0) said.push(`${feedback.number_of_poses_remaining} poses`);
-  if (typeof feedback.distance_traveled === 'number') said.push(`${number(feedback.distance_traveled)} driven`);
+  if (seconds > 0) parts.push(`${number(seconds)} s`);
+  if (recoveries > 0) parts.push(`${recoveries} ${recoveries === 1 ? 'recovery' : 'recoveries'}`);
+  if (typeof feedback.current_waypoint === 'number') parts.push(`waypoint ${feedback.current_waypoint + 1}`);
+  if (feedback.number_of_poses_remaining > 0) parts.push(`${feedback.number_of_poses_remaining} poses`);
+  if (typeof feedback.distance_traveled === 'number') parts.push(`${number(feedback.distance_traveled)} driven`);
   if (typeof feedback.angular_distance_traveled === 'number') {
-    said.push(`turned by ${number(feedback.angular_distance_traveled)} rad`);
+    parts.push(`turned by ${number(feedback.angular_distance_traveled)} rad`);
   }
-  if (typeof feedback.state === 'string' && feedback.state) said.push(feedback.state.toLowerCase());
-  else if (typeof feedback.state === 'number') said.push(DOCKING[feedback.state] ?? '');
-  return said.filter(Boolean).join(', ');
+  if (typeof feedback.state === 'string' && feedback.state) parts.push(feedback.state.toLowerCase());
+  else if (typeof feedback.state === 'number') parts.push(DOCKING[feedback.state] ?? '');
+  return parts.filter(Boolean).join(', ');
 }
 
-/** Return words about what others have made up, "" where it is not as it should be. */
-function tried(say) {
+/** Return a text about a message of others, or "" if the message is invalid. */
+function attempt(say) {
   try {
     return String(say() ?? '');
   } catch {
@@ -131,7 +131,7 @@ function tried(say) {
 
 const DOCKING = ['waiting for a berth', 'to the staging pose', 'docking', 'docking', 'waiting for charge', 'retrying'];
 
-const ASKED = new Map(Object.entries({
+const REQUESTS = new Map(Object.entries({
   navigate_to_pose: ({ pose }, world) => pointWords(pose, world),
   compute_path_to_pose: ({ goal }, world) => pointWords(goal, world),
   compute_path_through_poses: ({ goals }, world) => throughWords(goals?.goals ?? goals, world),
@@ -161,7 +161,7 @@ function routeWords({ use_poses: byPose, goal, goal_id: id }, world) {
   return byPose ? pointWords(goal, world) : `to waypoint ${id ?? 0}`;
 }
 
-/** Return where a geometry_msgs/msg/PoseStamped is. */
+/** Return the text of a geometry_msgs/msg/PoseStamped. */
 function pointWords(stamped, world) {
   const { x = 0, y = 0 } = stamped?.pose?.position ?? stamped?.position ?? {};
   return `to ${named(x, y, world)}`;

@@ -1,22 +1,22 @@
-/** What does not change: the map, what is on it and the robots of the beginning, as `_world/view` has it. */
+/** The static world of `_world/view`: the map, its fixtures and the initial robots. */
 
 /**
  * @typedef {import('./motion.js').Point} Point
  * @typedef {{name: string, at: Point, capacity: number|null}} Waypoint `capacity` is null for any number.
  * @typedef {{name: string, at: Point}} Place
- * @typedef {{points: Point[], solid: boolean}} Wall A solid one is closed.
+ * @typedef {{points: Point[], solid: boolean}} Wall A solid wall is a closed polygon.
  * @typedef {object} Lane
  * @property {string} key `from|to`, as in `Model.closedLanes`.
  * @property {string} from
  * @property {string} to
- * @property {Point} a Where it begins.
- * @property {Point} b Where it ends.
+ * @property {Point} a The first end.
+ * @property {Point} b The second end.
  * @property {number} length
  * @property {boolean} one_way
  * @property {number|null} speed_limit
- * @property {number|null} capacity How many robots it takes; null for any number.
+ * @property {number|null} capacity The largest number of robots; null for any.
  * @typedef {{name: string, index: number, radius: number|null, flies: boolean, speed: number}} RobotType `index` is
- *   for its colour and shape.
+ *   for its color and shape.
  * @typedef {{name: string, type: string, at: Point, yaw: number, radius: number|null, flies: boolean, speed: number}} RobotStart
  * @typedef {{name: string, at: [Point, Point], type: string, open: boolean, lanes: Lane[]}} DoorSpec
  * @typedef {{name: string, stops: string[], points: Point[], at: string, travel_time: number, door_time: number,
@@ -27,22 +27,21 @@
  */
 
 const HERE = 1e-4;
-/** A world before there is one. */
+/** The world before one is loaded. */
 const EMPTY = {
   name: 'world', units: 'm', bounds: null, walls: [], waypoints: [], lanes: [], places: [], docks: [], doors: [],
   lifts: [], items: [], robot_types: [], robots: [], demand: [],
 };
 
 export class World {
-  /** @param {object} [given] The `world` of `_world/view`; what it leaves out is empty. */
+  /** @param {object} [given] The `world` of `_world/view`; missing parts are empty. */
   constructor(given = undefined) {
     const all = { ...EMPTY, ...given };
-    /** @type {object|undefined} */
     this.given = given;
     this.name = all.name;
     /** @type {'m'|'px'} In pixels y points down. */
     this.units = all.units;
-    /** @type {[number, number, number, number]|null} What nothing is outside of: least x and y, greatest x and y. */
+    /** @type {[number, number, number, number]|null} Least x and y, greatest x and y of the bounds. */
     this.bounds = all.bounds;
     /** @type {Wall[]} */
     this.walls = all.walls;
@@ -58,7 +57,7 @@ export class World {
     this.items = byName(all.items);
     /** @type {Map<string, RobotStart>} */
     this.robots = byName(all.robots);
-    /** @type {string[]} The names of what orders come of. */
+    /** @type {string[]} The names of the sources of orders. */
     this.demand = all.demand;
     /** @type {Lane[]} */
     this.lanes = all.lanes.map((lane) => {
@@ -71,9 +70,9 @@ export class World {
     this.doors = byName(all.doors.map((door) => {
       return { ...door, lanes: door.lanes.map((ends) => this.lanesByKey.get(ends.join('|'))) };
     }));
-    /** @type {Map<string, RobotType>} In the order of their colours. */
+    /** @type {Map<string, RobotType>} In the order of their colors. */
     this.types = byName(all.robot_types.map((type, index) => ({ ...type, index })));
-    /** @type {[number, number, number, number]} What there is, with the bounds. */
+    /** @type {[number, number, number, number]} The extent of all objects, with the bounds. */
     this.extent = this._extent();
     this._named = new Map();
     for (const things of [this.waypoints, this.docks, this.places]) {
@@ -88,7 +87,7 @@ export class World {
     return this.given !== undefined;
   }
 
-  /** Return the index of a robot type, for its colour and shape; one that is not known gets the next. */
+  /** Return the index of a robot type, for its color and shape; an unknown type gets the next index. */
   typeIndex(name) {
     if (!this.types.has(name)) this.types.set(name, { name, index: this.types.size, radius: null, flies: false, speed: 0 });
     return this.types.get(name).index;
@@ -99,7 +98,7 @@ export class World {
     return (this.waypoints.get(name) ?? this.places.get(name) ?? this.docks.get(name))?.at ?? null;
   }
 
-  /** Return the name of the place, dock or waypoint that is at a point, or "". */
+  /** Return the name of the place, dock or waypoint at a point, or "". */
   nameAt(at) {
     return this._named.get(spot(at)) ?? '';
   }
@@ -112,8 +111,8 @@ export class World {
   }
 
   /**
-   * Return the lane that is nearest to a point, and the point of it that is, or null if none is near enough.
-   * @param {number} [most] How far it may be.
+   * Return the lane nearest to a point, with its nearest point, or null if none is near enough.
+   * @param {number} [most] The largest distance.
    */
   nearestLane(x, y, most = Infinity) {
     let [found, least, fx, fy] = [null, most * most, 0, 0];

@@ -24,7 +24,7 @@ export class ChartsPanel {
     this.element = el('div', { class: 'panel-body scroll charts' },
       el('h3', { text: 'Robots by state' }), this.states, this.legend,
       el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines);
-    /** The plots, and what they were made for, by their elements. @type {Map<HTMLElement, {plot: uPlot, made: string}>} */
+    /** The plots and their parameters by element. @type {Map<HTMLElement, {plot: uPlot, made: string}>} */
     this.plots = new Map();
   }
 
@@ -44,14 +44,14 @@ export class ChartsPanel {
     const sums = new Array(t.length + 1).fill(0);
     const stacked = STACK.map((state) => [...counts[state], current[state]].map((count, i) => (sums[i] += count)));
     const { states } = this.app.palette;
-    // The highest first: each covers the lower part of the one before.
+    // The highest first, as each covers the lower part of the previous one.
     const series = STACK.map((state) => ({ fill: states[state], width: 0, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) })).reverse();
     this.#show(this.states, [[...t, now], ...stacked.reverse()], series, { max: Math.max(1, ...sums), words: String, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500] });
   }
 
   #drawBatteries(now) {
     const { robots, note } = this.#chosen();
-    const colours = this.app.palette.types;
+    const colors = this.app.palette.types;
     const shares = robots.map(({ name, battery }) => `${name} ${shareWords(battery.percentage)}`);
     say(this.note, note);
     mark(this.batteries, 'aria-label', shares.join(', '));
@@ -59,7 +59,7 @@ export class ChartsPanel {
       this.listed = shares.join('|');
       this.lines.replaceChildren(...robots.map(({ name, battery }, i) => {
         const dash = el('span', { class: 'dash', 'aria-hidden': 'true' });
-        dash.style.background = colours[i];
+        dash.style.background = colors[i];
         const link = el('button', { type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }) });
         return el('li', {}, dash, link, el('b', { text: ` ${shareWords(battery.percentage)}` }));
       }));
@@ -69,11 +69,11 @@ export class ChartsPanel {
       return [points.map(([time]) => time), points.map(([, share]) => share)];
     });
     const { selected } = this.app.map;
-    const series = robots.map(({ name }, i) => ({ stroke: colours[i], width: name === selected ? 3.5 : 2, spanGaps: true, points: { show: false } }));
+    const series = robots.map(({ name }, i) => ({ stroke: colors[i], width: name === selected ? 3.5 : 2, spanGaps: true, points: { show: false } }));
     this.#show(this.batteries, tables.length ? uPlot.join(tables) : [[now]], series, { max: 1, words: shareWords, incrs: [0.25, 0.5] });
   }
 
-  /** Return whose batteries are shown: all, or where there are too many the selected robot's and the lowest. */
+  /** Return the robots whose batteries are shown: all, or the selected one and those with the lowest charge. */
   #chosen() {
     const all = [...this.app.model.robots.values()].filter((robot) => robot.battery);
     if (all.length === 0) return { robots: [], note: 'No robot has a battery.' };
@@ -85,7 +85,7 @@ export class ChartsPanel {
     return { robots: [...selected, ...lowest], note: selected.length ? `${selected[0].name} and ${who}` : who };
   }
 
-  /** Draw a plot; it is made anew where it has other lines, or another size or theme. */
+  /** Draw a plot; it is created again if its lines, size or theme have changed. */
   #show(element, data, series, { max, words, incrs }) {
     const width = element.clientWidth;
     if (width < 60) return;

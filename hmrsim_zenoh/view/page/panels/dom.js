@@ -7,7 +7,7 @@ const SVG = 'http://www.w3.org/2000/svg';
 /**
  * Return a new element.
  * @param {Record<string, any>} [given] `class`, `text`, `data` (a record), listeners as `onclick`, other attributes;
- * what is null, undefined or false is left out.
+ * null, undefined and false are ignored.
  */
 export function el(tag, given = {}, ...children) {
   const element = document.createElement(tag);
@@ -23,29 +23,29 @@ export function el(tag, given = {}, ...children) {
   return element;
 }
 
-/** Set a text, if it is another: what is the same is not laid out again. */
+/** Set a text if it has changed, so that an unchanged one needs no layout. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Set an attribute, if it is another. */
+/** Set an attribute if it has changed. */
 export function mark(element, name, value) {
   if (element.getAttribute(name) !== value) element.setAttribute(name, value);
 }
 
-/** Render a part of the page; if that fails it shows that, and the others go on. */
+/** Render a part of the page; a failure is shown there, and other parts go on. */
 export function guarded(element, render) {
   try {
     render();
     element.removeAttribute('data-failed');
   } catch (error) {
-    // Once, not with each frame.
+    // Log once, not in each frame.
     if (!element.hasAttribute('data-failed')) console.error(error);
     mark(element, 'data-failed', 'true');
   }
 }
 
-/** Of each icon the paths of its strokes, in a square of 24. */
+/** The stroke paths of each icon, in a square of 24. */
 const ICONS = {
   play: ['M8 5.5v13l10-6.5z'],
   pause: ['M8.5 5.5v13', 'M15.5 5.5v13'],
@@ -85,7 +85,7 @@ const ICONS = {
   reset: ['M4.5 5v5h5', 'M5 10a7.5 7.5 0 1 1-.3 4.5'],
 };
 
-/** Return an icon, which is no more than an ornament to what says the same in words. */
+/** Return a decorative icon. */
 export function icon(name) {
   const svg = document.createElementNS(SVG, 'svg');
   svg.setAttribute('viewBox', '0 0 24 24');
@@ -99,7 +99,7 @@ export function icon(name) {
   return svg;
 }
 
-/** Return a button with an icon, and a text beside it or only as a tooltip and for screen readers. */
+/** Return a button with an icon, and a label that is visible or only a tooltip. */
 export function button(picture, label, onclick, { text = false, key = '', class: kind = '' } = {}) {
   const hint = key ? `${label} (${key})` : label;
   const names = text ? { title: key ? hint : null } : { 'aria-label': label, title: hint };
@@ -109,20 +109,20 @@ export function button(picture, label, onclick, { text = false, key = '', class:
 }
 
 /**
- * Return a span that shows one of a few words by shape and colour, as `style.css` has them.
+ * Return a span that shows a word by shape and color, as defined in `style.css`.
  * @param {string} group `state`, `status` or `tree`.
  */
 export function sign(group, word) {
   return el('span', { class: `sign ${group}`, data: { is: word }, 'aria-hidden': 'true' });
 }
 
-const SPARE = 4; // rows above and below what is seen
+const SPARE = 4; // rows above and below the visible ones
 
-/** @template T */
+/** A list of any length of which only visible rows exist. @template T */
 export class Rows {
   /**
-   * @param {number} options.height Css pixels of a row.
-   * @param {() => HTMLElement & {fill: (item: T) => void}} options.make A row to be filled, again and again.
+   * @param {number} options.height The height of a row in css pixels.
+   * @param {() => HTMLElement & {fill: (item: T) => void}} options.make Returns a new row, which is filled repeatedly.
    */
   constructor({ label, height, make, role = 'list' }) {
     this.height = height;
@@ -130,7 +130,7 @@ export class Rows {
     this.rowRole = role === 'table' ? 'row' : 'listitem';
     this.body = el('div', { class: 'rows-body', role: 'presentation' });
     this.element = el('div', { class: 'rows', role, 'aria-label': label, tabindex: '0' }, this.body);
-    // To ask the element for these makes the browser lay out the page each time.
+    // Reading these from the element would force a layout each time.
     this.top = this.seen = 0;
     this.element.addEventListener('scroll', () => this.#moved(), { passive: true });
     new ResizeObserver(() => this.#moved()).observe(this.element);
@@ -147,7 +147,7 @@ export class Rows {
     this.#draw();
   }
 
-  /** Go back to the first row. */
+  /** Scroll to the first row. */
   toTop() {
     this.element.scrollTop = this.top = 0;
   }
@@ -183,6 +183,7 @@ export class Rows {
 
 const SIZE = 22; // css pixels
 
+/** The body of a robot type as on the map, for lists and the legend. */
 export class TypeSign {
   element = el('canvas', { class: 'type-sign', 'aria-hidden': 'true', width: 2 * SIZE, height: 2 * SIZE });
 

@@ -1,6 +1,6 @@
-// The log of what happens, newest first.
+// The log of events, newest first.
 
-import { told } from '../model/texts.js';
+import { describe } from '../model/texts.js';
 import { Rows, button, el, icon, mark, say, sign } from './dom.js';
 import { clockWords, inWords } from './phrases.js';
 
@@ -12,10 +12,10 @@ export class EventsPanel {
   constructor(app) {
     this.app = app;
     this.title = 'Events';
-    /** @type {object[]|null} What was known when it was paused. */
+    /** @type {object[]|null} The events at the time of pausing. */
     this.held = null;
-    /** What is told of an event, and what it is found by. */
-    this.told = new WeakMap();
+    /** The description of each event, with the text to search. */
+    this.descriptions = new WeakMap();
     const again = () => this.render();
     this.filter = el('input', {
       type: 'search', class: 'field', placeholder: 'Robot, door, place, words', 'aria-label': 'Filter events', oninput: again,
@@ -48,9 +48,9 @@ export class EventsPanel {
     const all = this.held ?? model.events;
     for (let i = all.length - 1; i >= 0; i -= 1) {
       const event = all[i];
-      const said = this.#tell(event);
-      if (kind === BAD ? !['warning', 'error'].includes(said.severity) : kind !== ALL && said.group !== kind) continue;
-      if (text && !said.line.includes(text)) continue;
+      const description = this.#describe(event);
+      if (kind === BAD ? !['warning', 'error'].includes(description.severity) : kind !== ALL && description.group !== kind) continue;
+      if (text && !description.line.includes(text)) continue;
       shown.push(event);
     }
     say(this.empty, shown.length ? '' : all.length ? 'No event matches.' : 'No events yet.');
@@ -66,14 +66,14 @@ export class EventsPanel {
       ...groups.map((name) => el('option', { value: name, text: inWords(name) })));
   }
 
-  #tell(event) {
-    let said = this.told.get(event);
-    if (said === undefined) {
-      said = told(event, this.app.model);
-      said.line = `${said.subject} ${event.kind} ${said.text}`.toLowerCase();
-      this.told.set(event, said);
+  #describe(event) {
+    let description = this.descriptions.get(event);
+    if (description === undefined) {
+      description = describe(event, this.app.model);
+      description.line = `${description.subject} ${event.kind} ${description.text}`.toLowerCase();
+      this.descriptions.set(event, description);
     }
-    return said;
+    return description;
   }
 
   #row() {
@@ -90,7 +90,7 @@ export class EventsPanel {
     row.fill = (given) => {
       if (given === event) return;
       event = given;
-      const { severity, subject, text } = this.#tell(event);
+      const { severity, subject, text } = this.#describe(event);
       say(parts.time, clockWords(event.t, 1));
       mark(parts.shape, 'data-is', severity);
       say(parts.who, subject);
@@ -100,7 +100,7 @@ export class EventsPanel {
     return row;
   }
 
-  /** Select the first robot that an event names, or show the first thing. */
+  /** Select the first robot that an event names, or else center on the first named object. */
   #show(event) {
     const { kind: _, ...fields } = event;
     const named = Object.values(fields).flat().filter((value) => typeof value === 'string');

@@ -7,12 +7,12 @@ const PLACES = 'form-places';
 
 /**
  * @typedef {object} Field
- * @property {string[]} path Where its value is in the message.
+ * @property {string[]} path The path of its value in the message.
  * @property {HTMLElement} element
- * @property {HTMLElement} input What gets the focus.
+ * @property {HTMLElement} input The element that gets the focus.
  * @property {boolean} advanced
- * @property {() => any} read The value; undefined where nothing is filled in. Throws what is wrong.
- * @property {(text: string) => void} complain "": nothing.
+ * @property {() => any} read Returns the value; undefined if empty. Throws if it is invalid.
+ * @property {(text: string) => void} complain Shows an error; "" clears it.
  * @property {() => boolean} wrong
  */
 
@@ -48,7 +48,7 @@ export function makeField({ schema, path, required }, app, asked) {
 
 const POINT = 'Name a place, or give x, y.';
 
-/** Kinds of fields; the first that takes a schema makes it. */
+/** The kinds of fields; the first one that takes a schema creates the field. */
 const KINDS = [
   {
     takes: ({ format }) => format === 'pose',
@@ -95,7 +95,7 @@ const KINDS = [
   },
 ];
 
-/** What of the world is proposed, by the word in the schema. */
+/** The choices from the world, by the schema's word. */
 const CHOICES = {
   items: (model) => [...model.items.values()].filter(({ carrier }) => !carrier).map(({ name }) => name),
   held: (model, robot) => [...(model.robots.get(robot)?.holds ?? [])],
@@ -133,14 +133,14 @@ function places({ model: { world } }) {
 
 /**
  * @typedef {object} Asked
- * @property {string} title Of the dialog.
- * @property {string} label Of what is chosen, such as "Action".
+ * @property {string} title The title of the dialog.
+ * @property {string} label The label of the choice, such as "Action".
  * @property {Record<string, object>} forms JSON Schemas by name, as `_world/view` has them.
- * @property {string} [chosen] Which comes first.
- * @property {Record<string, any>} [values] By dotted path: what is filled in already.
- * @property {string} verb On the button.
- * @property {(name: string, values: object) => Promise<void>} send What it is refused with, it throws: `details` has
- *   field and message, as the simulator's answers do.
+ * @property {string} [chosen] The form to show first.
+ * @property {Record<string, any>} [values] Initial values by dotted path.
+ * @property {string} verb The label of the button.
+ * @property {(name: string, values: object) => Promise<void>} send Throws if it is refused; `details` has
+ *   field and message, as in the simulator's answers.
  */
 
 export class FormDialog {
@@ -212,7 +212,7 @@ export class FormDialog {
     }
   }
 
-  /** Show what was refused at the fields that it is about; the rest below all. */
+  /** Show errors at their fields, and others below the form. */
   #place(error) {
     const others = [];
     for (const { field, message } of error.details ?? []) {
@@ -223,7 +223,7 @@ export class FormDialog {
     if (others.length || !error.details?.length) this.#complain([error.message, ...others].join('; '));
   }
 
-  /** @returns {boolean} whether something is wrong with a field, which has the focus then */
+  /** Focus the first invalid field. @returns {boolean} Whether there is one. */
   #showFirst() {
     const wrong = this.controls.find(({ wrong }) => wrong());
     if (wrong?.advanced) this.moreBox.open = true;
@@ -238,7 +238,7 @@ export class FormDialog {
   }
 }
 
-/** Yield the fields of a schema, those of nested objects too: schema, path, and whether it has to be filled in. */
+/** Yield the fields of a schema and its nested objects: schema, path, and whether it is required. */
 function* fieldsOf(schema, path = []) {
   for (const [name, part] of Object.entries(schema.properties ?? {})) {
     if (part.type === 'object' && !part.format) yield* fieldsOf(part, [...path, name]);

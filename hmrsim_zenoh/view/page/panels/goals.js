@@ -24,7 +24,7 @@ export class GoalsPanel {
     });
     this.chips = new Map();
     this.shown = 'all';
-    /** What a goal is found by; a goal never changes, another takes its place. */
+    /** The text to search for each goal. */
     this.lines = new WeakMap();
     const chips = el('div', { class: 'chips', role: 'group', 'aria-label': 'Which goals' });
     for (const word of Object.keys(SHOWN)) chips.append(this.#chip(word));

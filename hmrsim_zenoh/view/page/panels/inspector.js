@@ -1,4 +1,4 @@
-// The robot that is selected: how it is and why, what it does and has, and what may be asked of it.
+// The selected robot: its state and the reason, its goal and equipment, and buttons for requests.
 
 import { goalWords } from '../model/texts.js';
 import { TypeSign, button, el, mark, say, sign } from './dom.js';

@@ -1,4 +1,4 @@
-// What may be done with what is at a point of the map: a right click, a long press, or the menu key.
+// The context menu of an object on the map: right click, long press or menu key.
 
 import { el, icon } from './dom.js';
 
@@ -65,7 +65,7 @@ export class Menu {
     if (event.key !== 'Enter' && event.key !== ' ') event.preventDefault();
   }
 
-  /** Return what may be done: [icon, words, action] each, null for a line between. */
+  /** Return the entries, each [icon, text, action], or null for a separator. */
   #entries(pick) {
     const own = ENTRIES[pick.kind]?.(this.app, pick.name) ?? [];
     const all = [...this.#send(pick), ...own.filter((entry) => this.app.live || !entry || entry[3]),
@@ -85,7 +85,7 @@ export class Menu {
   }
 }
 
-const READS = true; // in a recording, too
+const READS = true; // also available in recordings
 
 const ENTRIES = {
   robot(app, name) {
@@ -123,7 +123,7 @@ const ENTRIES = {
   },
 };
 
-/** Return the faults that may be injected into something, and those that may be cleared. */
+/** Return the entries to inject and to clear faults of an object. */
 function faultEntries(app, target, quick) {
   const on = [...app.model.faults.values()].filter((fault) => concerns(fault, target));
   const there = new Set(on.map(({ fault }) => fault));

@@ -8,7 +8,7 @@ const TEXTS = {
   lost: 'Lost the connection to the simulator. Reconnecting…',
   'no server': 'Lost the connection to the server of this page. Reconnecting…',
 };
-const PATIENCE = 600; // ms for which nothing is said
+const PATIENCE = 600; // ms before the banner appears
 
 export class Banner {
   constructor(app) {
@@ -46,7 +46,7 @@ export class Banner {
 }
 
 const KEY = 'hmrsim.welcomed';
-const WIDE = 1500; // css pixels that leave room for more
+const WIDE = 1500; // css pixels of width that leave room for a longer hint
 
 export class Hint {
   constructor(app) {
@@ -58,7 +58,7 @@ export class Hint {
     this.welcomes = false;
   }
 
-  /** @param {string} text "": none. @param {number} [lasts] Milliseconds; 0: until another comes. @param {string} [key] That ends it. */
+  /** Show a hint, or none for "". @param {number} [lasts] Milliseconds; 0 for until the next hint. @param {string} [key] Ends it. */
   show(text, lasts = 0, key = '') {
     clearTimeout(this.timer);
     say(this.text, text);
@@ -69,7 +69,7 @@ export class Hint {
     if (lasts) this.timer = setTimeout(() => (this.element.hidden = true), lasts);
   }
 
-  /** Say how to begin, once in each browser. */
+  /** Show how to begin, once in each browser. */
   welcome() {
     try {
       if (!this.app.live || localStorage.getItem(KEY)) return;
@@ -83,7 +83,7 @@ export class Hint {
     this.close.hidden = false;
   }
 
-  /** Hide the welcome: a click shows that it is known. */
+  /** Hide the welcome after a click. */
   known() {
     if (!this.welcomes) return;
     this.welcomes = false;
@@ -91,7 +91,7 @@ export class Hint {
     try {
       localStorage.setItem(KEY, 'true');
     } catch {
-      // Then it is said again next time.
+      // It is shown again next time then.
     }
   }
 }

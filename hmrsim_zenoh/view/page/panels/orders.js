@@ -1,4 +1,4 @@
-// The orders of the world's demand: the open ones, the most urgent first, and the last that have ended.
+// The orders of the world's demand: open ones, most urgent first, and the latest ended ones.
 
 import { asItemIs } from '../model/demand.js';
 import { Rows, el, mark, say, sign } from './dom.js';
@@ -6,9 +6,9 @@ import { clockWords, lastingWords } from './phrases.js';
 
 const ROW = 58;
 const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
-/** The sign of a goal that is as far as an order is. */
+/** The goal's sign for each state of an order. */
 const SIGNS = { waiting: 'accepted', carried: 'executing', delivered: 'succeeded', lost: 'aborted' };
-/** Stands in the list where the ended ones begin. */
+/** The heading of ended orders in the list. */
 const ENDED = { heading: 'Ended' };
 
 export class OrdersPanel {
@@ -27,7 +27,7 @@ export class OrdersPanel {
     this.element = el('div', { class: 'panel-body' }, this.tools, this.empty, this.rows.element);
   }
 
-  /** @param {boolean} seen Whether it is shown: only then are orders asked for. */
+  /** @param {boolean} seen Whether the panel is open; only then are orders requested. */
   seen(seen) {
     this.app.live?.watchDemand(seen);
   }
@@ -113,7 +113,7 @@ export class OrdersPanel {
     mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
   }
 
-  /** Return how long there is until it is late, and how long ago it came. */
+  /** Return the time until an order is late, and its age. */
   #openTimes({ due, placed }) {
     const now = this.app.now();
     const left = due === null ? null : due - now;
@@ -123,7 +123,7 @@ export class OrdersPanel {
     ];
   }
 
-  /** Show the robot that carries the item, or has brought it, or else the item, or where it was to be brought. */
+  /** Show the order's robot, or else its item, destination or origin. */
   #show(order) {
     const { model } = this.app;
     const { robot, item, to, from } = asItemIs(order, model.items);
@@ -132,7 +132,7 @@ export class OrdersPanel {
   }
 }
 
-/** The one that is due next comes first, then those that are never late: of greater priority, then older. */
+/** Compare orders: earliest due time first, then higher priority, then age. */
 function byUrgency(one, other) {
   const dues = [one, other].map(({ due }) => due ?? Infinity);
   if (dues[0] !== dues[1]) return dues[0] - dues[1];

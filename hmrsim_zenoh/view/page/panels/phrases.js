@@ -1,13 +1,13 @@
-// How a robot is and why, and times and numbers as people read them.
+// Texts about robots' states, and times and numbers for people.
 
 import { goalWords } from '../model/texts.js';
 
-/** What each status of a goal is called, by its number; and the word for its sign. */
+/** The word for each status of a goal, by number. */
 export const STATUS_WORDS = ['unknown', 'accepted', 'executing', 'canceling', 'succeeded', 'canceled', 'aborted'];
 
 /**
- * Return simulated seconds as 1:02:03.4, without hours where there are none.
- * @param {number} [digits] Behind the point.
+ * Return simulated seconds as 1:02:03.4, without hours if there are none.
+ * @param {number} [digits] Digits after the point.
  */
 export function clockWords(seconds, digits = 0) {
   const unit = 10 ** digits;
@@ -17,7 +17,7 @@ export function clockWords(seconds, digits = 0) {
   return hours ? `${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${minutes}:${rest}`;
 }
 
-/** Return how long something takes: 4.2 s, 3 min 20 s, 2 h 5 min. */
+/** Return a duration: 4.2 s, 3 min 20 s, 2 h 5 min. */
 export function lastingWords(seconds) {
   if (seconds < 9.95) return `${seconds.toFixed(1)} s`;
   const whole = Math.round(seconds);
@@ -36,7 +36,7 @@ export function shareWords(share) {
   return `${Math.round(share * 100)} %`;
 }
 
-/** Return a name as people say it: navigate to pose. */
+/** Return a name in words: navigate to pose. */
 export function actionWords(name) {
   return name.replaceAll('_', ' ');
 }
@@ -46,7 +46,7 @@ export function inWords(name) {
   return name.charAt(0).toUpperCase() + actionWords(name.slice(1));
 }
 
-/** Return what a goal is, in a line: navigate to pose to ward_a. */
+/** Return a goal in one line: navigate to pose to ward_a. */
 export function taskWords(goal, world) {
   const asked = goalWords(goal.action, goal.goal, world);
   if (goal.action === 'navigate_to_pose' && asked) return `driving ${asked}`;
@@ -54,7 +54,7 @@ export function taskWords(goal, world) {
 }
 
 /**
- * Return why a robot is as it is, as what follows the word for its state; "" where that says all.
+ * Return the reason for a robot's state, to follow the word for the state; "" for none.
  * @param {string} state One of `STATES`.
  */
 export function whyWords(robot, state, model, now) {
@@ -63,7 +63,7 @@ export function whyWords(robot, state, model, now) {
   return said || script;
 }
 
-/** Return who is in a waiting robot's way, and what each of them does there; "" if it waits for no robot. */
+/** Return the robots that block a waiting robot, with their states; "" if it waits for no robot. */
 export function blockerWords(robot, model, now) {
   const blockers = robot.waitsFor.map((name) => model.robots.get(name)).filter(Boolean);
   return blockers.map((each) => {

@@ -5,10 +5,10 @@ import { Rows, TypeSign, el, mark, say, sign } from './dom.js';
 import { shareWords, taskWords, whyWords } from './phrases.js';
 
 const ROW = 46;
-const AGAIN = 1000; // ms after which many robots are put in order anew
+const AGAIN = 1000; // ms after which many robots are sorted again
 const MANY = 200;
 
-/** What the list is in order of; names decide between equals. */
+/** The sort keys of the list; equal robots are ordered by name. */
 const ORDERS = {
   Name: () => 0,
   State: (robot, now) => STATES.indexOf(robot.stateAt(now)),
@@ -41,7 +41,7 @@ export class RobotsPanel {
     else this.rows.show(this.shown);
   }
 
-  /** Choose the robots that match, and put them in order. */
+  /** Filter and sort the robots. */
   #arrange() {
     const now = this.app.now();
     const { robots } = this.app.model;

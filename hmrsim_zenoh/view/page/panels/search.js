@@ -19,7 +19,7 @@ export class Search {
     });
     this.element = el('div', { class: 'search', role: 'search' }, icon('search'), this.input,
       el('kbd', { text: '/', 'aria-hidden': 'true' }), this.list);
-    // A press on the list must not take the focus away before the click comes.
+    // Pressing on the list must not take the focus before the click arrives.
     this.list.addEventListener('pointerdown', (event) => event.preventDefault());
   }
 

@@ -110,9 +110,9 @@ export class Legend {
   render() {
     mark(this.app.legendButton, 'aria-expanded', String(!this.element.hidden));
     if (this.element.hidden) return;
-    const dot = (colour, kind, text) => {
+    const dot = (color, kind, text) => {
       const shape = el('span', { class: kind, 'aria-hidden': 'true' });
-      shape.style.background = colour;
+      shape.style.background = color;
       return el('li', {}, shape, text);
     };
     const { app } = this;
@@ -122,7 +122,7 @@ export class Legend {
       shape.show(type);
       return el('li', {}, shape.element, type);
     }));
-    this.lines.replaceChildren(...LINES.map(([colour, text]) => dot(app.palette[app.theme.name][colour], 'dash', text)));
+    this.lines.replaceChildren(...LINES.map(([color, text]) => dot(app.palette[app.theme.name][color], 'dash', text)));
   }
 }
 
@@ -135,8 +135,8 @@ export class Theme {
     /** @type {'dark'|'light'} */
     this.name = 'light';
     this.button = button('sun', 'Dark or light', () => this.toggle(), { key: 'd' });
-    for (const [state, colour] of Object.entries(app.palette.states)) {
-      document.documentElement.style.setProperty(`--${state}`, colour);
+    for (const [state, color] of Object.entries(app.palette.states)) {
+      document.documentElement.style.setProperty(`--${state}`, color);
     }
     DARK.addEventListener('change', () => this.begin());
   }
@@ -150,7 +150,7 @@ export class Theme {
     try {
       localStorage.setItem(KEY, this.name);
     } catch {
-      // Then it is chosen anew next time.
+      // The theme is not remembered then.
     }
   }
 
@@ -168,6 +168,6 @@ function remembered() {
   try {
     return localStorage.getItem(KEY);
   } catch {
-    return null; // forbidden by the browser's settings
+    return null; // storage is disabled in the browser
   }
 }

@@ -5,7 +5,7 @@ import { clockWords } from './phrases.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
 const AS_FAST_AS_POSSIBLE = 0;
-const MEASURED = 3000; // ms over which the factor that is achieved is measured
+const MEASURED = 3000; // ms over which the achieved factor is measured
 
 export class TimeBar {
   constructor(app) {
@@ -89,7 +89,7 @@ export class TimeBar {
     mark(this.achieved, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
   }
 
-  /** Return simulated seconds a wall second, lately. */
+  /** Return the recent simulated seconds per wall second. */
   #measure() {
     const [wall, now, { samples }] = [performance.now(), this.app.now(), this];
     const { paused, real_time_factor: rate } = this.app.live.timeState;
@@ -151,7 +151,7 @@ export class Player {
     else this.app.toasts.show('info', direction > 0 ? 'No later mark.' : 'No earlier mark.');
   }
 
-  /** Return the marks; where many are close together the last of them is shown. */
+  /** Return the marks; of marks close together only the last is shown. */
   #marks() {
     const box = el('div', { class: 'marks', 'aria-hidden': 'true' });
     const places = new Map();

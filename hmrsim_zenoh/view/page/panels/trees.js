@@ -1,9 +1,9 @@
-// Behaviour trees, as controllers publish them on `_tree`: one collapsible tree a robot.
+// Behavior trees that controllers publish on `_tree`: one collapsible tree per robot.
 
 import { el, icon, mark, say, sign } from './dom.js';
 import { clockWords } from './phrases.js';
 
-/** What a node's ends are called. */
+/** The words for a node's outcomes. */
 const ENDS = [['SUCCESS', 'succeeded'], ['FAILURE', 'failed']];
 
 export class TreesPanel {
@@ -13,12 +13,12 @@ export class TreesPanel {
     this.views = new Map();
     this.list = el('div', { class: 'trees' });
     this.hint = el('div', { class: 'empty' },
-      el('p', { text: 'No controller publishes a behaviour tree.' }),
+      el('p', { text: 'No controller publishes a behavior tree.' }),
       el('p', {}, 'Start one: ', el('code', { text: 'bt-controller run TREE --robot NAME' })));
     this.element = el('div', { class: 'panel-body scroll' }, this.hint, this.list);
   }
 
-  /** @param {boolean} seen Whether it is shown: only then are trees asked for. */
+  /** @param {boolean} seen Whether the panel is open; only then are trees requested. */
   seen(seen) {
     this.app.live?.watchTrees(seen);
   }
@@ -35,7 +35,7 @@ export class TreesPanel {
     this.#raise(this.app.map.selected);
   }
 
-  /** Have the tree of the robot that is selected first, and open. */
+  /** Put the selected robot's tree first, and open it. */
   #raise(selected) {
     if (selected === this.raised) return;
     const view = this.views.get(selected);
@@ -61,7 +61,7 @@ class TreeView {
     this.shape = sign('tree', '');
     this.tick = el('span', { class: 'long' });
     const find = el('button', { type: 'button', class: 'link', text: robot, onclick: () => app.select(robot, { center: true }) });
-    this.tree = el('div', { role: 'tree', 'aria-label': `Behaviour tree of ${robot}`, class: 'tree' });
+    this.tree = el('div', { role: 'tree', 'aria-label': `Behavior tree of ${robot}`, class: 'tree' });
     this.board = el('dl', { class: 'facts' });
     this.boardBox = el('details', { class: 'board' }, el('summary', { text: 'Blackboard' }), this.board);
     this.element = el('details', { class: 'card', open },
@@ -117,7 +117,7 @@ class TreeView {
     if (node.coverage) this.#count(row, node.coverage);
   }
 
-  /** Show how often a node has succeeded and failed, and what it has never done. */
+  /** Show how often a node has succeeded and failed, and which outcomes it never had. */
   #count(row, { counts, never }) {
     const said = JSON.stringify([counts, never]);
     if (said === row.said) return;

@@ -1,37 +1,37 @@
-// Simulated time as it passes here: smooth between what is received, and a little behind it.
+// The simulated time that the page shows: smooth between received times, and slightly behind them.
 //
-// What is received is late, by a different while each time. Where time moves at a known rate, the least late of the last
-// seconds says how simulated and wall time lie to each other; we go with that, less a margin that lets what happens
-// arrive before it is shown. Small corrections are made by going a little faster or slower, never back.
-// Where time stands or moves in bursts (lockstep, as fast as possible, steps while paused), we glide to what was received
-// last, back as well if we were ahead of it.
+// Messages arrive with varying delay. If time advances at a known rate, the least delayed message of the last seconds
+// gives the offset between simulated and wall time. The clock follows it, minus a margin within which events arrive
+// before they are shown. It makes small corrections by running slightly faster or slower, never backwards.
+// If time stands or advances in bursts (lockstep, as fast as possible, steps while paused), the clock glides to the latest
+// received time, even backwards.
 
-const MARGIN = 0.1; // wall seconds behind what is received
-const WINDOW = 2000; // ms in which the least late counts
-const GLIDE = 120; // ms from one burst to the next: frames come each 50 ms
-const MAX_AHEAD = 0.5; // wall seconds beyond what was received last; then the simulator is gone
-const MIN_STEP = 0.25; // simulated seconds, likewise: the clock ticks each 0.1 s
-const STANDS = 1000; // ms without any later time, from which on time is taken to stand
-const EASE = 0.5; // wall seconds in which most of an error is made good
-const SLEW = 0.2; // share by which we go faster or slower at most
-const SETTLED = 1e-3; // seconds of error that are not seen
-const STALE = 500; // ms in which what was sent before time went back may still come
-const JUMP = 1.0; // wall seconds of error that are no small correction
+const MARGIN = 0.1; // wall seconds behind received times
+const WINDOW = 2000; // ms from which the least delayed message counts
+const GLIDE = 120; // ms from one burst to the next; frames arrive every 50 ms
+const MAX_AHEAD = 0.5; // wall seconds beyond the latest received time, after which the simulator counts as gone
+const MIN_STEP = 0.25; // the same in simulated seconds at least, as the clock ticks every 0.1 s
+const STANDS = 1000; // ms without a later time after which time counts as standing
+const EASE = 0.5; // wall seconds in which most of an error is corrected
+const SLEW = 0.2; // largest relative change of speed for corrections
+const SETTLED = 1e-3; // seconds of error that are invisible
+const STALE = 500; // ms in which messages from before a reset may still arrive
+const JUMP = 1.0; // wall seconds of error from which the clock jumps
 
 export class SimClock {
-  /** Simulated seconds a wall second; 0 where time moves in bursts. */
+  /** Simulated seconds per wall second; 0 if time advances in bursts. */
   factor = 0;
   paused = false;
-  /** The last simulated time that was received; null before the first. @type {number | null} */
+  /** The latest received simulated time; null before the first. @type {number | null} */
   received = null;
 
-  #shown = 0; // what `now` said at #at
+  #shown = 0; // the result of `now` at #at
   #at = 0;
-  /** [wall, simulated - wall * factor] of what was received, greatest first. @type {[number, number][]} */
+  /** [wall, simulated - wall * factor] of received times, greatest first. @type {[number, number][]} */
   #offsets = [];
-  /** Since when nothing but earlier times are received. @type {number | null} */ #backSince = null;
-  #receivedAt = 0; // when a later time was received for the last time
-  #from = 0; // of a glide
+  /** The time since which only earlier times are received. @type {number | null} */ #backSince = null;
+  #receivedAt = 0; // when the latest time was received
+  #from = 0; // the start of a glide
   #began = 0;
 
   /** Return simulated seconds. */
@@ -45,14 +45,14 @@ export class SimClock {
     return this.#shown;
   }
 
-  /** Take a simulated time that was just told. */
+  /** Process a received simulated time. */
   receive(simSeconds, wallMs = performance.now()) {
     if (this.received === null) {
       this.reset(simSeconds, wallMs);
       return;
     }
     if (simSeconds < this.received) {
-      // What comes together need not be in order, but for so long it is time that went back.
+      // Messages may be slightly out of order. After this long, time has really gone back.
       this.#backSince ??= wallMs;
       if (wallMs - this.#backSince > STALE) this.reset(simSeconds, wallMs);
     } else {
@@ -71,8 +71,8 @@ export class SimClock {
   }
 
   /**
-   * Say how fast time moves.
-   * @param {number} factor simulated seconds a wall second; 0 where it moves in bursts, as in lockstep
+   * Set the rate of time.
+   * @param {number} factor Simulated seconds per wall second; 0 if time advances in bursts, as in lockstep
    */
   setRate(factor, paused, wallMs = performance.now()) {
     if (factor === this.factor && paused === this.paused) return;
@@ -84,7 +84,7 @@ export class SimClock {
     this.#began = this.#receivedAt = wallMs;
   }
 
-  /** Go there at once, forward or back, as after a reset of the simulation. */
+  /** Jump to a time, forward or back, as after a reset of the simulation. */
   reset(simSeconds, wallMs = performance.now()) {
     this.received = this.#shown = this.#from = simSeconds;
     this.#at = this.#began = this.#receivedAt = wallMs;
@@ -96,7 +96,7 @@ export class SimClock {
     return this.factor > 0 && !this.paused;
   }
 
-  /** Go on at the known rate, a little faster or slower where that is wrong. */
+  /** Advance at the known rate, slightly faster or slower to correct an error. */
   #flow(wallMs, elapsed) {
     if (wallMs - this.#receivedAt > STANDS * Math.max(1, 1 / this.factor)) return this.#settle(elapsed);
     const step = elapsed * this.factor;
@@ -109,13 +109,13 @@ export class SimClock {
     return Math.max(this.#shown, Math.min(this.#shown + step + correction, most));
   }
 
-  /** Go to what was received last. */
+  /** Glide to the latest received time. */
   #glide(wallMs) {
     const share = Math.min(1, (wallMs - this.#began) / GLIDE);
     return share < 1 ? this.#from + (this.received - this.#from) * share : this.received;
   }
 
-  /** Go back to what was received last: nothing more comes. */
+  /** Settle at the latest received time, as no more arrive. */
   #settle(elapsed) {
     this.#offsets = [];
     const error = this.received - this.#shown;

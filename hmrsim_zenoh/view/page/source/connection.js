@@ -1,9 +1,9 @@
-// The page's Zenoh: subscriptions and gets over one WebSocket, which comes back by itself.
+// The page's connection to Zenoh: subscriptions and gets over one WebSocket that reconnects by itself.
 
-const FIRST_PAUSE = 250; // ms before the second try, twice as long before each further one
+const FIRST_PAUSE = 250; // ms before the second attempt, doubled before each further one
 const MAX_PAUSE = 3000;
 
-/** Why a get has no answer: Zenoh's error reply, a timeout, no simulator. */
+/** A failed get: an error reply, a timeout or no simulator. */
 export class RequestError extends Error {
   constructor(message, details = []) {
     super(message);
@@ -22,10 +22,10 @@ export class RequestError extends Error {
  */
 
 /**
- * A connection to the server of this page, kept up for ever.
+ * A connection to the server of this page, kept open.
  *
- * Events: `open` and `close` (the server came, went), `alive` and `gone` (the simulator did). After `open` one of the
- * latter follows; `alive` twice is another simulator.
+ * Events: `open` and `close` for the server, `alive` and `gone` for the simulator. After `open` one of the latter
+ * follows. A second `alive` means another simulator.
  */
 export class Connection extends EventTarget {
   /** @type {WebSocket | null} */ #socket = null;
@@ -36,27 +36,27 @@ export class Connection extends EventTarget {
   #pause = FIRST_PAUSE;
   /** @type {ReturnType<typeof setTimeout> | undefined} */ #timer;
 
-  /** Whether the server is there. */
+  /** Whether the server is connected. */
   connected = false;
-  /** Whether the simulator is. */
+  /** Whether the simulator is alive. */
   alive = false;
-  /** What the server said first: prefix, version, … @type {Record<string, any>} */
+  /** The server's first frame, with prefix and version. @type {Record<string, any>} */
   hello = {};
 
-  /** @param {string} url where the server's WebSocket is */
+  /** @param {string} url The server's WebSocket. */
   constructor(url) {
     super();
     this.url = url;
-    // The network is back: why wait?
+    // Reconnect at once when the network is back.
     globalThis.addEventListener?.('online', () => this.#connect());
     this.#connect();
   }
 
   /**
-   * Call back with the samples of a key expression below the prefix, also after the server was away.
+   * Subscribe to a key expression below the prefix, also across reconnections.
    * @param {{latest?: boolean, every?: number, onLost?: () => void}} [options] `latest`: only the newest sample of each
-   * key, at most each `every` seconds; `onLost`: we were too slow, and some are lost
-   * @returns {() => void} what ends it
+   * key, at most every `every` seconds; `onLost`: the page was too slow, and samples were lost
+   *  void} what ends it=>@returns {() => void} Unsubscribes.=> void} what ends it
    */
   subscribe(key, onSample, { latest = false, every = 0.05, onLost } = {}) {
     const id = ++this.#lastId;
@@ -69,9 +69,9 @@ export class Connection extends EventTarget {
   }
 
   /**
-   * Ask what answers on a key, such as a service of the simulator.
+   * Query a key, such as that of a service.
    * @param {{timeout?: number}} [options] seconds
-   * @returns {Promise<any>} what the first reply says
+   * @returns {Promise<any>} The payload of the first reply.
    */
   async get(key, payload = undefined, options = {}) {
     const replies = await this.#request(key, payload, options);
@@ -79,9 +79,9 @@ export class Connection extends EventTarget {
   }
 
   /**
-   * Ask all that answer on a key expression.
+   * Query a key expression.
    * @param {{timeout?: number}} [options] seconds
-   * @returns {Promise<[string, any][]>} their keys, and what they say
+   * @returns {Promise<[string, any][]>} The keys and payloads of all replies.
    */
   getAll(key, options = {}) {
     return this.#request(key, undefined, options);
@@ -129,7 +129,7 @@ export class Connection extends EventTarget {
     switch (message.op) {
       case 'samples':
         for (const [id, key, payload] of message.samples) {
-          // Not there any more: it was sent before the server knew that it is not wanted.
+          // It may have ended while the sample was on its way.
           const subscription = this.#subscriptions.get(id);
           if (subscription) guarded(() => subscription.onSample(payload, key));
         }
@@ -173,7 +173,7 @@ export class Connection extends EventTarget {
   }
 }
 
-/** Go on whatever one callback does: the others have theirs to do. */
+/** Log the error of a callback, so that the others still run. */
 function guarded(call) {
   try {
     call();

@@ -1,16 +1,16 @@
 // Keeps a Model in step with a simulator: first its scene, then each event at its time.
 
 import { partOf, restarts } from '../model/changes.js';
-import { isSound, secondsOf } from '../model/messages.js';
+import { isValid, secondsOf } from '../model/messages.js';
 import { RequestError } from './connection.js';
 
-/** Return what came on a key, if it is as it should be. */
-export function sound(key, payload) {
-  if (!isSound(key, payload)) throw new RequestError(`what is on ${key} can't be read`);
+/** Return a message if it has the shape of its key, else throw a RequestError. */
+export function valid(key, payload) {
+  if (!isValid(key, payload)) throw new RequestError(`what is on ${key} can't be read`);
   return payload;
 }
 
-/** Say what is wrong with us; what is wrong with the simulator will be asked again. */
+/** Log an error of the page; requests that failed are repeated. */
 export function complain(error) {
   if (error.name !== 'RequestError') console.error(error);
 }
@@ -24,26 +24,26 @@ export function complain(error) {
  */
 
 const RETRY = 1000; // ms
-const BETWEEN = 750; // ms from one scene to the next that is asked for as something has come, gone or been moved
-const HIDDEN = 250; // ms between looks while the page is hidden
-const MAX_WAITING = 20000; // events: after so long an absence not each is shown at its time
+const BETWEEN = 750; // ms between two requests of the scene after entities have changed
+const HIDDEN = 250; // ms between updates while the page is hidden
+const MAX_WAITING = 20000; // events, beyond which they are all applied at once
 
 /**
  * The live source of a model.
  *
- * Events: `state` when `state` changes; `time` with the TimeState as detail when how time moves does.
+ * Events: `state` when `state` changes; `time` with the TimeState as detail when the rate of time changes.
  */
 export class Live extends EventTarget {
   /** @type {Connection} */ #connection;
   /** @type {Model} */ #model;
   /** @type {SimClock} */ #clock;
   /** @type {() => Promise<any[]>} */ #getLog;
-  /** What is still to be shown, in order of time. @type {{at: number, key: string, payload: any}[]} */ #queue = [];
-  #buffering = true; // there is no scene yet that events could be applied to
-  /** What has to be asked for anew. @type {'scene' | 'all' | null} */ #wanted = null;
-  #turn = 0; // counts the simulators that came and went: what was asked of another one is no answer
+  /** Messages that are not shown yet, in order of time. @type {{at: number, key: string, payload: any}[]} */ #queue = [];
+  #buffering = true; // whether there is no scene yet to apply events to
+  /** What to request again. @type {'scene' | 'all' | null} */ #wanted = null;
+  #turn = 0; // counts simulators, so that replies of an earlier one are dropped
   #asking = false;
-  #answered = -Infinity; // ms; when the last scene came
+  #answered = -Infinity; // ms; when the latest scene arrived
   /** @type {ReturnType<typeof setTimeout> | null} */ #soon = null;
   #dirty = false;
   /** @type {(() => void) | null} */ #scheduled = null;
@@ -63,7 +63,7 @@ export class Live extends EventTarget {
     this.#clock = clock;
     this.#getLog = getLog;
     const latest = { latest: true };
-    const readable = (take) => (payload, key) => model.guard(key, () => take(sound(key, payload)));
+    const readable = (take) => (payload, key) => model.guard(key, () => take(valid(key, payload)));
     const info = (payload) => this.#change('_world/info', payload);
     connection.subscribe('_world/events', readable((event) => this.#receive(event)), { onLost: () => this.#loseAll() });
     connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.receive(secondsOf(stamp))), latest);
@@ -87,27 +87,27 @@ export class Live extends EventTarget {
     if (connection.alive) this.#resync(true);
   }
 
-  /** Follow the behaviour trees, or don't. */
+  /** Follow the behavior trees, or stop following them. */
   watchTrees(on) {
     this.#watch('trees', on ? '*/_tree' : null, 0.2);
   }
 
-  /** Follow the orders of the world, or don't. */
+  /** Follow the orders of the world, or stop following them. */
   watchDemand(on) {
     this.#watch('demand', on ? '_world/demand' : null, 0.2, (key, payload) => this.#await(key, payload));
   }
 
-  /** Follow what one robot's sensors see, or none. */
+  /** Follow the detections of one robot, or of none. */
   watchDetections(robot) {
     this.#watch('detections', robot && `${robot}/detections`, 0.1);
   }
 
-  /** Follow how far one robot's goals are, or none. */
+  /** Follow the feedback of one robot's goals, or of none. */
   watchFeedback(robot) {
     this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1);
   }
 
-  /** Follow a key: its latest value, then what is published; in place of what *name* followed so far. */
+  /** Follow a key in place of the previous one of *name*: first its latest value, then what is published. */
   #watch(name, key, every, take = (from, payload) => this.#change(from, payload)) {
     this.#watches[name]?.stop();
     delete this.#watches[name];
@@ -120,7 +120,7 @@ export class Live extends EventTarget {
       onLost: () => begin(),
     });
     const getLatest = async () => {
-      // Feedback has no latest value; a robot without sensors or without a tree has none either.
+      // Feedback has no latest value, and neither has a robot without sensors or a tree.
       const replies = await connection.getAll(key).catch(() => []);
       if (this.#watches[name] !== watch) return;
       for (const [from, payload] of replies) if (!received.has(from)) take(from, payload);
@@ -134,7 +134,7 @@ export class Live extends EventTarget {
   #receive(event) {
     const at = secondsOf(event.stamp);
     if (restarts(event, this.#model.texts)) {
-      // What was before is over, and time may go back.
+      // Show all earlier events first, as time may go back.
       this.#play(Infinity);
       if (!this.#buffering) this.#model.receive('_world/events', event);
       this.#clock.reset(at);
@@ -142,11 +142,11 @@ export class Live extends EventTarget {
       return;
     }
     this.#clock.receive(at);
-    // An event that is ahead of the others does not delay them.
+    // An event ahead of later ones must not delay them.
     for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
     this.#queue.push({ at, key: '_world/events', payload: event });
     const part = partOf(event, this.#model.texts);
-    // What has come, gone or been moved is not told whole.
+    // The event does not describe the entity completely.
     if (part === 'entities') this.#resyncSoon();
     if (part === 'simulation_state') void this.#getTime().catch(() => {});
     this.#schedule();
@@ -154,23 +154,23 @@ export class Live extends EventTarget {
 
   #receiveTime(state) {
     this.timeState = state;
-    // In lockstep, and as fast as possible, time moves in bursts.
+    // In lockstep, and as fast as possible, time advances in bursts.
     this.#clock.setRate(state.clock === 'lockstep' ? 0 : state.real_time_factor, state.paused);
     this.#clock.receive(state.now);
     this.dispatchEvent(new CustomEvent('time', { detail: state }));
   }
 
   async #getTime() {
-    this.#receiveTime(sound('_world/time/state', await this.#connection.get('_world/time/state')));
+    this.#receiveTime(valid('_world/time/state', await this.#connection.get('_world/time/state')));
   }
 
-  /** Begin again: some events are lost. */
+  /** Start again after a loss of events. */
   #loseAll() {
     this.#queue = [];
     void this.#resync(true);
   }
 
-  /** Get the scene anew, but not all the time: it keeps the simulator from its work. */
+  /** Request the scene soon, but not too often, as it costs the simulator time. */
   #resyncSoon() {
     const wait = this.#asking ? BETWEEN : Math.max(0, this.#answered + BETWEEN - performance.now());
     this.#soon ??= setTimeout(() => {
@@ -181,9 +181,9 @@ export class Live extends EventTarget {
   }
 
   /**
-   * Get the scene anew; with *all* the world, too, as there is another one, or we know none.
+   * Request the scene; with *all*, also the world.
    *
-   * Events are subscribed to already, so none is missed: those from before the scene are dropped when it is there.
+   * No event is missed, as events are subscribed to already; those from before the scene are dropped when it arrives.
    */
   async #resync(all) {
     this.#wanted = all || this.#buffering || this.#wanted === 'all' ? 'all' : 'scene';
@@ -197,7 +197,7 @@ export class Live extends EventTarget {
       const got = await this.#ask(wanted === 'all').catch(complain);
       if (turn !== this.#turn) return;
       this.#answered = performance.now();
-      // Not what was asked for before all was wanted.
+      // A reply from before everything was requested does not count.
       if (got && this.#wanted !== 'all' && this.#take(got)) continue;
       this.#wanted = wanted === 'all' ? wanted : (this.#wanted ?? wanted);
       if (!got || wanted === 'all') await new Promise((resolve) => setTimeout(resolve, RETRY));
@@ -214,14 +214,14 @@ export class Live extends EventTarget {
     await this.#getTime();
     const scene = await connection.get('_world/scene', undefined, { timeout: 20 });
     const log = all && !this.#model.events.length ? await this.#getLog().catch(() => []) : [];
-    return { view: view && sound('_world/view', view), info, log, scene: sound('_world/scene', scene) };
+    return { view: view && valid('_world/view', view), info, log, scene: valid('_world/scene', scene) };
   }
 
-  /** Show another world, or put a scene among what happens: before all that is not older; return whether that can be. */
+  /** Load a world, or queue a scene before all later events; return whether that is possible. */
   #take({ view, info, log, scene }) {
     const at = secondsOf(scene.stamp);
     if (view) {
-      // One that came before anything was known of kinds: the scene may be of before it.
+      // A restart that was received before its kind was known: the scene may be older.
       const stale = this.#queue.some(({ key, payload }) => key === '_world/events' && restarts(payload, view.events ?? {}));
       if (stale) this.#queue = [];
       if (stale || !this.#model.receive('_world/view', view)) return false;
@@ -242,27 +242,27 @@ export class Live extends EventTarget {
   }
 
   #change(key, payload) {
-    // Of a world that we don't know yet.
+    // It belongs to a world that is not loaded yet.
     if (this.#buffering) return;
     this.#model.receive(key, payload);
     this.#dirty = true;
     this.#schedule();
   }
 
-  /** Show what is so since its stamp when all before has been shown. */
+  /** Queue a message by its stamp. */
   #await(key, payload) {
-    // Of a world that we don't know yet.
+    // It belongs to a world that is not loaded yet.
     if (this.#buffering) return;
     this.#model.guard(key, () => {
-      // Not later than all else that was heard: time may stand.
-      const at = Math.min(secondsOf(sound(key, payload).stamp), this.#clock.received ?? Infinity);
+      // At most the latest received time, as time may stand.
+      const at = Math.min(secondsOf(valid(key, payload).stamp), this.#clock.received ?? Infinity);
       const index = this.#queue.findLastIndex((item) => item.at <= at) + 1;
       this.#queue.splice(index, 0, { at, key, payload });
     });
     this.#schedule();
   }
 
-  /** Show what has happened by then. */
+  /** Apply all queued messages up to a time. */
   #play(until) {
     if (this.#buffering) return;
     let count = 0;
@@ -275,7 +275,7 @@ export class Live extends EventTarget {
     this.#dirty = false;
   }
 
-  /** Play with the next frame, or soon where there are none as the page is hidden. */
+  /** Apply messages in the next frame, or by a timer while the page is hidden. */
   #schedule() {
     const hidden = !globalThis.requestAnimationFrame || globalThis.document?.hidden === true;
     if (this.#buffering || (this.#scheduled && (!hidden || this.#scheduledHidden))) return;

@@ -1,10 +1,10 @@
-/** Playing a recording: the model is as it was at a time, forwards and backwards. */
+/** Playback of a recording, forwards and backwards. */
 
 import { partOf } from '../model/changes.js';
 import { ABORTED } from '../model/goals.js';
-import { isSound, secondsOf } from '../model/messages.js';
+import { isValid, secondsOf } from '../model/messages.js';
 import { Model } from '../model/model.js';
-import { told } from '../model/texts.js';
+import { describe } from '../model/texts.js';
 import { World } from '../model/world.js';
 
 const MAX_KEYFRAMES = 40;
@@ -13,8 +13,6 @@ const SLICE_MS = 8;
 const JITTER = 1e-3;
 
 /**
- * @typedef {import('./recording.js').Recording} Recording
- * @typedef {import('./recording.js').Sample} Sample
  * @typedef {'aborted'|'fault'|'deadlock'|'reset'} MarkKind
  * @typedef {{t: number, kind: MarkKind, text: string}} Mark
  * @typedef {{reset: (seconds: number, wallMs: number) => void,
@@ -22,16 +20,16 @@ const JITTER = 1e-3;
  */
 
 /**
- * Dispatches 'time' when it is another time, 'state' when it begins or ceases to play or goes at another speed, and
- * 'ready' when seeking has become quick.
+ * Dispatches 'time' when the time changes, 'state' when it starts, stops or changes speed, and 'ready' when seeking has
+ * become fast.
  *
- * Its times are seconds of the recording: simulated time, which goes on where a simulation begins its own anew.
+ * Its times are seconds of the recording: simulated time that continues after a reset.
  */
 export class Playback extends EventTarget {
-  /** @param {Model} model Is made to be as the recording begins. */
+  /** @param {Model} model The model to play into. */
   constructor(recording, model, clock) {
     super();
-    this._samples = soundOf(recording.samples);
+    this._samples = validSamples(recording.samples);
     this._times = timesOf(this._samples);
     this._model = model;
     model.unreadable += recording.samples.length - this._samples.length;
@@ -44,7 +42,7 @@ export class Playback extends EventTarget {
     this.end = count ? this._times[count - 1] : 0;
     this.time = this.begin;
     this.playing = false;
-    /** @type {readonly Mark[]} What is worth to be looked at, in order of time. */
+    /** @type {readonly Mark[]} The notable events, in order of time. */
     this.marks = marksOf(this._samples, this._times);
     this._speed = 1;
     this._next = 0;
@@ -54,7 +52,7 @@ export class Playback extends EventTarget {
     const start = { next: 0, offset: 0, saved: new Model().snapshot() };
     /** @type {{next: number, offset: number, saved: object}[]} */
     this._keyframes = [start];
-    /** @type {boolean} Whether seeking is quick everywhere. */
+    /** @type {boolean} Whether seeking is fast everywhere. */
     this.ready = false;
     this._restore(start);
     this._show();
@@ -62,7 +60,7 @@ export class Playback extends EventTarget {
     this.prepared = this._prepare();
   }
 
-  /** @returns {number} Seconds of the recording a wall second. */
+  /** @returns {number} Seconds of the recording per wall second. */
   get speed() {
     return this._speed;
   }
@@ -73,7 +71,7 @@ export class Playback extends EventTarget {
     this._tellRate();
   }
 
-  /** Go on playing; from the beginning, if it has come to the end. */
+  /** Play; from the beginning, if it has ended. */
   play() {
     if (this.playing) return;
     if (this.time >= this.end) this.seek(this.begin);
@@ -83,14 +81,14 @@ export class Playback extends EventTarget {
     this._schedule();
   }
 
-  /** Stand still. */
+  /** Pause. */
   pause() {
     if (!this.playing) return;
     this.playing = false;
     this._tellRate();
   }
 
-  /** Go to a time; whether it plays stays as it is. */
+  /** Seek a time, and keep playing or pausing. */
   seek(time) {
     const to = Math.min(this.end, Math.max(this.begin, Number.isNaN(time) ? this.begin : time));
     const frame = this._keyframeBefore(to);
@@ -101,9 +99,9 @@ export class Playback extends EventTarget {
   }
 
   /**
-   * Go to the next mark, or to the one before.
+   * Seek the next or the previous mark.
    * @param {number} direction 1 or -1.
-   * @returns {Mark|null} Which; null if there is none.
+   * @returns {Mark|null} The mark; null if there is none.
    */
   jump(direction) {
     const found = direction > 0
@@ -114,7 +112,7 @@ export class Playback extends EventTarget {
     return found;
   }
 
-  /** Go on by as much as the wall's clock has, if it plays. */
+  /** Advance by the passed wall time, if it plays. */
   advance(wallMs) {
     if (!this.playing) return;
     const passed = this._wall === null ? 0 : Math.max(0, wallMs - this._wall) / 1000;
@@ -124,15 +122,13 @@ export class Playback extends EventTarget {
     if (this.time >= this.end) this.pause();
   }
 
-  /** Stop for good. */
+  /** Stop and release the recording. */
   close() {
     this.pause();
     this._closed = true;
   }
 
-  // ---------------------------------------------------------------------------------------------------------------
-
-  /** Have the model be as at this time. */
+    /** Bring the model to the current time. */
   _show(wallMs = performance.now()) {
     const { _times: times, _samples: samples } = this;
     let next = this._next;
@@ -143,7 +139,7 @@ export class Playback extends EventTarget {
     }
     this._next = next;
     const simulated = this.time + this._offset;
-    // Exactly, at each frame: nothing has to be waited for here.
+    // Exact in each frame, as there are no delays here.
     this._clock.reset(simulated, wallMs);
     this._model.flush(simulated);
     this.dispatchEvent(new Event('time'));
@@ -166,7 +162,7 @@ export class Playback extends EventTarget {
     return frames[low];
   }
 
-  /** Go through all of it, a little at a time, with a model that is not shown. */
+  /** Create keyframes of the whole recording with a hidden model, in small steps. */
   async _prepare() {
     const model = new Model();
     let [next, offset] = [0, 0];
@@ -202,14 +198,14 @@ export class Playback extends EventTarget {
   }
 }
 
-/** Return how much later simulated time is than the recording's, from a sample on. */
+/** Return the offset of simulated time to the recording's time at a sample. */
 function offsetAt([, key, payload], time, before) {
   if (key !== '_world/events' && key !== '_world/scene') return before;
   const offset = secondsOf(payload.stamp) - time;
   return Math.abs(offset - before) > JITTER ? offset : before;
 }
 
-/** Return when each sample is, in seconds that never go back. */
+/** Return the time of each sample in seconds, which never go back. */
 function timesOf(samples) {
   const times = new Float64Array(samples.length);
   let [last, shift] = [-Infinity, 0];
@@ -222,17 +218,17 @@ function timesOf(samples) {
   return times;
 }
 
-/** Return the samples that can be read. */
-function soundOf(samples) {
+/** Return the valid samples. */
+function validSamples(samples) {
   let texts = {};
   return samples.filter(([, key, payload]) => {
-    const sound = isSound(key, payload, texts);
-    if (sound && key === '_world/view') texts = payload.events ?? {};
-    return sound;
+    const valid = isValid(key, payload, texts);
+    if (valid && key === '_world/view') texts = payload.events ?? {};
+    return valid;
   });
 }
 
-/** Return what an event is marked as, by the part that it changes; or undefined. */
+/** The kind of mark of an event, if any, by the part that it changes. */
 const MARKED = new Map(Object.entries({
   'robots.goals': ({ status }) => (status === ABORTED ? 'aborted' : undefined),
   faults: (_event, sets) => (sets?.active ? 'fault' : undefined),
@@ -248,7 +244,7 @@ function marksOf(samples, times) {
     if (key !== '_world/events') return;
     const kind = MARKED.get(partOf(event, model.texts))?.(event, model.texts[event.kind].sets);
     if (!kind) return;
-    const { subject, text } = told(event, model);
+    const { subject, text } = describe(event, model);
     marks.push({ t: times[i], kind, text: `${subject} ${text}`.trim() });
   });
   return marks;

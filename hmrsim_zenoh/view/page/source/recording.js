@@ -1,27 +1,27 @@
-/** Recordings, as the server tells of them and sends them: a line of JSON a sample. */
+/** Fetching of recordings, which the server sends as one line of JSON for each sample. */
 
 /**
  * @typedef {[number, string, any]} Sample Nanoseconds of simulated time, key below the prefix, payload.
  * @typedef {{kind: 'live'}|{kind: 'recording', name: string, begin: number, end: number, truncated: boolean}} Source
  *   `begin` and `end` are nanoseconds.
  * @typedef {object} Recording
- * @property {string} name Of the file.
+ * @property {string} name The file's name.
  * @property {Sample[]} samples In order of time.
- * @property {boolean} truncated Whether its end is missing.
+ * @property {boolean} truncated Whether the end is missing.
  */
 
-/** A recording that can't be had. */
+/** A recording can't be fetched. */
 class RecordingError extends Error {}
 
-/** Ask the server what there is to be seen. @param {string} [address] Of `/source`, with its token, if any. */
+/** Return the kind of source that the server shows. @param {string} [address] Of `/source`, with any token. */
 export async function fetchSource(address = '/source') {
   return (await answerOf(address)).json();
 }
 
 /**
- * Fetch a recording; one whose end does not come is as long as what has come.
- * @param {Source} source What `fetchSource` has said.
- * @param {string} [options.address] Of `/recording`, with its token, if any.
+ * Fetch a recording; if the transfer breaks off, the recording is truncated.
+ * @param {Source} source The result of `fetchSource`.
+ * @param {string} [options.address] Of `/recording`, with any token.
  * @param {(progress: {share: number, samples: number}) => void} [options.onProgress] `share` is from 0 to 1.
  */
 export async function fetchRecording(source, { address = '/recording', onProgress, signal } = {}) {
@@ -44,7 +44,7 @@ export async function fetchRecording(source, { address = '/recording', onProgres
   return { name: source?.name ?? '', samples, truncated: cut || !complete || source?.truncated === true };
 }
 
-/** Text that comes in pieces, read line by line; lines that are no samples are left out. */
+/** Splits text chunks into lines of samples; other lines are ignored. */
 export class Lines {
   constructor() {
     /** @type {Sample[]} */
@@ -60,7 +60,7 @@ export class Lines {
     for (const line of lines) this._take(line);
   }
 
-  /** Take what is left. @returns {boolean} Whether all that came were samples. */
+  /** Process the rest. @returns {boolean} Whether all lines were samples. */
   end() {
     this._take(this._rest + this._decoder.decode());
     this._rest = '';
@@ -76,7 +76,7 @@ export class Lines {
         return;
       }
     } catch {
-      // It is counted below.
+      // Handled below.
     }
     this._whole = false;
   }
@@ -94,7 +94,7 @@ async function answerOf(address, signal) {
   return response;
 }
 
-/** Yield what comes; streams can be iterated over in few browsers. */
+/** Yield the chunks of a stream; few browsers can iterate over streams. */
 async function* chunksOf(body) {
   const reader = body.getReader();
   for (;;) {
