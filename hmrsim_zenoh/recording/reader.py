@@ -47,8 +47,8 @@ class Recording:
         self.truncated = True
         self.about: dict[str, str] = {}
         self._scan()
-        found = self._first_of((WORLD_TOPIC, INFO))
-        self.world, self.info = found[WORLD_TOPIC], found[INFO]
+        first = self._first_of((WORLD_TOPIC, INFO))
+        self.world, self.info = first[WORLD_TOPIC], first[INFO]
 
     @property
     def name(self) -> str:
@@ -118,12 +118,12 @@ class Recording:
         Raises:
             RecordingError: A topic has no message.
         """
-        found: dict[str, dict[str, Any]] = {}
+        messages: dict[str, dict[str, Any]] = {}
         for topic, time, data in self._messages(lambda topic: topic in topics):
-            found.setdefault(topic, self._json(topic, time, data))
-            if len(found) == len(topics):
-                return found
-        raise self._no_messages(next(topic for topic in topics if topic not in found))
+            messages.setdefault(topic, self._json(topic, time, data))
+            if len(messages) == len(topics):
+                return messages
+        raise self._no_messages(next(topic for topic in topics if topic not in messages))
 
     def _messages(self, wanted: Callable[[str], bool]) -> Iterator[tuple[str, int, bytes]]:
         """Yield topic, time and bytes of the messages on the wanted topics; damaged chunks are skipped."""

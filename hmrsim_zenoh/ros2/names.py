@@ -130,14 +130,14 @@ class Names:
     @cached_property
     def actions(self) -> dict[str, tuple[str, str]]:
         """Robot and action by each of their names, such as ``/wall_e/navigate_to_pose``."""
-        found: dict[str, tuple[str, str]] = {}
+        result: dict[str, tuple[str, str]] = {}
         for robot, actions in self.serves.items():
-            found.update(named_actions(robot, tuple(actions)))
+            result.update(named_actions(robot, tuple(actions)))
         for alias, target in self.aliases.items():
             robot, _, action = target.partition("/")
             if action in self.serves.get(robot, ()):
-                found.setdefault(f"/{alias}", (robot, action))
-        return found
+                result.setdefault(f"/{alias}", (robot, action))
+        return result
 
     def called(self, robot: str, action: str) -> list[str]:
         """Return the names of an action of a robot: its own name first, then the aliases."""
@@ -146,10 +146,10 @@ class Names:
 
     @cached_property
     def _aliases_of(self) -> dict[str, list[str]]:
-        found: dict[str, list[str]] = {}
+        result: dict[str, list[str]] = {}
         for alias, target in self.aliases.items():
-            found.setdefault(target, []).append(f"/{alias}")
-        return found
+            result.setdefault(target, []).append(f"/{alias}")
+        return result
 
     @cached_property
     def all_nodes(self) -> dict[str, Node]:
@@ -160,11 +160,11 @@ class Names:
     @cached_property
     def lifecycle(self) -> dict[str, Node]:
         """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``."""
-        found: dict[str, Node] = {}
+        result: dict[str, Node] = {}
         for robot, actions in self.serves.items():
             if robot != WORLD:
-                found.update(lifecycle_of(robot, tuple(actions)))
-        return found
+                result.update(lifecycle_of(robot, tuple(actions)))
+        return result
 
     @cached_property
     def nodes(self) -> dict[str, tuple[Node, ...]]:

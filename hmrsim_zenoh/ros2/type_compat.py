@@ -41,11 +41,11 @@ class Difference(NamedTuple):
 @cache
 def known() -> Mapping[str, Mapping[str, tuple[str, ...]]]:
     """Return the distributions that have a type with a hash: by the type's name in keys, and by the hash."""
-    found: defaultdict[str, dict[str, tuple[str, ...]]] = defaultdict(dict)
+    result: defaultdict[str, dict[str, tuple[str, ...]]] = defaultdict(dict)
     for distro in DISTROS:
         for type_, hash_ in _all_of(distro):
-            found[type_][hash_] = (*found[type_].get(hash_, ()), distro)
-    return dict(found)
+            result[type_][hash_] = (*result[type_].get(hash_, ()), distro)
+    return dict(result)
 
 
 def distros_of(served: Collection[TypeHash]) -> tuple[str, ...]:

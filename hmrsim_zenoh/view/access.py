@@ -71,8 +71,8 @@ class NamedProtocol(H11Protocol):
 
 def visitor_of(scope: Mapping[str, Any]) -> Visitor:
     """Return the visitor who sends a request."""
-    found: Visitor = scope.get("state", {}).get(_VISITOR, _STRANGER)
-    return found
+    visitor: Visitor = scope.get("state", {}).get(_VISITOR, _STRANGER)
+    return visitor
 
 
 def _visitor(certificate: Mapping[str, Any]) -> Visitor:

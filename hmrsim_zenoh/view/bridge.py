@@ -237,9 +237,9 @@ def _answer(request: frames.Get, replies: Replies) -> str:
     if replies.cut:
         return frames.failure(id_, f"the answers on {key!r} are too long")
     texts = [frames.embedded(*one) for one in replies.ok]
-    found = [text for text in texts if text is not None]
-    if found or (not replies.errors and not texts and "*" in key):
-        return frames.replies(id_, found)
+    json_texts = [text for text in texts if text is not None]
+    if json_texts or (not replies.errors and not texts and "*" in key):
+        return frames.replies(id_, json_texts)
     if texts:
         return frames.failure(id_, f"the answer on {key!r} is not JSON")
     errors = [error for error in replies.errors if error != _TIMED_OUT]

@@ -89,15 +89,15 @@ class Structure:
 
     def all_nested(self) -> dict[str, Structure]:
         """Return all types that this one nests by name, each before those that it nests itself."""
-        found: dict[str, Structure] = {}
-        self._collect(found)
-        return found
+        types: dict[str, Structure] = {}
+        self._collect(types)
+        return types
 
-    def _collect(self, found: dict[str, Structure]) -> None:
+    def _collect(self, types: dict[str, Structure]) -> None:
         for field in self.fields:
-            if field.nested is not None and field.nested.name not in found:
-                found[field.nested.name] = field.nested
-                field.nested._collect(found)  # noqa: SLF001 - of the same class
+            if field.nested is not None and field.nested.name not in types:
+                types[field.nested.name] = field.nested
+                field.nested._collect(types)  # noqa: SLF001 - of the same class
 
     def describe(self) -> dict[str, Any]:
         """Return the description of this type and of all types that it nests, in the order of the hash."""
@@ -268,15 +268,15 @@ def _short(name: str) -> str:
     return f"{package}/{short}"
 
 
-def _collect_constants(model: type[Message], found: dict[str, dict[str, int]]) -> None:
-    if model.ros_type in found:
+def _collect_constants(model: type[Message], constants: dict[str, dict[str, int]]) -> None:
+    if model.ros_type in constants:
         return
-    found[model.ros_type] = {
+    constants[model.ros_type] = {
         name: value for name, value in vars(model).items() if name.isupper() and isinstance(value, int)
     }
     for info in model.model_fields.values():
         for nested in _messages_in(info.annotation):
-            _collect_constants(nested, found)
+            _collect_constants(nested, constants)
 
 
 def _messages_in(annotation: object) -> Iterator[type[Message]]:

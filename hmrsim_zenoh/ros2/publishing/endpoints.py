@@ -135,10 +135,10 @@ class Endpoints:
 
     def _find_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of a part by their names; from any thread."""
-        found: dict[str, set[TypeHash]] = {}
+        result: dict[str, set[TypeHash]] = {}
         for _, endpoint in self.of(part):
-            found.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
-        return found
+            result.setdefault(endpoint.name, set()).add((endpoint.type, endpoint.hash))
+        return result
 
     def tokens(self, part: Part) -> int:
         """Return the number of tokens of a part, except for those of nodes that other parts have, too."""
@@ -165,10 +165,10 @@ class Endpoints:
 
     def _distinct(self, types: Iterable[T]) -> list[T]:
         """Return one type for each key, the first."""
-        found: dict[str, T] = {}
+        result: dict[str, T] = {}
         for one in types:
-            found.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)
-        return list(found.values())
+            result.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)
+        return list(result.values())
 
     def _action_types(self, name: str) -> tuple[ActionType, ...]:
         return action_types(self._actions[name], self._wire.distros)
@@ -248,10 +248,10 @@ class Parts:
 
     @cached_property
     def _others(self) -> dict[str, Part]:
-        found = {name: part for part in self.all for name, _ in part.states}
-        found |= {node.full_name: part for part in self.all for node in part.served}
-        found |= {topic_name(part.robot, topic): part for part in self.all for topic in part.topics}
-        return found
+        result = {name: part for part in self.all for name, _ in part.states}
+        result |= {node.full_name: part for part in self.all for node in part.served}
+        result |= {topic_name(part.robot, topic): part for part in self.all for topic in part.topics}
+        return result
 
 
 class _RobotParts(NamedTuple):
@@ -275,21 +275,21 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
         robot, action = names.actions.get(f"/{alias}", ("", ""))
         if target == f"{robot}/{action}":
             aliases.setdefault(robot, {})[f"/{alias}"] = action
-    found = [
+    robots = [
         _parts_of(robot, tuple(actions), tuple(aliases.get(robot, {}).items()), tuple(_topics(names, robot)))
         for robot, actions in names.serves.items()
         if robot not in lost and robot != WORLD
     ]
     of_world = _called(WORLD, tuple(names.serves.get(WORLD, ())), tuple(aliases.get(WORLD, {}).items()))
     world = tuple(named for of_action in of_world.values() for named in of_action)
-    others = dict.fromkeys(action for one in found for action in one.others)
+    others = dict.fromkeys(action for one in robots for action in one.others)
     return [
         [Part(WORLD, world, (CLOCK, TF), served=(WORLD_NODE,))],
-        [one.first for one in found],
-        [one.nodes for one in found],
-        [one.topics for one in found],
-        *([one.others[action] for one in found if action in one.others] for action in others),
-        [part for one in found for part in one.services],
+        [one.first for one in robots],
+        [one.nodes for one in robots],
+        [one.topics for one in robots],
+        *([one.others[action] for one in robots if action in one.others] for action in others),
+        [part for one in robots for part in one.services],
     ]
 
 
@@ -314,10 +314,10 @@ def _called(
 ) -> dict[str, list[tuple[str, str]]]:
     """Return the names of each action of a robot, each with the action."""
     own = {name: action for name, (_, action) in named_actions(robot, actions).items()}
-    found: dict[str, list[tuple[str, str]]] = {}
+    result: dict[str, list[tuple[str, str]]] = {}
     for name, action in {**own, **dict(aliases)}.items():
-        found.setdefault(action, []).append((name, action))
-    return found
+        result.setdefault(action, []).append((name, action))
+    return result
 
 
 def _topics(names: Names, robot: str) -> Iterator[str]:

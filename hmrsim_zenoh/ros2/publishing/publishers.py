@@ -132,12 +132,12 @@ class Publishers:
         """
         key = self._key_of(endpoint)
         with self._lock:
-            found = self._all.get(key)
-            if found is None:
-                found = self._all[key] = LatchedPublisher() if endpoint.qos == LATCHED_QOS else Publisher()
+            publisher = self._all.get(key)
+            if publisher is None:
+                publisher = self._all[key] = LatchedPublisher() if endpoint.qos == LATCHED_QOS else Publisher()
                 if not self._wire.has_types and endpoint.qos != LATCHED_QOS:
-                    self._open(key, found, _Key(self._session, key), None)
-        return found
+                    self._open(key, publisher, _Key(self._session, key), None)
+        return publisher
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
         """Declare a publisher and open it, if it is closed.

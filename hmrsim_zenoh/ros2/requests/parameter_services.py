@@ -76,11 +76,11 @@ def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
     return dict(sorted(parameters.items()))
 
 
-def names_in(found: Mapping[str, NodeParameter], prefixes: Sequence[str], depth: int) -> list[str]:
+def names_in(parameters: Mapping[str, NodeParameter], prefixes: Sequence[str], depth: int) -> list[str]:
     """Return the names that a request selects, as rclcpp does.
 
     Args:
-        found: All parameters.
+        parameters: All parameters.
         prefixes: The whole parts that names must begin with; empty for all names.
         depth: The largest number of parts beyond a prefix; 0 for any.
     """
@@ -91,7 +91,7 @@ def names_in(found: Mapping[str, NodeParameter], prefixes: Sequence[str], depth:
     def within(name: str, prefix: str) -> bool:
         return name == prefix or (name.startswith(prefix + _DOT) and near(name[len(prefix) + 1 :]))
 
-    return [name for name in found if (any(within(name, one) for one in prefixes) if prefixes else near(name))]
+    return [name for name in parameters if (any(within(name, one) for one in prefixes) if prefixes else near(name))]
 
 
 def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
@@ -102,7 +102,7 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
     speed = NodeParameter(robot.speed, f"The greatest speed now, in {units}/s.")
     turning = NodeParameter(robot.base.turning_rate or _UNLIMITED, "The turning rate in rad/s; 1e9 turns at once.")
     change = NodeParameter(robot.base.acceleration or _UNLIMITED, f"In {units}/s²; 1e9 changes speed at once.")
-    found: dict[str, dict[str, NodeParameter]] = {
+    of_nodes: dict[str, dict[str, NodeParameter]] = {
         "amcl": {
             "global_frame_id": frames["global_frame"],
             "base_frame_id": NodeParameter("base_footprint", "The robot's frame on the ground."),
@@ -158,7 +158,7 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
             "flies": NodeParameter(robot.flies, "Whether the robot leaves the lanes."),
         },
     }
-    return found.get(node, {})
+    return of_nodes.get(node, {})
 
 
 def get_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
@@ -173,8 +173,8 @@ def get_parameter_types(simulator: Simulator, node: Node, request: Mapping[str, 
 
 def describe_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:
     """Return the descriptions of the requested parameters."""
-    found = _map(simulator, node, request, lambda name, one: one.as_descriptor(name))
-    return DescribeParameters.Response(descriptors=found)
+    descriptors = _map(simulator, node, request, lambda name, one: one.as_descriptor(name))
+    return DescribeParameters.Response(descriptors=descriptors)
 
 
 def list_parameters(simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Message:

@@ -264,9 +264,9 @@ def _attached_to(query: zenoh.Query) -> Attachment:
     return read_attachment(attached.to_bytes())
 
 
-def _stop_waiting(requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
+def _stop_waiting(pending_requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:
     """Return the commands that drop requests, one for each goal."""
     of_goals: dict[tuple[str, str, str], list[PendingRosReply]] = {}
-    for pending, command in requests.items():
+    for pending, command in pending_requests.items():
         of_goals.setdefault((command.robot, command.action, command.goal_id), []).append(pending)
-    return [StopWaiting(*goal, tuple(found)) for goal, found in of_goals.items()]
+    return [StopWaiting(*goal, tuple(requests)) for goal, requests in of_goals.items()]
