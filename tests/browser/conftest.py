@@ -1,4 +1,4 @@
-"""The page in a real browser, before real simulators."""
+"""Fixtures for the page in a real browser, with real simulators."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def browser():
 
 
 class Watched:
-    """What went wrong in a page, or must not have happened: noise in the console, failures, other hosts."""
+    """The problems of a page: console messages, failed requests, other hosts."""
 
     def __init__(self, page, url):
         self._host = urlsplit(url).netloc
@@ -78,7 +78,7 @@ def open_page(browser):
 
 
 class Process:
-    """One of our commands, and the words of its first line."""
+    """A process of hmrsim, with its first line of output."""
 
     def __init__(self, *arguments, env=None):
         self.process = processes.start(
@@ -145,22 +145,22 @@ def client():
 
 
 class Asked:
-    """A simulator, asked by bare requests over Zenoh, as any client may."""
+    """A simulator that is queried with plain requests over Zenoh."""
 
     def __init__(self, client):
         self._client = client
 
     def tell(self, **event):
-        """Publish an event as the world does, at its present time."""
+        """Publish an event like the world, at the current time."""
         key = self._client.keys.world("events")
         self._client.session.put(key, json.dumps({"stamp": self.scene()["stamp"], **event}))
 
     def scene(self):
-        """Return all that is dynamic, as it is now."""
+        """Return the current scene."""
         return json.loads(self._client.get(self._client.keys.world("scene")))
 
     def robot(self, name):
-        """Return what the scene says of one robot."""
+        """Return one robot of the scene."""
         return next(robot for robot in self.scene()["robots"] if robot["name"] == name)
 
     def call(self, service, **request):
@@ -207,7 +207,7 @@ _COUNT = """async ([png, x, y, radius, colour]) => {
 
 @pytest.fixture
 def coloured(browser):
-    """Return the function that counts pixels of a colour around a point of the world, on a screenshot of a page."""
+    """Return the function that counts pixels of a color around a point of the world in a screenshot."""
     decoder = browser.new_context().new_page()
 
     def count(page, point, colour, radius=8):
@@ -226,10 +226,10 @@ ON_PAGE = """([x, y]) => {
   const box = hmrsim.map.element.getBoundingClientRect();
   return [box.left + left, box.top + top];
 }"""
-"""Where a point of the world is on the page."""
+"""The position of a point of the world on the page."""
 
 
 @pytest.fixture
 def on_page():
-    """Return the function that says where a point of the world is on a page."""
+    """Return the function that converts a point of the world to a position on a page."""
     return lambda page, point: page.evaluate(ON_PAGE, point)

@@ -23,7 +23,7 @@ SUCCEEDED = 4
 
 @pytest.fixture
 def world(tmp_path):
-    """A world in which two orders come: one that is due some day, and one that never is."""
+    """A world with two orders, of which one is due some day and one never."""
     file = tmp_path / "orders.yaml"
     file.write_text(yaml.safe_dump(WORLD))
     return file
@@ -35,7 +35,7 @@ def _deliver(simulator):
 
 
 def test_orders_are_followed(world, viewed, ask, open_page):
-    """Those from before the page, too; the one that is due first; with who carries it, and how long it took."""
+    """The panel shows earlier orders as well, by due time, with robot and duration."""
     endpoint, url = viewed(world, "--real-time-factor", "20")
     simulator = ask(endpoint)
     page = open_page(f"{url}?panel=none")
@@ -64,7 +64,7 @@ def test_orders_are_followed(world, viewed, ask, open_page):
 
 
 def test_orders_are_played(world, start, ask, open_page, tmp_path):
-    """A recording has no more than their events."""
+    """A recording shows orders from their events."""
     file = tmp_path / "orders.mcap"
     run = start("run", world, "--listen", "tcp/127.0.0.1:0", "--real-time-factor", "20", "--record", file)
     simulator = ask(run.ready["endpoints"][0])
@@ -82,7 +82,7 @@ def test_orders_are_played(world, start, ask, open_page, tmp_path):
 
 
 def test_a_world_without_demand_says_so(viewed, open_page):
-    """In one line, without totals."""
+    """A world without demand shows one line without totals."""
     _, url = viewed("scenario1")
     page = open_page(f"{url}?panel=orders")
 

@@ -1,4 +1,4 @@
-"""Texts of events in the page, as Python makes them."""
+"""The page's texts of events equal Python's."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _published(name: str) -> list[Event]:
 
 
 def test_the_page_says_what_python_says(viewed, open_page):
-    """Severity, subject and text of all that happens in some worlds, and of goals that end in some other way."""
+    """Severity, subject and text are equal for all events of some worlds, and for other results of goals."""
     _, url = viewed("scenario1")
     events = [event for name in ("hospital", "zoo/lift", "zoo/corridor_swap") for event in _published(name)]
     events += [GoalStatusChanged("eve", "wait", ID, 6, {"error_code": {"val": -1, "message": "no"}})]
@@ -47,7 +47,7 @@ def test_the_page_says_what_python_says(viewed, open_page):
 
 
 def test_an_unknown_event_is_shown_by_its_kind(viewed, open_page):
-    """And points by their names, where it has a format of its own."""
+    """Points have their names, in the page's own format."""
     _, url = viewed("scenario1")
     page = open_page(url)
 

@@ -1,4 +1,4 @@
-"""The page while simulators come and go, and in the face of malicious input."""
+"""The page while simulators start and stop, and with malicious input."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLAYING, _PAUSED = 1, 2
 
 
 def test_a_restart_is_survived(start, ask, open_page, coloured):
-    """When the simulator goes the page says so, and when another one comes there it shows what that one has."""
+    """The page reports that the simulator has gone, and shows its successor."""
     first = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = first.ready["endpoints"][0]
     page = open_page(start("view", "--connect", endpoint, "--port", 0).ready["url"])
@@ -40,7 +40,7 @@ def test_a_restart_is_survived(start, ask, open_page, coloured):
 
 
 def test_time_is_the_simulators(viewed, ask, open_page):
-    """Paused, the page's time stands where the simulator's does; a step moves both; its speed is the factor."""
+    """The page's time follows the simulator's through pause, step and speed."""
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -63,7 +63,7 @@ def test_time_is_the_simulators(viewed, ask, open_page):
 
 
 def test_what_others_change_is_shown(viewed, ask, open_page):
-    """Robots and items that come and go, lanes that close and faults are on the page without being asked for."""
+    """The page shows spawned and deleted entities, closed lanes and faults by itself."""
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -80,7 +80,7 @@ def test_what_others_change_is_shown(viewed, ask, open_page):
 
 
 def test_two_pages(viewed, open_page):
-    """What one page does another one shows."""
+    """A page shows the effects of another page's commands."""
     _, url = viewed("scenario1")
     one, other = open_page(url), open_page(f"{url}?theme=dark")
 
@@ -94,7 +94,7 @@ def test_two_pages(viewed, open_page):
 
 
 def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
-    """Markup in names of a world, in errors and in events is shown as the text that it is; nothing of it is run."""
+    """Markup in names, errors and events is shown as text and never run."""
     evil = "<img src=x onerror='document.title=1'>"
     world = {
         "name": evil,
@@ -149,7 +149,7 @@ _STRANGE = [
 
 @pytest.mark.parametrize("panel", ["goals", "orders", "events", "charts", "trees"])
 def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
-    """Events that are no events are left out, which the page says; what is only strange is shown; it all goes on."""
+    """Invalid events are ignored with a notice; unusual ones are shown."""
     endpoint, url = viewed("scenario1")
     simulator = ask(endpoint)
     page = open_page(f"{url}?panel={panel}&follow=wall_e", unreadable=len(_UNREADABLE))
@@ -167,7 +167,7 @@ def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
 
 
 def test_a_part_that_fails_fails_alone(viewed, open_page):
-    """A part of the page that can't be drawn shows that, and the others are drawn on."""
+    """A part of the page that fails to render shows it, and the others go on."""
     _, url = viewed("scenario1")
     page = open_page(f"{url}?panel=goals")
     page.evaluate("""() => {
@@ -184,7 +184,7 @@ def test_a_part_that_fails_fails_alone(viewed, open_page):
 
 
 def test_a_token_is_asked_for_elsewhere(start, open_page):
-    """Bound beyond the machine, the page comes with the token of its URL, and with it alone."""
+    """Beyond the loopback, the page requires the token of its URL."""
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     url = start("view", "--connect", simulator.ready["endpoints"][0], "--host", "0.0.0.0", "--port", 0).ready["url"]
     parts = urlsplit(url)

@@ -1,4 +1,4 @@
-"""The page's motion is the simulator's: the same formulas, in another language."""
+"""The page's motions equal the simulator's."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _POSES = """async (cases) => {
 
 
 def _pieces(chance):
-    """Return what is driven along a random route by a random robot."""
+    """Return the motions of a random robot along a random route."""
     points = [(chance.uniform(-50, 50), chance.uniform(-50, 50)) for _ in range(chance.randint(2, 5))]
     legs = [
         Leg(a, b, distance(a, b), ride=chance.choice((0.0, 0.0, 0.0, 9.0)), speed_limit=chance.choice((math.inf, 0.7)))
@@ -36,7 +36,7 @@ def _pieces(chance):
 
 
 def test_poses_agree(viewed, open_page):
-    """On random pieces of way the page's poses are Python's, before, during and after each of them."""
+    """The page's poses equal Python's before, during and after random motions."""
     chance = random.Random(7)
     pieces = [piece for _ in range(60) for piece in _pieces(chance)]
     pieces += [piece.first(piece.duration * chance.random()) for piece in pieces[::5]]

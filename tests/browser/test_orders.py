@@ -16,7 +16,7 @@ SUCCEEDED, CANCELED = 4, 5
 
 
 def test_a_robot_and_a_place_are_clicked(viewed, ask, open_page, on_page):
-    """A click on a robot and one on a place send it there, and the table of goals says that it has come."""
+    """A click on a robot and one on a place send it there, and the table of goals shows its arrival."""
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(f"{url}?panel=goals")
 
@@ -46,7 +46,7 @@ def test_a_goal_is_canceled_by_a_right_click(viewed, ask, open_page, on_page):
 
 
 def test_a_fault_is_injected_by_a_menu(viewed, ask, open_page, on_page):
-    """The menu of a robot breaks it down, and has it repaired."""
+    """The menu of a robot injects a breakdown, and clears it."""
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -79,7 +79,7 @@ def test_time_is_controlled_by_buttons(viewed, ask, open_page):
 
 
 def test_a_tree_is_shown(viewed, open_page):
-    """The tree of a controller is on the panel of trees, with the names of its nodes, while it runs and after."""
+    """The panel of trees shows a controller's tree with its nodes, during and after its run."""
     endpoint, url = viewed("scenario2")
     page = open_page(f"{url}?panel=trees")
     tree = "bt_controller.examples:go_to_pose"
@@ -91,7 +91,7 @@ def test_a_tree_is_shown(viewed, open_page):
 
 
 def test_the_coverage_of_a_tree_is_shown(viewed, open_page, tmp_path):
-    """The action has succeeded once; its failure is still to be seen."""
+    """The tree counts one success of the action, and shows that it never failed."""
     endpoint, url = viewed("scenario2")
     page = open_page(f"{url}?panel=trees")
     words = [sys.executable, "-m", "bt_controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e"]

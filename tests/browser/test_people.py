@@ -1,4 +1,4 @@
-"""What people do with the page beside two clicks: look for a robot, fill in a goal, read what happened before."""
+"""Further work with the page: finding robots, filling in forms, reading the log."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def hospital(viewed, ask, open_page):
 
 
 def test_a_robot_is_followed_from_the_list(hospital):
-    """The list says how each robot is, finds some by words, and follows the one that is clicked."""
+    """The list shows each robot's state, filters by words, and follows a clicked robot."""
     _, show = hospital
     page = show("?panel=robots")
 
@@ -47,7 +47,7 @@ def test_robots_are_sorted(hospital):
 
 
 def test_an_item_is_picked_up_by_a_form(hospital):
-    """The form of an action proposes what there is; an error is shown in it, and it stays open."""
+    """The form of an action proposes values; it shows an error and stays open."""
     simulator, show = hospital
     page = show("?panel=goals&follow=wall_e")
 
@@ -72,7 +72,7 @@ def test_an_item_is_picked_up_by_a_form(hospital):
 
 
 def test_a_field_says_what_is_wrong_with_it(hospital):
-    """Before anything is sent; the focus is where it is wrong."""
+    """Invalid fields are reported before sending, and the first one has the focus."""
     simulator, show = hospital
     page = show("?follow=eve")
 
@@ -104,7 +104,7 @@ def test_a_fault_is_filled_in(hospital):
 
 
 def test_events_from_before_the_page_are_shown(hospital):
-    """The log and the table of goals begin before the page did, and the goal lasted as long as it did."""
+    """The log and the table of goals include events from before the page was opened."""
     simulator, show = hospital
     simulator.do("eve", "wait", time={"sec": 2})
 
@@ -127,7 +127,7 @@ def test_a_long_name_of_an_event_stays_in_its_row(hospital):
 
 
 def test_a_hopeless_goal_is_shown_as_aborted(hospital):
-    """The goal was accepted, and aborted at the same instant: the page says why, and no more."""
+    """For a goal that is aborted at once, the page shows only the reason."""
     _, show = hospital
     page = show("?follow=wall_e")
 

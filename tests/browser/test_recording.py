@@ -1,4 +1,4 @@
-"""A recording on the page: it plays, and is where one wants to be."""
+"""Playback of a recording on the page."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def recording(start, ask, tmp_path):
 
 
 def test_a_recording_plays(recording, start, open_page):
-    """A recording begins at its beginning, plays, stands, and jumps to what happened."""
+    """A recording plays, pauses, seeks and jumps to marks."""
     page = open_page(start("view", recording, "--port", 0).ready["url"])
     page.evaluate("hmrsim.playback.pause()")
 
@@ -52,7 +52,7 @@ def test_a_recording_plays(recording, start, open_page):
 
 
 def test_a_recording_takes_no_orders(recording, start, open_page):
-    """A recording takes no commands; the page says that it is a recording."""
+    """A recording takes no commands, and the page names it."""
     page = open_page(start("view", recording, "--port", 0).ready["url"])
 
     assert page.evaluate("hmrsim.live === undefined || hmrsim.live === null")

@@ -16,7 +16,7 @@ STATE = TimeState(0.0, "realtime", 1.0, False, 0, (), (), 0.0)
 
 
 def recorded(file, world=None, *, rate=10.0):
-    """Return a simulation that is recorded, and what records it."""
+    """Return a recorded simulation and its sink."""
     made = []
 
     def recording(simulator):

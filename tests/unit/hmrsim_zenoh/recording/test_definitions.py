@@ -26,7 +26,7 @@ def described(cls):
 
 @pytest.mark.parametrize("cls", [Odometry, Log, BatteryState, CompressedImage, Detection3DArray, MarkerArray])
 def test_the_text_is_the_type_that_ros_has(cls):
-    """Its hash, made of the text by others, is that of the type that they know themselves."""
+    """The hash of the definition, computed by a third party, is that of its own type."""
     ros = get_typestore(Stores.EMPTY)
     ros.register(get_types_from_msg(described(cls), cls.ros_type))
 
@@ -41,29 +41,29 @@ def test_new_messages_are_those_of_ros(cls):
 
 @pytest.mark.parametrize("type_", _OF_ACTIONS, ids=lambda type_: type_.name)
 def test_feedback_can_be_read_by_its_text(type_):
-    """Also that which has no fields of its own."""
+    """An empty nested type has a definition as well."""
     found = get_types_from_msg(definition(type_.structure), type_.name)
 
     assert ["goal_id", "feedback"] == [name for name, _ in found[type_.name][1]]
 
 
 def test_nested_types_come_after_a_line():
-    """As rosbag2 writes it: 80 times `=`, then the name without its middle."""
+    """Nested types follow 80 times `=` and the short name, as in rosbag2."""
     text = described(Log)
 
     assert f"{'=' * 80}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n" == text[text.index("==") :]
 
 
 def test_constants_have_the_type_of_the_field_that_they_are_for():
-    """ROS's are uint8 here, one set for each of three fields."""
+    """Constants have the type of the field that they are for."""
     assert "uint8 POWER_SUPPLY_STATUS_CHARGING=1\n" in described(BatteryState)
 
 
 def test_a_fixed_array_has_its_size():
-    """As in `float64[36] covariance`."""
+    """Arrays have their length: `float64[36] covariance`."""
     assert "float64[36] covariance\n" in described(PoseWithCovariance)
 
 
 def test_a_bounded_list_has_its_bound():
-    """As in `float64[<=3] dimensions`."""
+    """Bounded lists have their bound: `float64[<=3] dimensions`."""
     assert "float64[<=3] dimensions\n" in described(SolidPrimitive)

@@ -1,4 +1,4 @@
-"""What ``hmrsim record`` makes of the messages of the simulator and of other publishers."""
+"""Recording of messages of the simulator and of other publishers by ``hmrsim record``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SPAWNED = {"kind": "spawned", "entity": "e", "type": "carrier", "at": [0.0, 0.0]
 
 
 class Link:
-    """A client whose simulator answers when the test says so."""
+    """A client whose simulator answers on command."""
 
     def __init__(self, prefix="hmrsim"):
         """Begin with nothing asked."""
@@ -83,7 +83,7 @@ class Listening:
             self.listener.work(0.0)
 
     def lose_token(self):
-        """Let the simulator be away for a moment."""
+        """Make the simulator unreachable for a moment."""
         self.link.handlers[self.link.keys.alive()](SimpleNamespace(kind=zenoh.SampleKind.DELETE))
 
     def samples(self):
@@ -99,7 +99,7 @@ class Listening:
 
 @pytest.fixture
 def heard(tmp_path):
-    """Return a listener that knows what is there."""
+    """Return a listener with the initial state."""
     made = Listening(tmp_path / "run.mcap")
     made.answer()
     yield made
@@ -130,7 +130,7 @@ GARBAGE = [
     "key", ["_world/events", "_world/clock", "wall_e/_tree", "wall_e/odom", "wall_e/wait/_action/status"]
 )
 def test_garbage_of_other_publishers_is_survived(heard, key):
-    """What comes after it is recorded, and the recording is readable."""
+    """Later messages are recorded, and the recording is readable."""
     for payload in GARBAGE:
         with case(payload[:80]):
             heard.hear(key, payload)
@@ -141,7 +141,7 @@ def test_garbage_of_other_publishers_is_survived(heard, key):
 
 @pytest.mark.parametrize("at", ["null", "[]", "7", '{"x":1,"y":2}', '["a","b"]', "[1" + "0" * 400 + ",0]"])
 def test_an_item_that_is_put_nowhere_does_no_harm(heard, at):
-    """The pictures of later things are drawn all the same."""
+    """Markers of later events are still written."""
     heard.hear(
         "_world/events", b'{"kind":"placed","item":"parcel","at":%b,"stamp":{"sec":1,"nanosec":0}}' % at.encode()
     )
@@ -151,7 +151,7 @@ def test_an_item_that_is_put_nowhere_does_no_harm(heard, at):
 
 
 def test_after_a_loss_everything_is_queried_anew(heard, monkeypatch):
-    """It is queried once few samples wait: what was lost may have changed anything."""
+    """The world is queried again after a loss, once few samples wait."""
     monkeypatch.setattr(listener, "_MAX_WAITING", 3)
     monkeypatch.setattr(listener, "_FEW_WAITING", 1)
     for _ in range(4):
@@ -166,7 +166,7 @@ def test_after_a_loss_everything_is_queried_anew(heard, monkeypatch):
 
 
 def test_a_simulator_that_was_away_for_a_moment_is_asked_anew(heard):
-    """The listener asks again even if it did not look meanwhile: another simulator may have come in those 0.2 s."""
+    """The listener queries again, as another simulator may have replaced the first one."""
     heard.lose_token()
     interrupted = heard.listener.interrupted
     heard.listener.query_again()
@@ -179,7 +179,7 @@ def test_a_simulator_that_was_away_for_a_moment_is_asked_anew(heard):
 
 
 def test_robots_that_come_all_at_once_are_asked_for_once_a_second(heard):
-    """A scene of very many robots takes the simulator long."""
+    """The scene is not requested again before the answer arrives."""
     asked = []
     for tenth in range(30):
         event = {**SPAWNED, "stamp": {"sec": tenth // 10 + 2, "nanosec": tenth % 10 * 10**8}}

@@ -1,4 +1,4 @@
-"""Recordings that end in the middle, are damaged, made by others, or meant to do harm."""
+"""Reading of complete, truncated, damaged, foreign and malicious recordings."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def chunks(path):
 
 
 def written(path, topics, **options):
-    """Write a recording as another tool might: a message a topic, at 7 ns."""
+    """Write a recording like another tool: one message for each topic, at 7 ns."""
     with path.open("wb") as file:
         writer = Writer(file, **options)
         writer.start()
@@ -65,14 +65,14 @@ def written(path, topics, **options):
 
 
 def test_a_complete_recording_says_so(path):
-    """And from when to when it goes."""
+    """The time range is known as well."""
     recording = open_recording(path)
 
     assert (1, 60_000_000_000, False) == (recording.begin, recording.end, recording.truncated)
 
 
 def test_the_world_is_as_in_its_file(path):
-    """The native definition, and what the simulator says of itself."""
+    """The native definition and the simulator's description are available."""
     recording = open_recording(path)
 
     assert SMALL_WORLD["lanes"][0] == recording.world["lanes"][0]
@@ -80,14 +80,14 @@ def test_the_world_is_as_in_its_file(path):
 
 
 def test_events_come_in_order(path):
-    """All of them: a goal, and accepted, executing, succeeded of each."""
+    """All events are read: a goal, and its three statuses."""
     kinds = Counter(event["kind"] for event in open_recording(path).events())
 
     assert {"goal": 30, "status": 90} == kinds
 
 
 def test_samples_are_what_the_page_needs(path):
-    """By their keys, below the prefix."""
+    """Samples have their keys below the prefix."""
     samples = list(open_recording(path).samples())
 
     assert ["_world/world", "_world/info", "_world/scene", "_world/events"] == [key for _, key, _ in samples[:4]]
@@ -95,7 +95,7 @@ def test_samples_are_what_the_page_needs(path):
 
 
 def test_batteries_are_among_the_samples(record):
-    """Decoded, as on the wire."""
+    """Battery states are decoded as on the wire."""
     world = {**SMALL_WORLD, "robot_types": {"nurse": {"components": {"battery": {"capacity": 100.0}}}}}
     samples = open_recording(record(until=1.0, world=world)).samples()
     (level,) = (state["percentage"] for _, key, state in samples if key == "eve/battery_state")
@@ -104,7 +104,7 @@ def test_batteries_are_among_the_samples(record):
 
 
 def test_what_was_cut_off_can_be_read_up_to_there(path):
-    """All that is in complete chunks."""
+    """All complete chunks are read."""
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
     recording = open_recording(path)
@@ -114,7 +114,7 @@ def test_what_was_cut_off_can_be_read_up_to_there(path):
 
 
 def test_a_damaged_chunk_costs_its_own_messages(path):
-    """What comes after it is there."""
+    """Later chunks are read."""
     data, damaged = path.read_bytes(), chunks(path)[5].data
     path.write_bytes(data.replace(damaged, bytes(len(damaged))))
     recording = open_recording(path)
@@ -125,7 +125,7 @@ def test_a_damaged_chunk_costs_its_own_messages(path):
 
 
 def test_a_text_is_not_a_recording(tmp_path):
-    """The error says what it is not."""
+    """The error names the expected format."""
     path = tmp_path / "notes.mcap"
     path.write_text("not much")
 
@@ -134,13 +134,13 @@ def test_a_text_is_not_a_recording(tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    """One line, with the reason."""
+    """The error is one line with the reason."""
     with pytest.raises(RecordingError, match=r"none\.mcap: can't be read: no such file or directory"):
         open_recording(tmp_path / "none.mcap")
 
 
 def test_others_recordings_lack_our_events(tmp_path):
-    """The error says what would do."""
+    """The error names the command that makes a recording."""
     path = written(tmp_path / "other.mcap", {"/chatter": b"{}"})
 
     with pytest.raises(RecordingError, match=r"there are no messages on /_world/events; make one with `hmrsim run"):
@@ -148,7 +148,7 @@ def test_others_recordings_lack_our_events(tmp_path):
 
 
 def test_a_recording_without_a_world_says_so(tmp_path):
-    """A recording with the events only has no world, for example."""
+    """A recording with events only has no world."""
     path = written(tmp_path / "events.mcap", {"/_world/events": b"{}"})
 
     with pytest.raises(RecordingError, match="there are no messages on /_world/world"):
@@ -157,7 +157,7 @@ def test_a_recording_without_a_world_says_so(tmp_path):
 
 @pytest.mark.parametrize("compression", CompressionType)
 def test_it_may_have_been_packed_anew(tmp_path, compression):
-    """By the tool `mcap`, say: without our metadata, and with another compression."""
+    """Other tools, such as `mcap`, may drop our metadata and use another compression."""
     event = {"kind": "reset", "stamp": {"sec": 0, "nanosec": 7}}
     topics = {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": json.dumps(event).encode()}
     path = written(tmp_path / "again.mcap", topics, compression=compression)
@@ -166,7 +166,7 @@ def test_it_may_have_been_packed_anew(tmp_path, compression):
 
 
 def test_it_may_have_no_chunks(tmp_path):
-    """Messages one by one."""
+    """Messages without chunks are read."""
     topics = {
         "/_world/world": b"{}",
         "/_world/info": b"{}",
@@ -179,7 +179,7 @@ def test_it_may_have_no_chunks(tmp_path):
 
 @pytest.mark.parametrize("data", [b"[1]", b"{", b"[" * 100_000, b'{"kind":"a"}'])
 def test_an_event_that_is_none_is_named(tmp_path, data):
-    """By the place where it is."""
+    """The error gives the place of the message."""
     path = written(tmp_path / "bad.mcap", {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": data})
 
     with pytest.raises(RecordingError, match=r"bad\.mcap: /_world/events at 0\.000 s: not "):
@@ -188,7 +188,7 @@ def test_an_event_that_is_none_is_named(tmp_path, data):
 
 @pytest.mark.parametrize(("topic", "most"), [("/_world/world", 5_000_000), ("/_world/info", 1_000_000)])
 def test_a_message_of_too_many_values_is_not_parsed(tmp_path, topic, most):
-    """It is text of a few megabytes, and would take a gigabyte."""
+    """A few megabytes of JSON text could take a gigabyte as values."""
     topics = {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": b"{}"}
     path = written(tmp_path / "many.mcap", {**topics, topic: b'{"x":[' + b"0," * most + b"0]}"})
 
@@ -198,7 +198,7 @@ def test_a_message_of_too_many_values_is_not_parsed(tmp_path, topic, most):
 
 @pytest.mark.parametrize("claimed", [10, 1 << 27, 1 << 60])
 def test_a_bomb_is_not_unpacked(claimed):
-    """128 MiB of zeros, whatever size the chunk claims."""
+    """128 MiB of zeros are rejected, for any claimed size."""
     packer = zstandard.ZstdCompressor().compressobj(size=1 << 27)
     data = b"".join(packer.compress(bytes(1 << 20)) for _ in range(1 << 7)) + packer.flush()
 
@@ -207,17 +207,17 @@ def test_a_bomb_is_not_unpacked(claimed):
 
 
 class _Small(io.BytesIO):
-    """A file on a machine with a mebibyte of memory."""
+    """A file that fails for reads of more than a mebibyte."""
 
     def read(self, size=-1, /):
-        """Read, or run out of memory, whatever there is to be read."""
+        """Read, or raise a MemoryError."""
         if size > 1 << 20:
             raise MemoryError
         return super().read(size)
 
 
 def test_a_text_that_claims_four_gigabytes_ends_the_file():
-    """It is not waited for memory that is not there; what was read before counts."""
+    """A claimed size beyond the memory ends reading; earlier records count."""
     header = b"\1" + (8).to_bytes(8, "little") + bytes(8)
     schema = b"\3" + (8).to_bytes(8, "little") + bytes(2) + b"\xff\xff\xff\xff" + bytes(2)
 
@@ -225,7 +225,7 @@ def test_a_text_that_claims_four_gigabytes_ends_the_file():
 
 
 def test_a_record_longer_than_its_chunk_is_none():
-    """It ends the chunk, and is not waited for."""
+    """The record ends the chunk."""
     data = b"\5" + (1 << 62).to_bytes(8, "little")
 
     with pytest.raises(ValueError, match="longer than its chunk"):
@@ -233,7 +233,7 @@ def test_a_record_longer_than_its_chunk_is_none():
 
 
 def test_our_chunks_are_far_from_the_limit(path):
-    """A mebibyte, and what its last message had."""
+    """Chunks have a mebibyte and at most one message more."""
     assert max(chunk.uncompressed_size for chunk in chunks(path)) < MAX_UNPACKED // 8
 
 
@@ -260,7 +260,7 @@ _TINY = _record(Opcode.MESSAGE, struct.pack("<HIQQ", 999, 0, 5, 5))
     ],
 )
 def test_a_small_file_of_much_is_refused(path, chunk, error):
-    """Many chunks of the same, which take a minute to read through."""
+    """A file of many identical chunks is rejected."""
     whole = path.read_bytes()
     path.write_bytes(whole[: whole.rindex(_record(Opcode.DATA_END, bytes(4)))] + _packed(chunk) * 150)
     began = time.process_time()
@@ -271,7 +271,7 @@ def test_a_small_file_of_much_is_refused(path, chunk, error):
 
 
 def test_a_recording_of_nothing_but_time_is_read(tmp_path):
-    """What compresses best of all that a simulator records is far from the limit."""
+    """The most compressible real recording is far below the limit."""
     path = record_to(tmp_path / "idle.mcap", until=60.0)
 
     assert 500 < sum(1 for _ in open_recording(path)._messages(lambda _topic: True))
@@ -279,7 +279,7 @@ def test_a_recording_of_nothing_but_time_is_read(tmp_path):
 
 @pytest.mark.parametrize("seed", range(25))
 def test_noise_is_read_or_refused(path, seed):
-    """Bytes that have changed, are missing or too many lead to an answer or to our own error."""
+    """Changed, missing and additional bytes lead to a result or to a RecordingError."""
     rng = random.Random(seed)
     data = bytearray(path.read_bytes())
     for _ in range(rng.randrange(1, 40)):

@@ -1,4 +1,4 @@
-"""What is in a recording, read with others' readers: mcap's, and the decoder of rosbags."""
+"""The content of recordings, read with the reader of mcap and the decoder of rosbags."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def go(x, y, robot="wall_e", goal_id=ID):
 
 
 def call(service, **request):
-    """Return the command that asks a service."""
+    """Return the command that calls a service."""
     return CallService(service, services()[service].request.model_validate(request))
 
 
 def at(x):
-    """Return where a robot is to be, as the service wants to know it."""
+    """Return the state of a robot for the service."""
     return {"pose": {"position": {"x": x, "y": 8.0}}}
 
 
 def messages(path, topic):
-    """Return time and content of all messages of a topic, as a reader decodes them with nothing but the file."""
+    """Return time and content of a topic's messages, decoded with the schemas in the file."""
     ros = get_typestore(Stores.EMPTY)
     with path.open("rb") as file:
         found = []
@@ -71,7 +71,7 @@ def log(path):
 
 
 def test_channels_have_the_types_of_ros(record):
-    """And our own those of the keys of the same names."""
+    """Our own channels have the payloads of the keys of the same names."""
     assert {
         "/_world/events": "hmrsim/Event",
         "/_world/world": "hmrsim/World",
@@ -91,7 +91,7 @@ def test_channels_have_the_types_of_ros(record):
 
 
 def test_the_profile_is_ros_2s(record):
-    """That is how Foxglove knows what it opens."""
+    """The profile tells Foxglove that it opens ROS 2 messages."""
     with record().open("rb") as file:
         assert "ros2" == make_reader(file).get_header().profile
 
@@ -106,7 +106,7 @@ def test_messages_are_at_their_simulated_time(record):
 
 
 def test_a_status_says_whose_it_is(record):
-    """The id is the one that was sent."""
+    """The status list has the id of the sent goal."""
     ((_, first), *_) = messages(record((1.0, go(5.0, 2.0))), "/wall_e/navigate_to_pose/_action/status")
 
     assert bytes.fromhex(ID) == bytes(first.status_list[0].goal_info.goal_id.uuid)
@@ -120,7 +120,7 @@ def test_feedback_says_how_far_it_is(record):
 
 
 def test_odometry_says_where_a_robot_is(record):
-    """After 1 s on its way it is 1 m from where it began."""
+    """After 1 s the robot is 1 m from its start."""
     said = dict(messages(record((1.0, go(5.0, 2.0))), "/wall_e/odom"))
 
     assert pytest.approx(2.0) == said[2_000_000_000].pose.pose.position.x
@@ -136,7 +136,7 @@ def test_tf_has_a_frame_a_robot(record):
 
 
 def test_batteries_are_recorded(record):
-    """Once a simulated second, as they are published."""
+    """Batteries are recorded once per simulated second."""
     world = {**SMALL_WORLD, "robot_types": {"nurse": {"components": BATTERY}}}
     levels = [state.percentage for _, state in messages(record(until=3.0, world=world), "/wall_e/battery_state")]
 
@@ -144,7 +144,7 @@ def test_batteries_are_recorded(record):
 
 
 def test_rosout_says_how_goals_fare(record):
-    """In words, with what was asked for and what went wrong."""
+    """The log has goals and errors as text."""
     path = record((1.0, go(5.0, 2.0)), (6.0, go(15.0, 8.0, goal_id="1" * 32)))
 
     assert [
@@ -163,7 +163,7 @@ def test_events_are_those_of_the_wire(record):
 
 
 def test_the_world_is_attached(record):
-    """As a file that can be run again."""
+    """The world is attached as a file that can be run again."""
     with record().open("rb") as file:
         (attachment,) = make_reader(file).iter_attachments()
 
@@ -195,7 +195,7 @@ def test_a_closed_outline_is_drawn_to_its_end(record):
 
 
 def test_what_is_carried_is_where_its_carrier_is(record):
-    """Its marker is in the robot's frame from then on."""
+    """The marker of a carried item is in the robot's frame."""
     pickup = SendGoal("eve", "pickup", Pickup.Goal(target_name="parcel"), ID)
     *_, (_, array) = messages(record((1.0, pickup)), "/world/things")
     spheres = [marker.header.frame_id for marker in array.markers if marker.ns == "items" and marker.type == 2]
@@ -204,7 +204,7 @@ def test_what_is_carried_is_where_its_carrier_is(record):
 
 
 def test_pixels_are_looked_at_from_above(record):
-    """`map` is upside down in a frame of its own, as y points down."""
+    """`map` is upside down in a further frame, as y points down."""
     ((_, tf),) = messages(record(world={**SMALL_WORLD, "units": "px"}), "/tf_static")
     ((transform,),) = (tf.transforms,)
 
@@ -216,7 +216,7 @@ def test_pixels_are_looked_at_from_above(record):
 
 
 def test_time_goes_on_after_a_reset(record):
-    """What happens 2 s after a reset at 3 s is at 5 s, whatever simulated time says; so the story stays in order."""
+    """An event 2 s after a reset at 3 s is recorded at 5 s, so that events stay in order."""
     wait = SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": 1}}), ID)
     path = record((3.0, call("reset_simulation")), (2.0, wait), until=4.0)
 
@@ -228,7 +228,7 @@ def test_time_goes_on_after_a_reset(record):
 
 
 def test_a_reset_records_the_scene_anew(record):
-    """The scene follows with the next sample of the clock; a player need not know what a reset does."""
+    """The scene is written again with the next sample of the clock."""
     path = record((3.0, call("reset_simulation")), until=4.0)
     scenes = [time for time, key, _ in open_recording(path).samples() if key == "_world/scene"]
 
@@ -236,7 +236,7 @@ def test_a_reset_records_the_scene_anew(record):
 
 
 def test_a_robot_that_is_spawned_is_drawn(record):
-    """The markers are written anew."""
+    """The markers are written again."""
     spawn = call("spawn_entity", name="new", uri="robot_type:carrier", initial_pose={"pose": {"position": {"x": 2.0}}})
     *_, (_, array) = messages(record((1.0, spawn), until=2.0), "/world/markers")
 
@@ -244,7 +244,7 @@ def test_a_robot_that_is_spawned_is_drawn(record):
 
 
 def test_robots_that_come_one_after_the_other_make_one_scene_a_second(record):
-    """A scene of very many robots takes long; the last one is recorded at the end at the latest."""
+    """A stale scene is written at intervals, and at the end at the latest."""
     spawns = [
         (0.5 + i / 10, call("spawn_entity", name=f"new{i}", uri="robot_type:carrier", initial_pose=at(2.0 + i)))
         for i in range(10)
@@ -256,7 +256,7 @@ def test_robots_that_come_one_after_the_other_make_one_scene_a_second(record):
 
 
 def test_what_changes_at_once_is_drawn_once(tmp_path):
-    """All items are one message, which takes long: it comes when time moves on, ten times a second at most."""
+    """All items are one message, written at most ten times a second."""
     path, items = tmp_path / "run.mcap", [{"name": f"i{n}", "at": [n, 0], "carrier": None} for n in range(3)]
     with RecordingFile(path) as file:
         recorder = Recorder(file, lambda _event: None)
@@ -274,7 +274,7 @@ def test_what_changes_at_once_is_drawn_once(tmp_path):
 
 @pytest.mark.parametrize("rate", [3.0, 7.0, 30.0])
 def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
-    """This holds for a rate whose period is not a whole number of nanoseconds, too."""
+    """This also holds for a rate whose period is not a whole number of nanoseconds."""
     path = tmp_path / "run.mcap"
     with RecordingFile(path, reproducible=True) as file:
         simulated, sink = recorded(file, rate=rate)
@@ -285,7 +285,7 @@ def test_the_clock_is_recorded_at_any_rate(tmp_path, rate):
 
 
 def test_late_joiners_of_a_played_topic_get_the_latest(record):
-    """The QoS profiles are in rosbag2's format, checked with a third-party parser: each field is there."""
+    """The QoS profiles have all fields of rosbag2's format, checked with a third-party parser."""
     with record().open("rb") as file:
         channels = make_reader(file).get_summary().channels.values()
     said = {channel.topic: parse_qos(channel.metadata.get("offered_qos_profiles", "")) for channel in channels}
@@ -300,7 +300,7 @@ def test_late_joiners_of_a_played_topic_get_the_latest(record):
 
 
 def test_the_same_run_makes_the_same_file(record, tmp_path):
-    """Byte for byte, where chunks end by simulated time."""
+    """Two recordings of the same run are equal if chunks end by simulated time."""
     first = record((1.0, go(5.0, 2.0)), until=30.0, path=tmp_path / "a.mcap")
     second = record((1.0, go(5.0, 2.0)), until=30.0, path=tmp_path / "b.mcap")
 

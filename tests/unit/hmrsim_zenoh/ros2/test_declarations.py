@@ -1,4 +1,4 @@
-"""What is declared on the network, in which order, and until when."""
+"""Declarations on the network: contents, order and end."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ONE = Names({"wall_e": ["navigate_to_pose", "wait"]})
 
 
 class Network:
-    """A session, and the publishers on it, that note what is done to them in order.
+    """A session and its publishers, which record all operations in order.
 
     Attributes:
         said: Pairs of what was done and to what.
@@ -42,11 +42,11 @@ class Network:
         self.info = SimpleNamespace(zid=lambda: "abc")
 
     def liveliness(self) -> Network:
-        """Return what tokens are declared with."""
+        """Return the object that declares tokens."""
         return self
 
     def declare_token(self, token: str) -> Any:
-        """Note a token."""
+        """Record a declared token."""
         if self.refused in token:
             raise self.error
         self.said.append(("token", token))
@@ -54,12 +54,12 @@ class Network:
         return SimpleNamespace(undeclare=lambda: self._undeclare(token))
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
-        """Note a publisher that is opened."""
+        """Record an opened publisher."""
         self.said.append(("open", endpoint.name))
         self.gids[endpoint.name] = gid
 
     def close(self, endpoint: Endpoint) -> None:
-        """Note a publisher that is closed."""
+        """Record a closed publisher."""
         self.said.append(("close", endpoint.name))
 
     def _undeclare(self, token: str) -> None:
@@ -69,13 +69,13 @@ class Network:
         self.there.remove(token)
 
     def names(self) -> list[str]:
-        """Return the names of what has tokens, of nodes and endpoints."""
+        """Return the names of the nodes and endpoints with tokens."""
         read = [read_token(token) for token in self.there]
         return [each.endpoint.name if each.endpoint else each.node.full_name for each in read if each]
 
 
 def declared(network: Network, *followed: Names, wire: Wire | None = None) -> Declarations:
-    """Return declarations that have followed some names, one after the other."""
+    """Return declarations that have followed several names in turn."""
     wire = wire or RmwZenoh(distros=("jazzy",))
     session: Any = network
     declarations = Declarations(session, wire, Endpoints(wire, actions(), services()).of, session)
@@ -103,7 +103,7 @@ def test_publisher_before_its_token() -> None:
 
 
 def test_publisher_s_id_is_that_of_its_token() -> None:
-    """What is published has the id by which ROS's tools know the publisher."""
+    """Messages have the id by which ROS's tools identify the publisher."""
     network = Network()
     declared(network, ONE)
 
@@ -121,7 +121,7 @@ def test_node_before_what_it_has() -> None:
 
 
 def test_all_can_be_driven_first() -> None:
-    """Whatever else a robot has comes after the goals to drive of all others."""
+    """All robots' navigate_to_pose comes before any other endpoint."""
     network = Network()
     declared(network, BOTH)
 
@@ -148,7 +148,7 @@ def test_ids_are_counted_once() -> None:
 
 
 def test_nodes_of_a_robot_share_a_number() -> None:
-    """Tokens of one robot branch off together, which is what Zenoh takes its time by."""
+    """Tokens of one robot share their beginning, which saves Zenoh time."""
     network = Network()
     declared(network, BOTH)
 
@@ -158,7 +158,7 @@ def test_nodes_of_a_robot_share_a_number() -> None:
 
 
 def test_robot_that_goes() -> None:
-    """Of a robot that has gone nothing is left, and of the others nothing is touched."""
+    """All declarations of a gone robot are removed, and no others."""
     network = Network()
     declared(network, BOTH, ONE)
 
@@ -168,7 +168,7 @@ def test_robot_that_goes() -> None:
 
 
 def test_robot_that_comes() -> None:
-    """The tokens of a robot that comes later are declared without touching the existing ones."""
+    """The tokens of a later robot are declared without changing existing ones."""
     network = Network()
     declarations = declared(network, ONE)
     before = len(network.said)
@@ -188,7 +188,7 @@ def test_no_tokens_where_the_wire_has_none() -> None:
 
 
 def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
-    """A declaration that fails is logged, and does not keep the others from being declared."""
+    """A failed declaration is logged, and the others are still declared."""
     network = Network()
     network.refused = "%wall_e%odom/"
     declared(network, ONE)
@@ -199,7 +199,7 @@ def test_one_that_fails(caplog: pytest.LogCaptureFixture) -> None:
 
 
 def test_outlet_of_one_that_fails() -> None:
-    """An outlet whose token can't be declared is closed, so that nothing is published without a token."""
+    """A publisher whose token can't be declared is closed."""
     network = Network()
     network.refused = "%wall_e%odom/"
     declared(network, ONE)
@@ -210,7 +210,7 @@ def test_outlet_of_one_that_fails() -> None:
 
 
 def test_node_of_one_that_fails() -> None:
-    """What can't be declared needs no node: when the robot goes, its nodes go."""
+    """A failed declaration keeps no node: the nodes go with the robot."""
     network = Network()
     network.refused = "%eve%odom/"
     declared(network, BOTH, ONE)
@@ -220,7 +220,7 @@ def test_node_of_one_that_fails() -> None:
 
 @pytest.mark.parametrize("error", [zenoh.ZError("no"), RuntimeError("no")])
 def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture, error: Exception) -> None:
-    """A token that can not be undeclared is logged; the others are undeclared and declared nevertheless."""
+    """A token that can't be undeclared is logged, and others are still changed."""
     network = Network()
     declarations = declared(network, BOTH)
     network.stuck, network.error = "%eve%odom/", error
@@ -233,7 +233,7 @@ def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture, error:
 
 
 def test_end() -> None:
-    """At the end, the thread ends before the session is closed, whose tokens go with it."""
+    """The thread ends before the session is closed."""
     network = Network()
     declarations = declared(network)
     declarations.want(Parts(BOTH).all)
@@ -246,7 +246,7 @@ def test_end() -> None:
 def test_session_that_is_closed_during_a_declaration(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The declaration fails, which is no failure to tell of, and the thread ends."""
+    """A declaration that fails at the end is not logged, and the thread ends."""
     monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.declarations._JOIN_SECONDS", 0.01)
     network = Network()
     begun, closed = threading.Event(), threading.Event()
@@ -270,7 +270,7 @@ def test_session_that_is_closed_during_a_declaration(
 
 
 def test_what_is_wanted_by_now() -> None:
-    """Something else that is wanted meanwhile takes effect at once, and not after all of the old is declared."""
+    """A newer request takes effect at once, not after all earlier declarations."""
     network = Network()
     declarations = declared(network)
     declarations._wanted = Parts(ONE).all
@@ -281,7 +281,7 @@ def test_what_is_wanted_by_now() -> None:
 
 
 def test_what_is_asked_for_while_others_are_declared() -> None:
-    """A robot that comes may be asked for before the thread, which is busy, knows of it."""
+    """A part can be requested before the busy thread has seen it."""
     network = Network()
     declarations = declared(network, ONE)
     declarations._wanted = (parts := Parts(BOTH)).all, 0

@@ -37,7 +37,7 @@ STATUS_TOKEN = (
 
 
 def test_endpoint_token() -> None:
-    """A publisher's token is the one that rmw_zenoh's own parser has taken."""
+    """A publisher's token is one that rmw_zenoh's own parser accepts."""
     assert STATUS_TOKEN == endpoint_token(0, SESSION, (0, 2), NAVIGATOR, STATUS)
 
 
@@ -47,7 +47,7 @@ def test_node_token_of_the_root_namespace() -> None:
 
 
 def test_token_is_read_back() -> None:
-    """A token that is read back has the values it was made of."""
+    """A parsed token has the values that it was created from."""
     assert Token(SESSION, NAVIGATOR, STATUS) == read_token(STATUS_TOKEN)
 
 
@@ -65,7 +65,7 @@ def test_token_with_memory_is_read() -> None:
 
 @pytest.mark.parametrize("text", ["", "a/b", "@ros2_lv/0/s/0/0/XX/%/%/n", "@ros2_lv/0/s/0/0/NN/%/%/n/x", "@ros2_lv"])
 def test_malformed_tokens(text: str) -> None:
-    """Anything else is not a token."""
+    """Other keys are not tokens."""
     assert read_token(text) is None
 
 
@@ -79,12 +79,12 @@ def test_key_is_read_back() -> None:
 
 @pytest.mark.parametrize("text", ["3/a/b", "", "4/a/b/c", "3//b/c"])
 def test_malformed_keys(text: str) -> None:
-    """A key of another domain, or without all parts, is not a key."""
+    """A key of another domain, or with missing parts, is not parsed."""
     assert read_key(3, text) is None
 
 
 def test_attachment() -> None:
-    """The attachment of the first message of a publisher is rmw_zenoh's, with the id that its token has."""
+    """The attachment of a publisher's first message equals rmw_zenoh's, with the gid of its token."""
     expected = "010000000000000015cd853dfe9c971710b27116487bb0cd3f30985f833c5fc05a"
 
     assert expected == Attachment(1, 1700000000123456789, gid(STATUS_TOKEN)).to_bytes().hex()
@@ -92,6 +92,6 @@ def test_attachment() -> None:
 
 @pytest.mark.parametrize("data", [b"", bytes(32), bytes(33), bytes(34)])
 def test_malformed_attachments(data: bytes) -> None:
-    """Other lengths, of it or of the id in it, are refused."""
+    """Attachments and ids of other lengths are rejected."""
     with pytest.raises(ValueError, match="rmw_zenoh's has"):
         read_attachment(data)

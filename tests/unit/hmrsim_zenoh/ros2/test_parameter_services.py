@@ -1,4 +1,4 @@
-"""Parameters of nodes: which values there are, and which names a request selects."""
+"""Parameters of nodes: their values, and the names that a request selects."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def simulator():
 
 
 def test_values_are_those_of_the_base(simulator):
-    """Speeds, accelerations and radii as the world's file has them."""
+    """Speeds, accelerations and radii are those of the world's file."""
     found = parameters_of(simulator, CONTROLLER)
 
     names = ("max_vel_x", "max_speed_xy", "max_vel_theta", "acc_lim_x", "decel_lim_x")
@@ -43,14 +43,14 @@ def test_values_are_those_of_the_base(simulator):
 
 
 def test_the_speed_is_that_of_now(simulator):
-    """A fault that slows a robot down is in its parameters."""
+    """A fault that slows a robot down changes its parameters."""
     simulator.robots["quick"].speed_scale = 0.5
 
     assert 1.25 == parameters_of(simulator, CONTROLLER)["FollowPath.max_vel_x"].value
 
 
 def test_what_takes_no_time_has_a_number(simulator):
-    """A base that turns and speeds up at once, as ROS's messages have no infinity here."""
+    """A base that turns and accelerates instantly has large finite limits."""
     found = parameters_of(simulator, Node("/plain", "controller_server"))
 
     assert (1e9, 1e9, -1e9) == tuple(
@@ -60,7 +60,7 @@ def test_what_takes_no_time_has_a_number(simulator):
 
 
 def test_all_parameters_are_ros_s(simulator):
-    """The value of each is in the field of its type, and it has a description."""
+    """Each value is in the field of its type, and each parameter has a description."""
     fields = {1: "bool_value", 2: "integer_value", 3: "double_value", 4: "string_value", 9: "string_array_value"}
     for node in names_of(simulator).all_nodes.values():
         for name, parameter in parameters_of(simulator, node).items():

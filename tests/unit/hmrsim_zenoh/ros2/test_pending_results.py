@@ -1,4 +1,4 @@
-"""Requests of ROS clients for results that have not been answered."""
+"""The pending result requests of ROS clients."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from hmrsim_zenoh.ros2.requests.requests import MAX_ANONYMOUS, MAX_PER_CLIENT, P
 
 
 class Pending:
-    """A request of a client; of one without an id if that is empty."""
+    """A request of a client, whose id may be empty."""
 
     def __init__(self, client):
         self.client = client
 
 
 def add(results, client, goals, each):
-    """Ask so often for the result of each of some goals; return how often an earlier request made room."""
+    """Request each goal's result several times; return how often an earlier request was dropped."""
     made_room = 0
     for goal in range(goals):
         for _ in range(each):
@@ -36,12 +36,12 @@ def add(results, client, goals, each):
     ids=["several goals", "one goal", "one client", "one client with several goals"],
 )
 def test_requests_are_limited_for_each_client_or_goal(client, goals, each, made_room):
-    """Those of clients without an id for each goal, as they can't be told apart."""
+    """Requests of clients without an id are limited for each goal."""
     assert made_room == add(PendingResults(), client, goals, each)
 
 
 def test_a_client_that_goes_takes_its_requests_along():
-    """One command for each goal, with all its requests; those of others stay."""
+    """There is one command for each goal, with all requests of that client."""
     results = PendingResults()
     add(results, "ab", 2, 3)
     add(results, "cd", 1, 1)

@@ -1,4 +1,4 @@
-"""Policies and descriptions of enclaves may be edited by hand: whatever is in them, an error says what."""
+"""Policies and enclave descriptions that were edited by hand lead to clear errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _places(value, path=()):
 
 
 def _replaced(value, path, new):
-    """Return a JSON value with another one in a place of it."""
+    """Return a JSON value with one place replaced."""
     if not path:
         return new
     copy = dict(value) if isinstance(value, dict) else list(value)
@@ -47,7 +47,7 @@ def _replaced(value, path, new):
 @examples(300)
 @given(st.sampled_from(list(_places(POLICY))), JSON)
 def test_a_damaged_policy_is_refused_or_decides(path, new):
-    """Reading it raises nothing but ValueError, and a policy that can be read can be asked."""
+    """Reading a damaged policy raises only ValueError, and a valid policy can be queried."""
     with suppress(ValueError):
         policy = AccessControl.from_json(_replaced(POLICY, path, new))
         assert policy.reads("hmrsim/_world/load_world") is not None
@@ -70,7 +70,7 @@ def test_a_policy_that_people_have_changed_is_enforced_as_it_is(keystore):
 @examples(300)
 @given(st.sampled_from(list(_places(MEMBERS[1].to_json()))), JSON)
 def test_a_damaged_description_is_refused_or_read(path, new):
-    """Likewise for the description of an enclave."""
+    """Reading a damaged enclave description raises only ValueError."""
     whole = {**MEMBERS[1].to_json(), "expires": "2030-01-01T00:00:00+00:00"}
     with suppress(ValueError):
         assert Enclave(Path(), Member.from_json(_replaced(whole, path, new))).left is not None

@@ -1,4 +1,4 @@
-"""Keystores: what is made, with which modes, and what is refused."""
+"""Keystores: created files, their modes, and rejected changes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def certificate(keystore, name):
 
 
 def use(folder):
-    """Do what a session does with an enclave."""
+    """Load an enclave as a session does."""
     found = find_enclave(folder, "viewer")
     found.check()
     return found.access_control
@@ -66,7 +66,7 @@ def test_certificates_name_their_member_and_where_simulators_are(keystore):
 
 
 def test_a_folder_that_exists_is_left_alone(tmp_path, keystore):
-    """A keystore is replaced only when that is asked for, and anything else never."""
+    """A keystore is replaced only with force, and other folders never."""
     before = contents(keystore.path)
     other = tmp_path / "other"
     other.mkdir()
@@ -125,7 +125,7 @@ def test_a_member_is_added_with_its_rights(keystore):
 
 
 def test_a_revoked_member_may_nothing_and_its_name_is_never_given_again(keystore):
-    """Its old certificate is valid until it expires, so that the name must not get rights again."""
+    """A revoked name can't be used again, as its old certificate is still valid."""
     keystore.revoke("nurses")
     again = Keystore(keystore.path)
 
@@ -138,13 +138,13 @@ def test_a_revoked_member_may_nothing_and_its_name_is_never_given_again(keystore
 
 
 def test_the_simulator_is_not_revoked(keystore):
-    """All clients trust its name."""
+    """The simulator can't be revoked, as all clients trust its name."""
     with pytest.raises(BadOptions, match="which all clients trust; make a new keystore instead"):
         keystore.revoke("simulator")
 
 
 def test_renewing_makes_new_certificates_and_keys(keystore):
-    """Others stay as they are."""
+    """Other members keep their certificates."""
     before = {name: (certificate(keystore, name), keystore.members[name].expires) for name in keystore.members}
 
     assert ["viewer"] == keystore.renew(["viewer"], days=900.0)
@@ -173,7 +173,7 @@ def test_a_damaged_keystore_is_one_line(keystore):
 
 
 def test_an_enclave_is_found_by_its_name_its_role_or_its_folder(keystore):
-    """Where a role is not unique, the error lists those that have it."""
+    """The error lists the members of an ambiguous role."""
     assert "nurses" == find_enclave(keystore.path, "nurses").name
     assert "viewer" == find_enclave(keystore.path, "viewer").name
     assert "nurses" == find_enclave(keystore.path / "enclaves" / "nurses", "viewer").name
@@ -210,7 +210,7 @@ def test_a_damaged_enclave_is_one_line(keystore):
 
 
 def test_an_expired_enclave_says_so(keystore, tmp_path):
-    """Before Zenoh tries in vain until the timeout; the command that renews it is named."""
+    """The error names the command that renews the certificate."""
     expired = keystore.stranger("viewer", -1.0, tmp_path / "expired")
 
     with pytest.raises(
@@ -220,7 +220,7 @@ def test_an_expired_enclave_says_so(keystore, tmp_path):
 
 
 def test_a_configuration_for_other_programs_is_complete(keystore):
-    """It has no paths, so that it can be copied to the machine of a ROS node."""
+    """The session file has no paths, so that it can be copied to the machine of a ROS node."""
     text = (keystore.enclave("nurses").folder / "session.json5").read_text(encoding="utf-8")
     session = json.loads(text)
 
@@ -251,7 +251,7 @@ def test_a_link_to_a_keystore_is_replaced_and_not_what_it_leads_to(tmp_path, key
 
 
 def test_a_member_is_revoked_whose_folder_was_moved(tmp_path, keystore):
-    """What counts is the policy; where a link stands in the folder's place, what it leads to stays."""
+    """Revoking a member whose folder is a link leaves the target."""
     moved = tmp_path / "elsewhere"
     (keystore.path / "enclaves" / "nurses").rename(moved)
     keystore.revoke("nurses")
@@ -266,7 +266,7 @@ def test_a_member_is_revoked_whose_folder_was_moved(tmp_path, keystore):
 
 
 def test_names_that_people_have_written_into_a_keystore_are_checked(tmp_path, keystore):
-    """None leads out of the folder of enclaves, or stands for many robots."""
+    """Names can't leave the folder of enclaves, or stand for many robots."""
     file = keystore.path / "keystore.json"
     whole = json.loads(file.read_text(encoding="utf-8"))
     for place, value in (("name", "../../other"), ("robots", ["*"]), ("role", "root"), ("name", "viewer")):
@@ -282,7 +282,7 @@ def test_names_that_people_have_written_into_a_keystore_are_checked(tmp_path, ke
 
 
 def test_no_certificate_outlives_its_authority(keystore):
-    """The date that is told is the one until which it can be used."""
+    """The reported expiry is the certificate's."""
     ends = x509.load_pem_x509_certificate((keystore.path / "public" / "ca.cert.pem").read_bytes()).not_valid_after_utc
     keystore.renew(["viewer"], days=36_500.0)
 
@@ -291,7 +291,7 @@ def test_no_certificate_outlives_its_authority(keystore):
 
 
 def test_pipes_are_not_waited_for(keystore):
-    """Neither in an enclave nor in a keystore."""
+    """Pipes are rejected in enclaves and keystores."""
     for file in ("enclaves/viewer/enclave.json", "enclaves/viewer/policy.json", "enclaves/viewer/key.pem"):
         with case(file), in_place_of(keystore.path / file), pytest.raises(BadOptions, match="not a regular"):
             use(keystore.path / "enclaves" / "viewer")
@@ -306,7 +306,7 @@ def test_pipes_are_not_waited_for(keystore):
 
 @contextmanager
 def in_place_of(path):
-    """Put a pipe in the place of a file."""
+    """Replace a file by a pipe."""
     kept = path.read_bytes()
     path.unlink()
     os.mkfifo(path)
@@ -316,7 +316,7 @@ def in_place_of(path):
 
 
 def test_what_another_command_has_changed_meanwhile_is_kept(keystore):
-    """A member that is revoked stays so, though an earlier look at the keystore adds another one."""
+    """A revoked member stays revoked when an older view of the keystore adds another member."""
     earlier = Keystore(keystore.path)
     keystore.revoke("nurses")
     earlier.add(Member("porters", "controller"))
@@ -327,7 +327,7 @@ def test_what_another_command_has_changed_meanwhile_is_kept(keystore):
 
 
 def test_two_commands_do_not_change_a_keystore_at_the_same_time(keystore):
-    """The second one is refused, and changes nothing."""
+    """The second command is rejected and changes nothing."""
     before = contents(keystore.path)
     folder = os.open(keystore.path, os.O_RDONLY)
     fcntl.flock(folder, fcntl.LOCK_EX)

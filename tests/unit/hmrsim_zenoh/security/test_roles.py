@@ -1,4 +1,4 @@
-"""The rights of roles: what each may ask, on both wires."""
+"""The rights of roles on both wires."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ EVERY = (*READING, *DRIVING_EVE, *DRIVING_M_O, *IN_TIME, *BY_NAME, *COMMANDS, "h
     ],
 )
 def test_each_role_may_ask_what_it_needs_and_nothing_else(name, allowed):
-    """All that a role is not given is denied, for JSON and for ROS."""
+    """Everything that is not allowed to a role is denied, for JSON and for ROS."""
     assert list(allowed) == [key for key in EVERY if POLICY.may_query(name, key).allowed]
 
 
 def test_a_viewer_calls_no_service_that_changes_the_world():
-    """The services that viewers may call are those that only read."""
+    """Viewers may call exactly the services that only read."""
     for name, service in registry().items():
         with case(name):
             allowed = POLICY.may_query("viewer", f"hmrsim/_world/{name}").allowed
@@ -88,7 +88,7 @@ def test_only_the_simulator_publishes_poses():
 
 
 def test_a_viewer_writes_no_lines_into_the_log_of_ros():
-    """Others do, as each node of ROS does that drives."""
+    """Viewers declare no tokens of participants, unlike controllers."""
     log = "0/rosout/rcl_interfaces::msg::dds_::Log_/RIHS01_00"
     refused = [name for name in POLICY.rules if not POLICY.decide(name, "put", "ingress", log).allowed]
 
@@ -96,14 +96,14 @@ def test_a_viewer_writes_no_lines_into_the_log_of_ros():
 
 
 def test_a_controller_publishes_the_trees_of_its_own_robots():
-    """Others' trees are the business of their controllers."""
+    """A controller publishes only its own robots' trees."""
     may = [POLICY.decide("nurses", "put", "ingress", f"hmrsim/{robot}/_tree").allowed for robot in ("eve", "m_o")]
 
     assert [True, False] == may
 
 
 def test_a_policy_is_the_same_after_it_was_written():
-    """Zenoh's form has all of it: explanations come from what simulators enforce."""
+    """Zenoh's form contains the whole policy, so that explanations match the enforcement."""
     again = AccessControl.from_json(POLICY.to_json())
 
     for key in EVERY:
@@ -113,7 +113,7 @@ def test_a_policy_is_the_same_after_it_was_written():
 
 
 def test_a_decision_names_its_rule():
-    """A denial by no rule says so."""
+    """A denial without a rule is explained as such."""
     assert "allowed by rule 'nurses drives wall_e, eve'" == str(POLICY.may_query("nurses", DRIVING_EVE[0]))
     assert "denied by rule 'only operators command the world'" == str(POLICY.may_query("fleet", OF_WORLD))
     assert "denied, as no rule allows it" == str(POLICY.may_query("viewer", COMMANDS[0]))

@@ -1,4 +1,4 @@
-"""What a page and the server say to each other."""
+"""The frames between a page and the server."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_what_no_browser_reads_is_not_embedded(payload):
     ],
 )
 def test_what_makes_no_sense_is_refused(text, why):
-    """The text says where and why."""
+    """The error gives the place and the reason."""
     with pytest.raises(ValueError, match=why):
         frames.read(text)
 

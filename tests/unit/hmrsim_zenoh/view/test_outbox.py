@@ -1,4 +1,4 @@
-"""What waits for one page."""
+"""The outbox of one page."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_what_was_taken_is_not_sent_again(outbox):
 
 
 def test_of_the_latest_only_the_newest_waits(outbox):
-    """However often it comes, a key has one sample."""
+    """A key has one sample, no matter how often it is published."""
     for value in range(1000):
         outbox.add(2, [entry("a", value)], lost=False)
 
@@ -68,7 +68,7 @@ def test_too_many_samples_are_dropped_and_reported(outbox):
 
 
 def test_samples_come_again_after_some_were_lost(outbox):
-    """What comes after `lost` was sent, is sent."""
+    """Samples after a `lost` notice are sent."""
     outbox.add(1, [entry("a", "x" * 200)], lost=False)
     outbox.drain()
     outbox.add(1, [entry("a", 1)], lost=False)
@@ -77,7 +77,7 @@ def test_samples_come_again_after_some_were_lost(outbox):
 
 
 def test_other_subscriptions_lose_nothing(outbox):
-    """Only the samples of the one that is too much are dropped."""
+    """Only the samples of the largest subscription are dropped."""
     outbox.add(2, [entry("b", 1)], lost=False)
     outbox.add(1, [entry("a", "x" * 200)], lost=False)
 
@@ -85,7 +85,7 @@ def test_other_subscriptions_lose_nothing(outbox):
 
 
 def test_what_is_small_is_not_lost_for_what_is_large(outbox):
-    """Room is made by the subscription that takes most of it, whichever comes last."""
+    """The largest subscription loses its samples, regardless of the order."""
     outbox.add(1, [entry("a", "x" * 85)], lost=False)
     outbox.add(2, [entry("b", "y" * 10)], lost=False)
 
@@ -100,14 +100,14 @@ def test_what_zenoh_dropped_is_lost_too(outbox):
 
 
 def test_the_latest_can_not_be_lost(outbox):
-    """Older samples of a subscription to the latest one are not wanted anyway."""
+    """A subscription to the latest samples needs no notice of older ones."""
     outbox.add(2, [entry("a", 1)], lost=True)
 
     assert [{"op": "samples", "samples": [[2, "a", 1]]}] == taken(outbox)
 
 
 def test_what_waits_of_an_ended_subscription_is_dropped(outbox):
-    """Nothing comes after the end, and its room is free again."""
+    """A closed subscription gets no samples, and frees its memory."""
     outbox.add(1, [entry("a", "x" * 80)], lost=False)
     outbox.close(1)
     outbox.add(2, [entry("b", "y" * 80)], lost=False)
@@ -116,7 +116,7 @@ def test_what_waits_of_an_ended_subscription_is_dropped(outbox):
 
 
 def test_answers_are_never_dropped(outbox):
-    """Frames that are no samples are sent all, before the samples."""
+    """All other frames are sent before the samples."""
     outbox.add(1, [entry("a", 1)], lost=False)
     for number in range(200):
         outbox.put(f'{{"op": "reply", "id": {number}}}')
@@ -136,7 +136,7 @@ def test_a_page_that_never_reads_is_crowded():
 
 
 def test_a_page_that_reads_no_answers_is_full(outbox):
-    """After so many characters; it has room again when they are sent."""
+    """The outbox is full after its limit, until the frames are sent."""
     outbox.put("x" * 100)
     before = outbox.full
     outbox.put("x")
@@ -147,7 +147,7 @@ def test_a_page_that_reads_no_answers_is_full(outbox):
 
 
 def test_less_room_is_left_when_other_pages_come(outbox):
-    """Samples that had room before lose it with the next one."""
+    """A lower limit takes effect with the next sample."""
     outbox.add(1, [entry("a", "x" * 60)], lost=False)
     outbox.limit(50)
     outbox.add(2, [entry("b", "y")], lost=False)

@@ -1,4 +1,4 @@
-"""The bytes of messages: what we write is what ROS writes, and what we are sent can't hurt us."""
+"""Messages are encoded as ROS encodes them, and invalid ones are rejected safely."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ UUID_BYTES = bytes(range(16))
 GOAL_ID = {"uuid": UUID_BYTES}
 
 TEXT = message_type(Header)
-"""A message that is two numbers and a text."""
+"""A message of two numbers and a string."""
 
 
 @pytest.fixture(scope="module")
 def navigate_to_pose() -> ActionType:
-    """Return the type of the action that is used most."""
+    """Return the type of the most used action."""
     return action_type(
         "nav2_msgs/action/NavigateToPose", NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback
     )
 
 
 def names_and_entries(order: str, names: int, entries: int) -> bytes:
-    """Return an allowed collision matrix of empty names and entries, in an order of bytes."""
+    """Return an allowed collision matrix of empty names and entries, in a byte order."""
     begin = bytes.fromhex("00010000" if order == "<" else "00000000")
     counts = [struct.pack(f"{order}I", count) for count in (names, entries)]
     return begin + counts[0] + bytes(4 * names) + counts[1] + bytes(4 * entries) + bytes(8)
@@ -49,7 +49,7 @@ class TestGolden:
     """Bytes that ROS's own code wrote."""
 
     def test_acceptance(self, navigate_to_pose: ActionType) -> None:
-        """A number is aligned to its size: there are three bytes between the answer and the stamp."""
+        """A number is aligned to its size: three bytes separate the flag and the stamp."""
         type_ = navigate_to_pose.send_goal.response
 
         assert type_.encode({"accepted": True, "stamp": {"sec": 9, "nanosec": 10}}) == bytes.fromhex(
@@ -57,7 +57,7 @@ class TestGolden:
         )
 
     def test_result(self, navigate_to_pose: ActionType) -> None:
-        """A text has its length in bytes, with a zero at the end, and nothing comes after the last value."""
+        """A string has its length in bytes and a final zero, and nothing follows the last value."""
         type_ = navigate_to_pose.get_result.response
         result = NavigateToPose.Result(error_code=9000, error_msg="unlucky ✗")
 
@@ -66,7 +66,7 @@ class TestGolden:
         )
 
     def test_goal(self, navigate_to_pose: ActionType) -> None:
-        """A goal is laid out from the first byte after the encapsulation on."""
+        """Alignment counts from the first byte after the encapsulation."""
         pose = {
             "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "map"},
             "pose": {"position": {"x": 1.5, "y": -2.25}},
@@ -88,13 +88,13 @@ class TestGolden:
         assert message_type(Empty).encode(Empty()) == bytes.fromhex("0001000000")
 
     def test_no_numbers(self) -> None:
-        """An empty list is its length alone: what would align its items is not there."""
+        """An empty list is its length alone, without padding for items."""
         assert message_type(JointState).encode(JointState()) == bytes.fromhex("00010000") + bytes(8) + bytes.fromhex(
             "01000000000000000000000000000000" + "0000000000000000"
         )
 
     def test_every_answer_reads_back(self, navigate_to_pose: ActionType) -> None:
-        """What is read is what a model validates."""
+        """A decoded message has the values that a model validates."""
         type_ = navigate_to_pose.get_result.response
         read = type_.decode(bytes.fromhex("00010000040028230c000000756e6c75636b7920e29c9700"))
 
@@ -102,7 +102,7 @@ class TestGolden:
 
 
 class TestWriting:
-    """What can be written, and what can't."""
+    """Values that can and can't be encoded."""
 
     @pytest.mark.parametrize("uuid", [UUID_BYTES, bytearray(UUID_BYTES), list(UUID_BYTES), tuple(UUID_BYTES)])
     def test_id_in_any_form(self, uuid: Any) -> None:
@@ -160,22 +160,22 @@ class TestWriting:
         ],
     )
     def test_what_does_not_fit(self, cls: Any, values: Any, error: str) -> None:
-        """The error says which value of which field does not fit."""
+        """The error names the field and the value that does not fit."""
         with pytest.raises(CdrError, match=error):
             message_type(cls).encode(values)
 
 
 class TestReading:
-    """What can be read, and what is refused."""
+    """Bytes that can and can't be decoded."""
 
     def test_other_order_of_bytes(self) -> None:
-        """Big-endian bytes are understood, too."""
+        """Big-endian messages are decoded as well."""
         data = bytes.fromhex("00000000" + "00000001" + "00000002" + "00000004" + "6d617000")
 
         assert TEXT.decode(data) == {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "map"}
 
     def test_what_comes_after(self) -> None:
-        """Bytes after the message are not looked at, as ROS doesn't."""
+        """Bytes after the message are ignored, as in ROS."""
         assert message_type(Time).decode(bytes.fromhex("00010003" + "0100000002000000" + "ffffff")) == {
             "sec": 1,
             "nanosec": 2,
@@ -193,15 +193,15 @@ class TestReading:
         ],
     )
     def test_texts(self, text: str, expected: str) -> None:
-        """A text may lack its last zero, or be nothing at all: Fast-CDR takes these, and so do we."""
+        """A string may lack its final zero or have no bytes, as Fast-CDR allows."""
         assert expected == TEXT.decode(bytes.fromhex("00010000" + "0000000000000000" + text))["frame_id"]
 
     def test_missing_padding_of_nothing(self) -> None:
-        """The byte of a message without fields may be missing: not all have such a byte."""
+        """The byte of a message without fields may be missing, as not all implementations write it."""
         assert message_type(Empty).decode(bytes.fromhex("00010000")) == {}
 
     def test_nested_nothing(self) -> None:
-        """A nested message without fields is there."""
+        """A nested message without fields is an empty dict."""
         assert message_type(FollowPath.Result).decode(bytes.fromhex("00010000" + "00000100" + "0100000000")) == {
             "result": {},
             "error_code": 1,
@@ -225,7 +225,7 @@ class TestReading:
         ],
     )
     def test_broken_bytes(self, data: str, error: str) -> None:
-        """The error says what is wrong, in which field and at which byte."""
+        """The error gives the problem, the field and the byte."""
         with pytest.raises(CdrError, match=error):
             TEXT.decode(bytes.fromhex(data))
 
@@ -240,7 +240,7 @@ class TestReading:
             message_type(AllowedCollisionEntry).decode(bytes.fromhex("00010000" + "03000000" + "010201"))
 
     def test_place_in_a_list(self) -> None:
-        """The error says which item of a list is broken."""
+        """The error gives the index of the invalid item."""
         data = message_type(AllowedCollisionMatrix).encode(AllowedCollisionMatrix(entry_names=["a", "b"]))
         broken = data.replace(b"b", b"\xff")
 
@@ -248,7 +248,7 @@ class TestReading:
             message_type(AllowedCollisionMatrix).decode(broken)
 
     def test_too_many_in_a_bounded_list(self) -> None:
-        """A bounded list has no more items than it may."""
+        """A bounded list can't have more items than its bound."""
         data = bytes.fromhex("00010000" + "01000000" + "04000000") + bytes(40)
 
         with pytest.raises(CdrError, match="dimensions: 4 items; at most 3 are allowed"):
@@ -265,13 +265,13 @@ class TestReading:
         ],
     )
     def test_lists_that_are_longer_than_the_message(self, cls: Any, before: bytes, error: str) -> None:
-        """A list that is said to be longer than the rest of the message is refused before there is room for it."""
+        """A list longer than the rest of the message is rejected before memory is allocated."""
         with pytest.raises(CdrError, match=error):
             message_type(cls).decode(b"\0\1\0\0" + before + b"\xff\xff\xff\xff")
 
     @pytest.mark.parametrize("order", ["<", ">"])
     def test_most_messages_and_texts(self, order: str) -> None:
-        """The lists of a message have 10,000 messages and strings at most: to check more would take too long."""
+        """The lists of a message have at most 10,000 messages and strings, to limit the time."""
         type_ = message_type(AllowedCollisionMatrix)
         values = type_.decode(names_and_entries(order, 6_000, 4_000))
 
@@ -282,7 +282,7 @@ class TestReading:
             type_.decode(names_and_entries(order, 6_000, 4_001))
 
     def test_nested_messages_count(self) -> None:
-        """A message in a list counts with all that it nests: a pose with its header, and so on, is six."""
+        """A message in a list counts with all nested messages: a stamped pose counts as six."""
         type_ = message_type(FollowWaypoints.Goal)
         poses = [PoseStamped().model_dump()] * 1_667
         data = type_.encode({"number_of_loops": 0, "goal_index": 0, "poses": poses[:1_666]})
@@ -308,7 +308,7 @@ class TestReading:
             decode(bytes.fromhex("00010000" + "00000001" + "0000"))
 
     def test_longest_message(self) -> None:
-        """A message of more bytes than we read at once is refused unread."""
+        """A message above the size limit is rejected unread."""
         with pytest.raises(CdrError, match="Header: 4194305 bytes; at most 4194304 are read"):
             TEXT.decode(b"\0\1\0\0" + bytes(MAX_BYTES - 3))
 
@@ -321,7 +321,7 @@ class TestReading:
 
     @pytest.mark.parametrize("cls", [Pickup.Goal, CollisionObject, WaypointStatus, PoseStamped, Twist])
     def test_every_truncation(self, cls: Any) -> None:
-        """A message that ends too early is refused, wherever it ends."""
+        """A truncated message is rejected, at any length."""
         data = message_type(cls).encode(cls())
 
         for length in range(len(data)):

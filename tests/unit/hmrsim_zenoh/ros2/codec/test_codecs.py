@@ -41,7 +41,7 @@ RANGES: Final = {
     "uint64": (0, 2**64 - 1),
 }
 THEIRS: Final = {"boolean": "bool", "float": "float32", "double": "float64", "byte": "uint8"}
-"""The primitives that have another name with rosbags."""
+"""The primitives with another name in rosbags."""
 
 SENT: Final = re.compile(r".*/msg/.*|.*_(Request|Response|FeedbackMessage)")
 
@@ -51,7 +51,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 @cache
 def sent_types() -> dict[str, Structure]:
-    """Return what goes over the wire, by name and distribution; what all have as kilted does is there once."""
+    """Return all sent types by name and distribution; types equal to kilted's are listed once."""
     return {
         f"{name} {distro}": described
         for distro in DISTROS
@@ -61,13 +61,13 @@ def sent_types() -> dict[str, Structure]:
 
 
 def each_type(seed: int) -> Iterator[tuple[str, Structure]]:
-    """Give each type that goes over the wire, and a seed of its own."""
+    """Yield each sent type, with a seed for it."""
     for name, described in sent_types().items():
         yield f"{name} {seed}", described
 
 
 class Values:
-    """Values of types, as they are on the wire: with all fields of a type, under its own names."""
+    """Random values of types, with all fields under the type's own names."""
 
     def __init__(self, seed: str) -> None:
         self._random = random.Random(seed)
@@ -75,7 +75,7 @@ class Values:
         self._most = self._random.choice((0, 1, 3))
 
     def of(self, described: Structure) -> dict[str, Any]:
-        """Return some values of a type."""
+        """Return random values of a type."""
         return {field.name: self._field(field) for field in described.fields if field is not PADDING}
 
     def _field(self, field: Field) -> Any:
@@ -124,7 +124,7 @@ def rosbags_store() -> Any:
 
 @cache
 def their_name(described: Structure) -> str:
-    """Return a name for rosbags, which has messages alone; distributions may have the same name for two types."""
+    """Return a name for rosbags, where types of two distributions may not share one."""
     package, _, name = described.name.split("/")
     return f"{package}/msg/{name}_{described.hash()[-8:]}"
 
@@ -140,7 +140,7 @@ def _description(field: Field) -> Any:
 
 
 def outcome(read: Callable[..., dict[str, Any]], *args: object) -> str:
-    """Return what comes of reading some bytes: the values as text, as not all numbers equal themselves."""
+    """Return the result of decoding: the values as text, as NaN does not equal itself."""
     try:
         return json.dumps(read(*args), sort_keys=True)
     except ValueError:
@@ -166,7 +166,7 @@ def _as_their_field(store: Any, field: Field, value: Any) -> Any:
 @a_few
 @given(seeds)
 def test_rosbags_writes_the_same(seed: int) -> None:
-    """A type's bytes are those that rosbags writes."""
+    """Encoded messages have the bytes that rosbags writes."""
     for own, described in each_type(seed):
         with case(own):
             values = Values(own).of(described)
@@ -181,7 +181,7 @@ def test_rosbags_writes_the_same(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_what_is_written_reads_back(seed: int) -> None:
-    """A type's values are the same after a trip through bytes."""
+    """Values are the same after encoding and decoding."""
     for own, described in each_type(seed):
         with case(own):
             values = Values(own).of(described)
@@ -205,7 +205,7 @@ def test_reads_the_values_of_other_distributions(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_other_order_reads_the_same(seed: int) -> None:
-    """Big-endian numbers are read the same."""
+    """Big-endian messages decode to the same values."""
     for own, described in each_type(seed):
         with case(own):
             values = Values(own).of(described)
@@ -218,7 +218,7 @@ def test_other_order_reads_the_same(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_broken_bytes_are_read_or_refused(seed: int) -> None:
-    """Bytes that were changed, cut off or made up are read or refused by both decoders."""
+    """Both decoders agree on changed, truncated and random bytes."""
     for own, described in each_type(seed):
         with case(own):
             chance = random.Random(own)
@@ -235,7 +235,7 @@ def test_broken_bytes_are_read_or_refused(seed: int) -> None:
 @a_few
 @given(seeds)
 def test_every_value_of_a_byte_is_read_or_refused_by_both_decoders(seed: int) -> None:
-    """Any byte of any type: part of a number, of a length, of a text, a boolean, or padding."""
+    """Both decoders agree on all values of any byte of any type."""
     chance = random.Random(seed)
     own, described = chance.choice(list(each_type(seed)))
     with case(own):
@@ -254,7 +254,7 @@ def test_every_value_of_a_byte_is_read_or_refused_by_both_decoders(seed: int) ->
     ],
 )
 def test_a_boolean_is_one_or_zero(distro: str, name: str) -> None:
-    """Both decoders refuse any other byte, as Fast-CDR does, even if nothing of ours has the field."""
+    """Both decoders reject any other byte, as Fast-CDR does, even in a field that our message lacks."""
     described = structures(distro)[name]
     sent = encoder(as_it_is(described))(Values("500").of(described))
     for value in range(256):
@@ -266,7 +266,7 @@ def test_a_boolean_is_one_or_zero(distro: str, name: str) -> None:
 
 @pytest.mark.parametrize("distro", DISTROS)
 def test_default_message_is_what_is_read(distro: str) -> None:
-    """A model accepts what was read, and it is what was sent, as far as the distribution can say it."""
+    """A model validates a decoded message to the sent one, as far as the distribution has its fields."""
     for name, cls in messages().items():
         described = structures(distro).get(name)
         if described is not None:

@@ -1,4 +1,4 @@
-"""A status list that is put together of kept entries is the one that the codec would make."""
+"""A status list assembled from cached entries equals the codec's."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GOALS = [made_goal_id("test", number) for number in range(6)]
 
 
 def plain(goals: list[GoalEntry]) -> dict[str, object]:
-    """Return a list in plain values."""
+    """Return a status list as plain values."""
     infos = [{"goal_id": {"uuid": list(bytes.fromhex(one.goal_id))}, "stamp": values_of(one.stamp)} for one in goals]
     return {"status_list": [{"goal_info": i, "status": int(one.status)} for i, one in zip(infos, goals, strict=True)]}
 
@@ -42,7 +42,7 @@ LISTS = st.lists(st.dictionaries(st.sampled_from(range(6)), st.sampled_from(list
 
 @given(LISTS)
 def test_any_sequence_of_lists(lists: list[dict[int, GoalStatus]]) -> None:
-    """Whatever was listed before, a list is what the codec makes of it alone."""
+    """The encoding of a list does not depend on earlier lists."""
     statuses = Statuses(TYPE)
     for listed in lists:
         goals = [GoalEntry(GOALS[number], 10**9 * number + 7, status) for number, status in sorted(listed.items())]

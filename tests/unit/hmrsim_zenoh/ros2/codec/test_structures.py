@@ -1,4 +1,4 @@
-"""The models are ROS's own types: their hashes are those that ROS's generator makes, in every distribution.
+"""The models have the hashes of ROS's own types, in each distribution.
 
 ``rihs01.json`` holds the hashes by the distributions that have them, also of the types that ROS derives.
 It has none of some packages (moveit_msgs/msg, shape_msgs and others).
@@ -106,7 +106,7 @@ SEEN = [
         "8675aa686f0df1ed7874a6ec210fdce1ac1c07f4e49fc26ec7fb6fe729f6772e",
     ),
 ]
-"""What `ros2 topic info -v` shows, or ROS's generator wrote, on machines of others."""
+"""Hashes shown by `ros2 topic info -v` or written by ROS's generator on other machines."""
 
 # The table was made without these packages.
 WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_msgs"}
@@ -135,12 +135,12 @@ def test_hashes_are_ros(distro: str) -> None:
 
 
 def test_hashes_were_seen() -> None:
-    """Types have the hashes that others have met them with."""
+    """Types have the hashes observed elsewhere."""
     assert SEEN == [(distro, name, structures(distro)[name].hash().removeprefix("RIHS01_")) for distro, name, _ in SEEN]
 
 
 def test_every_hash_is_checked() -> None:
-    """Every message is in the table, or is a part of one that is."""
+    """Each message is in the table, or nested in one that is."""
     unchecked = messages().keys() - checked_types()
 
     assert set() == {name for name in unchecked if name.partition("/")[0] not in WITHOUT_HASHES}
@@ -148,14 +148,14 @@ def test_every_hash_is_checked() -> None:
 
 @pytest.mark.parametrize("distro", DISTROS)
 def test_every_distribution_has_all_actions(distro: str) -> None:
-    """The table has the same actions for all, so that none is left unchecked."""
+    """The table has the same actions for all distributions."""
     expected = {name for has, name in HASHES if has == "kilted" and "/action/" in name}
 
     assert expected == {name for has, name in HASHES if has == distro and "/action/" in name}
 
 
 def test_description_of_a_flat_message() -> None:
-    """A description lists the fields in order, and nests nothing where they are primitives."""
+    """A description lists the fields in order, and references no types for primitives."""
     expected = {
         "type_description": {
             "type_name": "builtin_interfaces/msg/Time",
@@ -177,7 +177,7 @@ def test_description_of_a_flat_message() -> None:
 
 
 def test_nested_types_are_sorted_by_name() -> None:
-    """What a message nests, at any depth, is described once, in the order of names."""
+    """Nested types of any depth are described once, in order of name."""
     nested = structure(NavigateToPose.Goal).describe()["referenced_type_descriptions"]
 
     assert [one["type_name"] for one in nested] == [
@@ -211,5 +211,5 @@ def test_field_types(cls: type[Message], name: str, type_id: int, capacity: int,
 
 
 def test_empty_message_has_a_padding_byte() -> None:
-    """A message without fields is described with the one that ROS gives it."""
+    """A message without fields is described with the field that ROS adds."""
     assert field_type(Empty, "structure_needs_at_least_one_member")["type_id"] == 3

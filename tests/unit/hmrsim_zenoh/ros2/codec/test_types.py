@@ -1,4 +1,4 @@
-"""Types of messages, services and actions: what they are called, what they have in common, and when they are made."""
+"""Types of messages, services and actions: names, hashes, sharing and lazy creation."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ print(action.send_goal.hash, encoder.cache_info().currsize, decoder.cache_info()
 
 
 def navigate_to_pose(distro: str = "kilted") -> ActionType:
-    """Return the type of the action that is used most."""
+    """Return the type of the most used action."""
     parts = (NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback)
     return action_type("nav2_msgs/action/NavigateToPose", *parts, distro)
 
 
 def navigate_through_poses(distro: str) -> ActionType:
-    """Return the type of the action that is another in each distribution."""
+    """Return the type of an action that differs in each distribution."""
     parts = (NavigateThroughPoses.Goal, NavigateThroughPoses.Result, NavigateThroughPoses.Feedback)
     return action_type("nav2_msgs/action/NavigateThroughPoses", *parts, distro)
 
 
 def get_state() -> ServiceType:
-    """Return the type of the service that nodes with a life have."""
+    """Return the type of a lifecycle service."""
     return service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
 
 
 def test_message() -> None:
-    """A message has its name, the one for keys, and its hash."""
+    """A message type has a name, a name in keys and a hash."""
     type_ = message_type(GoalStatusArray)
 
     assert (type_.name, type_.dds_name, type_.hash) == (
@@ -66,7 +66,7 @@ def test_service() -> None:
 
 
 def test_service_has_request_and_response() -> None:
-    """A service's request and response are messages of their own."""
+    """A service's request and response are message types."""
     type_ = get_state()
 
     assert (type_.request.name, type_.response.name) == (
@@ -101,7 +101,7 @@ def test_hashes_of_an_action() -> None:
 
 
 def test_same_for_all_callers() -> None:
-    """A type is made once."""
+    """A type is created once."""
     assert navigate_to_pose() is navigate_to_pose()
 
 
@@ -111,7 +111,7 @@ def test_same_in_distributions_that_agree() -> None:
 
 
 def test_parts_are_the_same_where_they_agree() -> None:
-    """Where one part of an action differs, the others are the same objects."""
+    """If one part of an action differs, the others are the same objects."""
     kilted, lyrical = navigate_to_pose("kilted"), navigate_to_pose("lyrical")
 
     assert [
@@ -130,14 +130,14 @@ def test_cancellation_is_the_same_for_all() -> None:
 
 @pytest.mark.parametrize(("part", "expected"), [("send_goal", 2), ("get_result", 2), ("feedback", 3)])
 def test_distinct_types(part: str, expected: int) -> None:
-    """A server that serves all distributions needs as many of a part as there are hashes."""
+    """There are as many types of a part as hashes."""
     parts = {getattr(navigate_through_poses(distro), part) for distro in DISTROS}
 
     assert expected == len(parts) == len({each.hash for each in parts})
 
 
 def test_unknown_distribution() -> None:
-    """The error names the distributions that there are."""
+    """The error lists the supported distributions."""
     with pytest.raises(ValueError, match="no distribution 'humble'; there are jazzy, kilted, lyrical"):
         message_type(Time, "humble")
 
@@ -148,7 +148,7 @@ def test_codec_is_made_once() -> None:
 
 
 def test_codecs_are_made_when_asked_for() -> None:
-    """Nothing is compiled for names and hashes, so that a simulator with many actions starts soon."""
+    """Names and hashes compile no codec, so that a simulator with many actions starts fast."""
     root = Path(hmrsim.__file__).parents[1]
     done = subprocess.run([sys.executable, "-c", MAKE_ALL], cwd=root, capture_output=True, text=True, check=True)
 
@@ -156,7 +156,7 @@ def test_codecs_are_made_when_asked_for() -> None:
 
 
 def test_large_goal_reads_back() -> None:
-    """A goal that nests forty types is read as it was written."""
+    """A goal that nests forty types decodes to the encoded values."""
     type_ = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback).send_goal.request
     goal = Pickup.Goal(target_name="box")
     sent = type_.encode({"goal_id": {"uuid": bytes(16)}, "goal": goal})
