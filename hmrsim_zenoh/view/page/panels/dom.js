@@ -118,6 +118,36 @@ export function sign(group, word) {
 
 const SPARE = 4; // rows above and below the visible ones
 
+/** Return a field that filters a list. */
+export function filterField(list, placeholder, oninput) {
+  return el('input', { type: 'search', class: 'field', placeholder, 'aria-label': `Filter ${list}`, oninput });
+}
+
+/** Return a value that the browser remembers for this page; null if there is none, undefined if storage is disabled. */
+export function recall(key) {
+  try {
+    return localStorage.getItem(key);
+  } catch {
+    return undefined;
+  }
+}
+
+/** Remember a value in the browser, if its settings allow that. */
+export function remember(key, value) {
+  try {
+    localStorage.setItem(key, value);
+  } catch {
+    // The page works without it.
+  }
+}
+
+/** Show a button that plays or pauses, with the tooltip of its action. */
+export function showPlayButton(element, playing, label) {
+  element.replaceChildren(icon(playing ? 'pause' : 'play'));
+  mark(element, 'aria-label', label);
+  mark(element, 'title', `${label} (space)`);
+}
+
 /** A list of any length of which only visible rows exist. @template T */
 export class Rows {
   /**
@@ -125,6 +155,8 @@ export class Rows {
    * @param {() => HTMLElement & {fill: (item: T) => void}} options.make Returns a new row, which is filled repeatedly.
    */
   constructor({ label, height, make, role = 'list' }) {
+    /** Shown instead of the rows if there are none. */
+    this.empty = el('p', { class: 'empty' });
     this.height = height;
     this.make = make;
     this.rowRole = role === 'table' ? 'row' : 'listitem';
@@ -139,8 +171,11 @@ export class Rows {
     this.pool = [];
   }
 
-  show(items) {
+  show(items, note = '') {
     this.items = items;
+    say(this.empty, items.length ? '' : note);
+    this.empty.hidden = items.length > 0;
+    this.element.hidden = items.length === 0;
     const height = `${items.length * this.height}px`;
     if (this.body.style.height !== height) this.body.style.height = height;
     mark(this.element, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', String(items.length));

@@ -1,7 +1,7 @@
 // The log of events, newest first.
 
 import { describe } from '../model/texts.js';
-import { Rows, button, el, icon, mark, say, sign } from './dom.js';
+import { Rows, button, el, filterField, icon, mark, say, sign } from './dom.js';
 import { clockWords, inWords } from './phrases.js';
 
 const ROW = 32;
@@ -17,17 +17,14 @@ export class EventsPanel {
     /** The description of each event, with the text to search. */
     this.descriptions = new WeakMap();
     const again = () => this.render();
-    this.filter = el('input', {
-      type: 'search', class: 'field', placeholder: 'Robot, door, place, words', 'aria-label': 'Filter events', oninput: again,
-    });
+    this.filter = filterField('events', 'Robot, door, place, words', again);
     this.kind = el('select', { class: 'field', 'aria-label': 'Kind of events', onchange: again });
     app.model.addEventListener('world', () => this.#groups());
     this.#groups();
     this.hold = button('pause', 'Pause the list', () => this.#toggle(), { class: 'quiet' });
     this.rows = new Rows({ label: 'Events', height: ROW, make: () => this.#row() });
-    this.empty = el('p', { class: 'empty' });
     this.element = el('div', { class: 'panel-body' },
-      el('div', { class: 'tools line' }, this.filter, this.kind, this.hold), this.empty, this.rows.element);
+      el('div', { class: 'tools line' }, this.filter, this.kind, this.hold), this.rows.empty, this.rows.element);
   }
 
   #toggle() {
@@ -53,10 +50,7 @@ export class EventsPanel {
       if (text && !description.line.includes(text)) continue;
       shown.push(event);
     }
-    say(this.empty, shown.length ? '' : all.length ? 'No event matches.' : 'No events yet.');
-    this.empty.hidden = shown.length > 0;
-    this.rows.element.hidden = shown.length === 0;
-    this.rows.show(shown);
+    this.rows.show(shown, all.length ? 'No event matches.' : 'No events yet.');
   }
 
   #groups() {

@@ -2,7 +2,7 @@
 
 import { isActive } from '../model/goals.js';
 import { feedbackWords, goalWords } from '../model/texts.js';
-import { Rows, button, el, mark, say, sign } from './dom.js';
+import { Rows, button, el, filterField, mark, say, sign } from './dom.js';
 import { STATUS_WORDS, actionWords, lastingWords, lengthWords } from './phrases.js';
 
 const ROW = 58;
@@ -18,10 +18,7 @@ export class GoalsPanel {
   constructor(app) {
     this.app = app;
     this.title = 'Goals';
-    this.filter = el('input', {
-      type: 'search', class: 'field', placeholder: 'Robot, action, place, error', 'aria-label': 'Filter goals',
-      oninput: () => this.render(),
-    });
+    this.filter = filterField('goals', 'Robot, action, place, error', () => this.render());
     this.chips = new Map();
     this.shown = 'all';
     /** The text to search for each goal. */
@@ -29,9 +26,8 @@ export class GoalsPanel {
     const chips = el('div', { class: 'chips', role: 'group', 'aria-label': 'Which goals' });
     for (const word of Object.keys(SHOWN)) chips.append(this.#chip(word));
     this.rows = new Rows({ label: 'Goals', height: ROW, role: 'table', make: () => this.#row() });
-    this.empty = el('p', { class: 'empty' });
     this.element = el('div', { class: 'panel-body' },
-      el('div', { class: 'tools' }, this.filter, chips), this.empty, this.rows.element);
+      el('div', { class: 'tools' }, this.filter, chips), this.rows.empty, this.rows.element);
   }
 
   #chip(word) {
@@ -57,10 +53,7 @@ export class GoalsPanel {
       mark(chip, 'aria-pressed', String(word === this.shown));
     }
     const goals = asked.filter(SHOWN[this.shown]);
-    say(this.empty, goals.length ? '' : this.#nothing(all.length));
-    this.empty.hidden = goals.length > 0;
-    this.rows.element.hidden = goals.length === 0;
-    this.rows.show(goals);
+    this.rows.show(goals, this.#nothing(all.length));
   }
 
   #nothing(known) {

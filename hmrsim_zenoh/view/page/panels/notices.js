@@ -1,6 +1,6 @@
 // Messages to people: the banner about a lost connection, hints, and toasts.
 
-import { button, el, mark, say } from './dom.js';
+import { button, el, mark, recall, remember, say } from './dom.js';
 import { lastingWords } from './phrases.js';
 
 const TEXTS = {
@@ -71,11 +71,7 @@ export class Hint {
 
   /** Show how to begin, once in each browser. */
   welcome() {
-    try {
-      if (!this.app.live || localStorage.getItem(KEY)) return;
-    } catch {
-      return;
-    }
+    if (!this.app.live || recall(KEY) !== null) return;
     this.welcomes = true;
     const touch = matchMedia('(pointer: coarse)').matches;
     const more = touch ? ' Hold for more.' : innerWidth > WIDE ? ' Right click for more.' : '';
@@ -88,11 +84,7 @@ export class Hint {
     if (!this.welcomes) return;
     this.welcomes = false;
     this.show('');
-    try {
-      localStorage.setItem(KEY, 'true');
-    } catch {
-      // It is shown again next time then.
-    }
+    remember(KEY, 'true');
   }
 }
 

@@ -1,7 +1,7 @@
 // The orders of the world's demand: open ones, most urgent first, and the latest ended ones.
 
 import { asItemIs } from '../model/demand.js';
-import { Rows, el, mark, say, sign } from './dom.js';
+import { Rows, el, filterField, mark, say, sign } from './dom.js';
 import { clockWords, lastingWords } from './phrases.js';
 
 const ROW = 58;
@@ -15,16 +15,12 @@ export class OrdersPanel {
   constructor(app) {
     this.app = app;
     this.title = 'Orders';
-    this.filter = el('input', {
-      type: 'search', class: 'field', placeholder: 'Item, place, robot, state', 'aria-label': 'Filter orders',
-      oninput: () => this.render(),
-    });
+    this.filter = filterField('orders', 'Item, place, robot, state', () => this.render());
     this.totals = new Map(TOTALS.map((word) => [word, el('dd', { text: '0' })]));
     const totals = [...this.totals].map(([word, number]) => el('div', {}, el('dt', { text: word }), number));
     this.tools = el('div', { class: 'tools' }, el('dl', { class: 'totals', 'aria-label': 'Totals' }, ...totals), this.filter);
     this.rows = new Rows({ label: 'Orders', height: ROW, role: 'table', make: () => this.#row() });
-    this.empty = el('p', { class: 'empty' });
-    this.element = el('div', { class: 'panel-body' }, this.tools, this.empty, this.rows.element);
+    this.element = el('div', { class: 'panel-body' }, this.tools, this.rows.empty, this.rows.element);
   }
 
   /** @param {boolean} seen Whether the panel is open; only then are orders requested. */
@@ -44,10 +40,7 @@ export class OrdersPanel {
     const none = demand.open.size === 0 && demand.ended.length === 0;
     const known = !none || demand.totals.placed > 0;
     this.tools.hidden = !known && this.app.model.world.demand.length === 0;
-    say(this.empty, shown.length ? '' : this.#nothing(none));
-    this.empty.hidden = shown.length > 0;
-    this.rows.element.hidden = shown.length === 0;
-    this.rows.show(shown);
+    this.rows.show(shown, this.#nothing(none));
   }
 
   #nothing(none) {

@@ -1,7 +1,7 @@
 // The list of robots: state, battery and goal of each; a click follows one.
 
 import { STATES } from '../model/robot.js';
-import { Rows, TypeSign, el, mark, say, sign } from './dom.js';
+import { Rows, TypeSign, el, filterField, mark, say, sign } from './dom.js';
 import { shareWords, taskWords, whyWords } from './phrases.js';
 
 const ROW = 46;
@@ -22,14 +22,11 @@ export class RobotsPanel {
     this.app = app;
     this.title = 'Robots';
     const again = () => this.#arrange();
-    this.filter = el('input', {
-      type: 'search', class: 'field', placeholder: 'Name, type, state, goal', 'aria-label': 'Filter robots', oninput: again,
-    });
+    this.filter = filterField('robots', 'Name, type, state, goal', again);
     this.order = el('select', { class: 'field', 'aria-label': 'Sort robots by', onchange: again },
       ...Object.keys(ORDERS).map((name) => el('option', { text: name })));
     this.rows = new Rows({ label: 'Robots', height: ROW, make: () => this.#row() });
-    this.empty = el('p', { class: 'empty' });
-    this.element = el('div', { class: 'panel-body' }, el('div', { class: 'tools line' }, this.filter, this.order), this.empty, this.rows.element);
+    this.element = el('div', { class: 'panel-body' }, el('div', { class: 'tools line' }, this.filter, this.order), this.rows.empty, this.rows.element);
     this.arranged = -Infinity;
     this.shown = [];
   }
@@ -53,10 +50,7 @@ export class RobotsPanel {
     this.shown = found.map(([, robot]) => robot);
     this.known = robots.size;
     this.arranged = performance.now();
-    say(this.empty, this.shown.length ? '' : robots.size ? 'No robot matches.' : 'The world has no robots.');
-    this.empty.hidden = this.shown.length > 0;
-    this.rows.element.hidden = this.shown.length === 0;
-    this.rows.show(this.shown);
+    this.rows.show(this.shown, robots.size ? 'No robot matches.' : 'The world has no robots.');
   }
 
   #line(robot, now) {

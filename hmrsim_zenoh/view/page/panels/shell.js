@@ -1,7 +1,7 @@
 // The frame of the page: summary, side panel, legend and theme.
 
 import { STATES } from '../model/robot.js';
-import { TypeSign, button, el, icon, mark, say, sign } from './dom.js';
+import { TypeSign, button, el, icon, mark, recall, remember, say, sign } from './dom.js';
 
 export class Summary {
   constructor(app) {
@@ -142,16 +142,12 @@ export class Theme {
   }
 
   begin() {
-    this.set(this.app.asked.get('theme') ?? remembered() ?? (DARK.matches ? 'dark' : 'light'));
+    this.set(this.app.asked.get('theme') ?? recall(KEY) ?? (DARK.matches ? 'dark' : 'light'));
   }
 
   toggle() {
     this.set(this.name === 'dark' ? 'light' : 'dark');
-    try {
-      localStorage.setItem(KEY, this.name);
-    } catch {
-      // The theme is not remembered then.
-    }
+    remember(KEY, this.name);
   }
 
   set(name) {
@@ -161,13 +157,5 @@ export class Theme {
     this.button.replaceChildren(icon(this.name === 'dark' ? 'sun' : 'moon'));
     this.app.legend.render();
     this.app.render();
-  }
-}
-
-function remembered() {
-  try {
-    return localStorage.getItem(KEY);
-  } catch {
-    return null; // storage is disabled in the browser
   }
 }

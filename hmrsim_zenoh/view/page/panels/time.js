@@ -1,6 +1,6 @@
 // The time bars: of a live simulation with pause, step and speed, and of a recording with a scrubber and marks.
 
-import { button, el, icon, mark, say } from './dom.js';
+import { button, el, mark, say, showPlayButton } from './dom.js';
 import { clockWords } from './phrases.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
@@ -68,9 +68,7 @@ export class TimeBar {
   #renderPaused(paused) {
     if (paused === this.pressed) return;
     this.pressed = paused;
-    this.play.replaceChildren(icon(paused ? 'play' : 'pause'));
-    mark(this.play, 'aria-label', paused ? 'Resume' : 'Pause');
-    mark(this.play, 'title', paused ? 'Resume (space)' : 'Pause (space)');
+    showPlayButton(this.play, !paused, paused ? 'Resume' : 'Pause');
     mark(this.element, 'data-paused', String(paused));
   }
 
@@ -170,9 +168,7 @@ export class Player {
     const { playback } = this.app;
     if (playback.playing !== this.pressed) {
       this.pressed = playback.playing;
-      this.play.replaceChildren(icon(this.pressed ? 'pause' : 'play'));
-      mark(this.play, 'aria-label', this.pressed ? 'Pause' : 'Play');
-      mark(this.play, 'title', this.pressed ? 'Pause (space)' : 'Play (space)');
+      showPlayButton(this.play, this.pressed, this.pressed ? 'Pause' : 'Play');
     }
     say(this.time, clockWords(playback.time, 1));
     const value = String(Math.round(((playback.time - playback.begin) / this.length) * PARTS));
