@@ -293,7 +293,7 @@ class Recorder:
         self._add_json(f"/{robot}/_tree", tree_schema, state)
 
     def settle(self) -> None:
-        """Write the pending data of this instant, after which no more of it may follow."""
+        """Write the pending data of this instant; call this after its last event."""
         self._write_transforms(self.time.now)
         if self._things_changed:
             self._write_things(self.time.now)

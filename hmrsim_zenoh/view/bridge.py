@@ -102,7 +102,7 @@ class Bridge:
         self._feeds = feeds
         self._alive = alive
         self._outbox = Outbox()
-        # What ends each subscription.
+        # The function that ends each subscription.
         self._subscriptions: dict[int, Callable[[], None]] = {}
         self._asked: set[int] = set()
         self._news = asyncio.Event()

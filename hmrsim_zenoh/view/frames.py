@@ -178,7 +178,7 @@ class Outbox:
 
     @property
     def full(self) -> bool:
-        """Whether the frames that wait leave no room for one more that is large."""
+        """Whether the waiting frames leave no room for another large one."""
         return self._frames_size > self._max_size
 
     def limit(self, max_size: int) -> None:
