@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.experiment_run import jobs
-from hmrsim.cli.numbers import count
+from hmrsim.cli.options import count, jobs
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 

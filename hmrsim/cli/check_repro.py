@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
+from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import CheckError, Problem
 from hmrsim.fault_search.file.reading import read_repro
 from hmrsim.fault_search.results.finding import by_begin
@@ -19,7 +19,7 @@ from hmrsim.fault_search.results.story import LONG, events_of
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.running.single import Wanted, run_case
 from hmrsim.fault_search.schedules.case import Case
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.endings import ERROR

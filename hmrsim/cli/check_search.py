@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.check import CONTROLLERS
 from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.terminal_line import TerminalLine
+from hmrsim.cli.output import ProgressLine, show, show_json, warn
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
@@ -46,7 +45,7 @@ def search(args: argparse.Namespace) -> int:
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
-    line = TerminalLine(quiet=args.json)
+    line = ProgressLine(quiet=args.json)
     began = time.monotonic()
     with Evaluator(check, make, workers) as evaluator:
         try:
@@ -205,7 +204,7 @@ class _Teller:
         files: The file of each failure, by its number from 1.
     """
 
-    def __init__(self, check: Check, results: ResultsFolder, line: TerminalLine, *, quiet: bool) -> None:
+    def __init__(self, check: Check, results: ResultsFolder, line: ProgressLine, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}
         self._check, self._results, self._line, self._quiet = check, results, line, quiet
         self._told = time.monotonic()
@@ -215,7 +214,7 @@ class _Teller:
         if self._quiet or time.monotonic() - self._told < (_LOOK if self._line.shown else _QUIET):
             return
         self._told = time.monotonic()
-        self._line.tell(progress_text(progress))
+        self._line.report(progress_text(progress))
 
     def on_finding(self, finding: Finding) -> None:
         """Write the files of a failure, and say that it was found."""

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.tracing import errors_of, is_recording, lines_of
+from hmrsim.cli.output import columns, show, show_json, warn
+from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import printable
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.memory import collect_rarely
 from hmrsim.properties import Properties, check_recording, read_properties
 from hmrsim.properties import check_trace as check_lines
 from hmrsim_zenoh.recording import open_recording

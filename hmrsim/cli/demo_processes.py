@@ -12,15 +12,15 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import events
-from hmrsim.cli.children import Child
+from hmrsim.cli.child import Child
 from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import Story
 from hmrsim.cli.demo_turns import CausalOrder
+from hmrsim.cli.event_log import LogLines
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import warn
-from hmrsim.cli.run_log import LogLines
-from hmrsim.cli.tracing import check_writable
+from hmrsim.cli.trace_file import check_writable
 from hmrsim.cli.view_options import check_page, check_port
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
@@ -155,7 +155,7 @@ class _Demo:
         self._screen.summary(story, time.monotonic() - began, units, succeeded=code == 0)
         for child in (simulator, controller) if code else ():
             if failure := child.code(_LOOK):
-                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.said}")
+                self._screen.say(f"the {child.name} ended with {failure}; it says:\n{child.errors}")
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
 
     def _run_arguments(self) -> list[str]:
@@ -183,7 +183,7 @@ class _Demo:
         ready = self._next(None)
         if not ready:
             simulator.code(_ANSWER_SECONDS)
-            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.said}")
+            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.errors}")
         return dict(ready)
 
     def _follow(self, story: Story) -> None:

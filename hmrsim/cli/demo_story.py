@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.cli.telling import text_of
+from hmrsim.cli.event_log import text_of
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.items import ItemPicked, ItemPlaced
 from hmrsim.events.robots import MotionBegan, Stopped

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from hmrsim.cli.connection_options import add_connection_options
+from hmrsim.cli.options import add_connection_options
 from hmrsim.program.command_line import Later
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 

@@ -1,4 +1,4 @@
-"""The exit codes, and the errors that lead to them."""
+"""The exit codes of commands, and the errors behind them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,11 @@ class WrongUse(HmrsimError):
 
 
 class UnknownName(HmrsimError):
-    """There is no such robot, action or topic; the text lists those that exist."""
+    """There is no robot, action or topic of this name; the text lists those that exist."""
+
+
+class Refused(HmrsimError):
+    """The simulator refused a request; the text says why."""
 
 
 _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
@@ -72,14 +76,14 @@ _CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
 
 
 def code_of(error: HmrsimError) -> ExitCode:
-    """Return the exit code of a command that ended with *error*; 1 for errors without a code of their own."""
+    """Return the exit code of a command that ended with *error*; 1 unless the table says otherwise."""
     return next((code for kind, code in _CODES.items() if isinstance(error, kind)), ExitCode.FAILED)
 
 
 def text_of(error: HmrsimError) -> str:
-    """Return the message of *error* for the terminal; one that begins with a file or a field gets no other prefix.
+    """Return the message of *error* for the terminal, prefixed with ``hmrsim:`` unless it begins with a file or field.
 
-    Control characters are escaped: parts of it may be from a file or from another process.
+    Control characters are escaped, since parts of the message may come from a file or another process.
     """
     prefix = (
         ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.program.command_line import add_commands
+from hmrsim.program.command_line import Later, add_commands
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -32,4 +32,4 @@ def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim experiment``."""
     parser.description = "Run a world many times, with different settings and controllers, and say what came of it."
     parser.epilog = _EXAMPLES
-    add_commands(parser, _COMMANDS, f"{__name__}_")
+    add_commands(parser, {name: (text, Later(f"{__name__}_{name}", "configure")) for name, text in _COMMANDS.items()})

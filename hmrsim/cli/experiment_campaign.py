@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.terminal_line import TerminalLine
+from hmrsim.cli.output import ProgressLine, show, show_json, warn
 from hmrsim.experiments.comparing import withdrawal
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
@@ -128,7 +127,7 @@ class _Lines:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._line = TerminalLine()
+        self._line = ProgressLine()
         self._told = 0.0 if self._line.shown else time.monotonic()
         self._mishap_told = False
 
@@ -139,7 +138,7 @@ class _Lines:
             self._tell_mishap(progress.mishap)
         if time.monotonic() - self._told >= (_LOOK if self._line.shown else _MINUTE):
             self._told = time.monotonic()
-            self._line.tell(_text(progress))
+            self._line.report(_text(progress))
 
     def end(self, _progress: Progress, _comparisons: Mapping[str, Comparison]) -> None:
         """Take the line away."""

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.first_difference import difference_from
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
+from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results

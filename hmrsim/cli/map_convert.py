@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.targets import check_target, write_whole
-from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.options import add_world_options
+from hmrsim.cli.output import check_target, show, show_json, warn, write_whole
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.program.command_line import ENVIRONMENT
 from hmrsim.program.outputs import check_outputs

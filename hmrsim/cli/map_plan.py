@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from hmrsim.cli import numbers
-from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli import options
+from hmrsim.cli.options import add_world_options
 from hmrsim.program.command_line import ENVIRONMENT, Later
 
 _EXAMPLES: Final = f"""\
@@ -34,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     who.add_argument(
         "--speed",
-        type=numbers.positive,
+        type=options.positive,
         metavar="V",
         help="the maximum speed, in the world's unit per second (default: that of a robot without one)",
     )

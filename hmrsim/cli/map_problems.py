@@ -41,7 +41,7 @@ def _further(*, traffic: bool) -> list[Callable[[World], Iterable[Finding]]]:
     """Return the checks beside those that every command makes."""
     if not traffic:
         return [check_crossings]
-    from hmrsim.world_checks.forecast import forecast  # noqa: PLC0415 - it loads networkx
+    from hmrsim.world_checks.forecast import forecast
 
     return [check_crossings, check_obstructions, forecast]
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show
-from hmrsim.cli.targets import check_target, write_whole
-from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.options import add_world_options
+from hmrsim.cli.output import check_target, show, write_whole
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import THEMES, Drawing
 from hmrsim.program.command_line import ENVIRONMENT
@@ -89,7 +88,7 @@ def _render(args: argparse.Namespace) -> int:
     overlay = None
     if args.bottlenecks:
         # Imports networkx, which takes longer than drawing most worlds.
-        from hmrsim.cli.map_overlay import overlay_of  # noqa: PLC0415
+        from hmrsim.cli.map_overlay import overlay_of
 
         overlay = overlay_of(loaded.world, args.theme)
     drawing = Drawing(
@@ -129,7 +128,7 @@ def _png(svg: str, drawing: Drawing, scale: float) -> bytes:
             f"a PNG of {width * scale:.0f} x {height * scale:.0f} pixels is too large; give less --width or --scale"
         )
     try:
-        from resvg_py import svg_to_bytes  # noqa: PLC0415 - an extra
+        from resvg_py import svg_to_bytes
     except ImportError:
         raise WrongUse("a PNG needs a package that is not installed; pip install 'hmrsim[png]', or draw .svg") from None
     return bytes(svg_to_bytes(svg_string=svg, zoom=scale))

@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 from typing import Final
 
-from hmrsim.cli import numbers
-from hmrsim.cli.connection_options import add_connection_options
+from hmrsim.cli import options
+from hmrsim.cli.options import add_connection_options
 from hmrsim.program.command_line import Later
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 
@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="OUT.mcap", help="an existing file is overwritten")
     parser.add_argument(
         "--duration",
-        type=numbers.positive,
+        type=options.positive,
         default=math.inf,
         metavar="S",
         help="end after this many simulated seconds (default: never)",

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from hmrsim import __version__
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.tracing import errors_of, lines_of
+from hmrsim.cli.trace_file import errors_of, lines_of
 from hmrsim.errors import printable
-from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.memory import collect_rarely
 from hmrsim.trace.replay import Difference, Outcome, Replayed, replay
 from hmrsim.trace.sections import check_section, restart_text
 

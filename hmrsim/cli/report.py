@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from hmrsim.cli.numbers import count
+from hmrsim.cli.options import count
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, warn
-from hmrsim.cli.tracing import errors_of, is_recording, lines_of
+from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
 from hmrsim.errors import TraceError, printable
-from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.program.memory import collect_rarely
 from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
 from hmrsim.report import Sections, of_recording, of_trace, section_of
 from hmrsim.report.page import page_of, page_of_sections
@@ -64,7 +64,7 @@ def _show_json(sections: list[Section]) -> None:
 
 def _show_text(sections: list[Section], *, chosen: bool) -> None:
     # Loads rich, which takes 60 ms and is needed for text output only.
-    from hmrsim.cli.report_text import show_sections, show_summary  # noqa: PLC0415
+    from hmrsim.cli.report_text import show_sections, show_summary
 
     if len(sections) == 1 and not chosen:
         show_summary(sections[0].report)

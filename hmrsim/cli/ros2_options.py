@@ -27,7 +27,7 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
     if not (settings.ros2 or settings.ros2dds):
         return ()
     # Loads the codecs, which takes 40 ms and is needed for runs with ROS only.
-    from hmrsim_zenoh.ros2 import wires  # noqa: PLC0415
+    from hmrsim_zenoh.ros2 import wires
 
     distros = tuple(dict.fromkeys(settings.ros_distro))
     opened: list[Wire] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.telling import text_of
+from hmrsim.cli.event_log import text_of
 from hmrsim.errors import printable
 from hmrsim.events import Severity
 from hmrsim.interfaces.rcl_interfaces import Log

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from hmrsim.cli.world_options import add_world_argument
+from hmrsim.cli.options import add_world_argument
 from hmrsim.program.command_line import Later
 from hmrsim.settings.arguments import add_settings
 from hmrsim_zenoh.settings import SERVED

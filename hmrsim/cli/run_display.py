@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as actions
-from hmrsim.cli.goal_summary import summary
-from hmrsim.cli.run_log import EventLog, Later, LogLines
+from hmrsim.cli.event_log import BufferedSink, EventLog, LogLines, summary
 from hmrsim.cli.worlds import policy_line
 from hmrsim.errors import printable
 from hmrsim.events import Severity
@@ -26,7 +25,7 @@ class TableDisplay:
 
     def __init__(self, world: str, level: int) -> None:
         # Slow to import, and needed on a terminal only.
-        from hmrsim.cli.run_table import LastGoals  # noqa: PLC0415
+        from hmrsim.cli.run_table import LastGoals
 
         self._world = world
         self._level = level
@@ -38,7 +37,7 @@ class TableDisplay:
     @contextmanager
     def shown(self, host: Host) -> Iterator[Callable[[], None]]:
         """Show the table, which is refreshed periodically."""
-        from hmrsim.cli.run_table import HostTable  # noqa: PLC0415 - as above
+        from hmrsim.cli.run_table import HostTable
 
         with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
             _log_policy(host)
@@ -52,9 +51,9 @@ class LogDisplay:
         self._world = printable(world)
         self._level = level
         told = level <= logging.INFO
-        self._events = Later(EventLog())
+        self._events = BufferedSink(EventLog())
         self.sinks: Sequence[Sink] = (self._events,)
-        self.on_wait: Sequence[Callable[[], None]] = (self._events.hand_on,)
+        self.on_wait: Sequence[Callable[[], None]] = (self._events.forward,)
         self.preparations: Iterable[object] = (summary(action.goal()) for action in actions().values()) if told else ()
 
     @contextmanager
@@ -66,7 +65,7 @@ class LogDisplay:
             if awaited := host.pacing.state.waiting_for:
                 _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
             yield lambda: None
-            self._events.hand_on()
+            self._events.forward()
             _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
 
 

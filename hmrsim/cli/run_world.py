@@ -15,16 +15,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim import plugins
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.heap import Heap
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.ros2_options import ros2_wires
 from hmrsim.cli.run_display import display
-from hmrsim.cli.tracing import TraceFile
+from hmrsim.cli.trace_file import TraceFile
 from hmrsim.cli.view_options import check_page, check_port, viewed
 from hmrsim.cli.worlds import FirstFindings, read_world, show_warnings
 from hmrsim.errors import HmrsimError, printable
-from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import ServerLogOptions
+from hmrsim.program.memory import Heap, collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
@@ -114,7 +113,7 @@ def run(args: argparse.Namespace) -> int:
             with viewed(asked.view, host.endpoints or asked.session.connect, asked.session) as view:
                 _serve(
                     host,
-                    [refresh, heap.give_back],
+                    [refresh, heap.trim],
                     lambda: _tell_ready(loaded, host, asked.session, view, as_json=args.json),
                 )
             if monitor is not None:
@@ -135,7 +134,7 @@ def _monitor(path: Path | None, world: World) -> RunMonitor | None:
     if path is None:
         return None
     # Loads all of the properties, which takes 100 ms and is needed for monitored runs only.
-    from hmrsim.cli.run_monitor import RunMonitor  # noqa: PLC0415
+    from hmrsim.cli.run_monitor import RunMonitor
 
     return RunMonitor(path, world)
 
@@ -145,7 +144,7 @@ def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManag
     if path is None:
         return nullcontext(lambda _simulator, _pacing: ())
     # Loads the MCAP writer, which takes 100 ms and is needed for recorded runs only.
-    from hmrsim.cli.run_recording import recorded  # noqa: PLC0415
+    from hmrsim.cli.run_recording import recorded
 
     return recorded(path, settings)
 

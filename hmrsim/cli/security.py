@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.program.command_line import add_commands
+from hmrsim.program.command_line import Later, add_commands
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -36,4 +36,4 @@ def configure(parser: LazyParser) -> None:
         "certificate, its key and the policy) for each role; commands use it by --secure DIR or HMRSIM_SECURE=DIR."
     )
     parser.epilog = _EXAMPLES
-    add_commands(parser, _COMMANDS, f"{__name__}_")
+    add_commands(parser, {name: (text, Later(f"{__name__}_{name}", "configure")) for name, text in _COMMANDS.items()})

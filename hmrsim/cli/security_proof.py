@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show, show_json
+from hmrsim.cli.output import columns, show, show_json
 from hmrsim.cli.security_folder import folder_of_environment
 from hmrsim.cli.security_store import keystore
 from hmrsim.settings.arguments import read_settings

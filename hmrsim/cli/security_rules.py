@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import zenoh
 
-from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json
+from hmrsim.cli.output import columns, show, show_json
 from hmrsim.cli.security_folder import folder_of_environment
 from hmrsim_zenoh.wire.enclave import DESCRIPTION, ENCLAVES, enclaves, find_enclave, read_enclave
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.options import add_world_options
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim.settings.arguments import add_settings

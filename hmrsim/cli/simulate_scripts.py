@@ -9,13 +9,13 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from hmrsim import plugins
+from hmrsim.cli.event_log import EventLog
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show_json, warn
-from hmrsim.cli.run_log import EventLog
-from hmrsim.cli.tracing import TraceFile
+from hmrsim.cli.trace_file import TraceFile
 from hmrsim.cli.worlds import policy_line, read_world, show_warnings
-from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.log_options import log_level, logging_to_stderr
+from hmrsim.program.memory import collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.settings.arguments import read_settings
@@ -79,7 +79,7 @@ def simulate(args: argparse.Namespace) -> int:
         show_json({"world": {"name": loaded.world.name, "hash": loaded.hash}, **summary})
     else:
         # Loads rich, which takes 60 ms and is needed for text output only.
-        from hmrsim.cli.simulate_text import show_summary  # noqa: PLC0415
+        from hmrsim.cli.simulate_text import show_summary
 
         show_summary(summary, list(scripts))
     return ExitCode.DONE if all(script.state is ScriptState.DONE for script in scripts) else ExitCode.FAILED

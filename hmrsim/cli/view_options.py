@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.children import Child
+from hmrsim.cli.child import Child
 from hmrsim.errors import reason_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST
@@ -74,7 +74,7 @@ class View:
         if line is None:
             self._child.code(_EXIT_TIMEOUT)
             # Its options differ from those of the run.
-            why = self._child.complaints.rpartition("\n")[2].removeprefix("hmrsim: ").replace("--port", "--view")
+            why = self._child.errors.rpartition("\n")[2].replace("--port", "--view")
             raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
         ready: dict[str, Any] = json.loads(line)
         _log.info("the live picture is at %s", ready["url"])

@@ -59,8 +59,8 @@ def serve(args: argparse.Namespace) -> int:
 
 def _recorded(path: Path) -> Recorded:
     # Loads what reads recordings, which a live picture does not need.
-    from hmrsim_zenoh.recording import open_recording  # noqa: PLC0415
-    from hmrsim_zenoh.view.recorded import Recorded  # noqa: PLC0415
+    from hmrsim_zenoh.recording import open_recording
+    from hmrsim_zenoh.view.recorded import Recorded
 
     return Recorded(open_recording(path))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.program.command_line import add_commands
+from hmrsim.program.command_line import Later, add_commands
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -29,4 +29,4 @@ def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim world``."""
     parser.description = "List the worlds that are shipped, write new ones, and print the schema of world files."
     parser.epilog = _EXAMPLES
-    add_commands(parser, _COMMANDS, f"{__name__}_")
+    add_commands(parser, {name: (text, Later(f"{__name__}_{name}", "configure")) for name, text in _COMMANDS.items()})

@@ -6,8 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, warn
-from hmrsim.cli.targets import check_target, write_whole
+from hmrsim.cli.output import check_target, show, warn, write_whole
 from hmrsim.cli.world_new import SCHEMA, world_file, write_schema
 from hmrsim.random_fleets.generator import header, random_fleet, to_text
 from hmrsim.random_fleets.oracle import solve

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import show
-from hmrsim.cli.targets import check_target, write_whole
+from hmrsim.cli.output import check_target, show, write_whole
 from hmrsim.world.shipped import folder
 
 _SUFFIXES: Final = (".yaml", ".yml")

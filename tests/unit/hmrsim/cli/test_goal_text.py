@@ -1,13 +1,16 @@
-"""Goals as typed on a command line."""
+"""Goals and messages on the command line."""
 
 from __future__ import annotations
 
 import pytest
 
 from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.goal_text import read_goal, read_yaml
-from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose
+from hmrsim.cli.goal_text import read_goal, read_yaml, without_defaults
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
+from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, Wait
+from hmrsim.interfaces.std_msgs import Header
 
 
 def goal(text, kind=NavigateToPose.Goal):
@@ -90,3 +93,28 @@ def test_a_key_given_twice_is_a_mistake():
     """The second of two equal keys is not silently taken."""
     with pytest.raises(WrongUse, match=r"^goal: a\.x: key 'x' is there twice"):
         read_yaml("{a: {x: 1, x: 2}}")
+
+
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        (Pickup.Result(error_code=MoveItErrorCodes(val=1)), {"error_code": {"val": 1}, "planning_time": 0.0}),
+        (Wait.Result(), {"total_elapsed_time": {"sec": 0, "nanosec": 0}, "error_code": 0}),
+        (NavigateToPose.Result(error_code=208, error_msg="no way"), {"error_code": 208, "error_msg": "no way"}),
+    ],
+)
+def test_empty_parts_are_left_out(message, shown):
+    """Numbers and the error's code stay."""
+    assert shown == without_defaults(message)
+
+
+def test_a_robot_at_the_origin_has_a_position():
+    """Zero is a place; the orientation that everybody has by default says nothing."""
+    stamped = PoseStamped(header=Header(frame_id="map"))
+
+    assert {"position": {"x": 0.0, "y": 0.0, "z": 0.0}} == without_defaults(stamped)["pose"]
+
+
+def test_whole_numbers_are_exact():
+    """They have no noise."""
+    assert {"sec": 1_234_567_891, "nanosec": 0} == without_defaults(Duration(sec=1_234_567_891))

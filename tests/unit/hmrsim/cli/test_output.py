@@ -1,10 +1,14 @@
-"""Messages as text."""
+"""The output of commands: YAML, JSON and files."""
 
 from __future__ import annotations
 
 import json
 
+import pytest
+
+from hmrsim.cli.exits import UnknownName, WrongUse
 from hmrsim.cli.output import show_json, yaml_text
+from hmrsim.cli.topic import field_of, field_path
 
 
 def test_people_see_nine_digits():
@@ -17,3 +21,46 @@ def test_programs_see_all_digits(capsys):
     show_json([0.1 + 0.2])
 
     assert [0.1 + 0.2] == json.loads(capsys.readouterr().out)
+
+
+MESSAGE = {"pose": {"position": {"x": 1.5, "y": 2.0}}, "covariance": [[1, 2], [3, 4]], "name": "mocha"}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("pose.position.x", 1.5),
+        ("pose.position", {"x": 1.5, "y": 2.0}),
+        ("covariance[1][0]", 3),
+        ("covariance[-1]", [3, 4]),
+        ("name", "mocha"),
+    ],
+)
+def test_a_field_is_found(text, value):
+    """Dots lead into messages, brackets into lists."""
+    assert value == field_of(MESSAGE, field_path(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("pose.positon", "field 'pose' has no field 'positon'; did you mean 'position'?"),
+        ("nam", "the message has no field 'nam'; did you mean 'name'?"),
+        ("pose.position.x.y", "field 'pose.position.x' has no field 'y'"),
+        ("pose[0]", "field 'pose' is not a list"),
+        ("covariance[2]", r"field 'covariance' has 2 entries, and none at \[2\]"),
+        ("covariance[-3]", r"field 'covariance' has 2 entries, and none at \[-3\]"),
+        ("covariance.x", "field 'covariance' has no field 'x'"),
+    ],
+)
+def test_a_field_that_is_not_there(text, error):
+    """The error names the place, and what is there instead."""
+    with pytest.raises(UnknownName, match=f"^{error}"):
+        field_of(MESSAGE, field_path(text))
+
+
+@pytest.mark.parametrize("text", ["", ".", "a.", ".a", "a b", "a[x]", "[0]", "a[0", "a..b"])
+def test_what_is_no_field(text):
+    """What has another form is wrong use, before anything is connected."""
+    with pytest.raises(WrongUse, match=r"^--field: .*expected one such as pose\.pose\.position"):
+        field_path(text)

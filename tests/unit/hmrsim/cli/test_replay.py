@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from hmrsim.cli import main, tracing
+from hmrsim.cli import main, trace_file
 
 WORLD = """\
 waypoints: {home: [0, 0], door: [4, 0]}
@@ -123,7 +123,7 @@ def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
 
 def test_a_line_without_end_is_not_read_into_memory(trace, capsys, monkeypatch):
     """Its number and the limit are told, and nothing of the trace is left out instead."""
-    monkeypatch.setattr(tracing, "_MAX_CHARACTERS", 100)
+    monkeypatch.setattr(trace_file, "_MAX_CHARACTERS", 100)
 
     assert 2 == main(["replay", str(trace)])
     assert f"hmrsim: {trace}: line 1 has more than 100 characters\n" == capsys.readouterr().err

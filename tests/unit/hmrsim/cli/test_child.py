@@ -13,7 +13,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from hmrsim.cli import child
-from hmrsim.cli.children import Child
+from hmrsim.cli.child import Child
 from tests.patience import PATIENCE
 
 PROGRAMS = """\
@@ -56,12 +56,12 @@ def test_lines_and_exit_code(start):
         code = process.code(PATIENCE)
 
     assert ["hello world []", None] == [lines.get(timeout=PATIENCE) for _ in range(2)]
-    assert (7, "a complaint") == (code, process.complaints)
+    assert (7, "a complaint") == (code, process.errors)
 
 
-def test_complaints_are_logged(start, caplog):
+def test_errors_are_logged(start, caplog):
     """What a child writes to its stderr goes to the log."""
-    with caplog.at_level("INFO", "hmrsim.cli.children"):
+    with caplog.at_level("INFO", "hmrsim.cli.child"):
         process, _ = start("greet")
         with process:
             process.code(PATIENCE)
@@ -71,7 +71,7 @@ def test_complaints_are_logged(start, caplog):
 
 def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
     """A child that ignores SIGTERM is killed in the end."""
-    monkeypatch.setattr("hmrsim.cli.children._PATIENCE", 0.2)
+    monkeypatch.setattr("hmrsim.cli.child._PATIENCE", 0.2)
     process, lines = start("stubborn")
     lines.get(timeout=PATIENCE)
     process.stop()
@@ -92,7 +92,7 @@ def test_a_child_that_takes_too_long_is_ended(start):
 def test_a_child_ends_with_its_parent():
     """When the parent is killed, the kernel ends the child."""
     program = (
-        "import sys; from hmrsim.cli.children import Child; "
+        "import sys; from hmrsim.cli.child import Child; "
         "Child('wait', 'programs:wait', [], lambda line: print(line, flush=True)); sys.stdin.read()"
     )
     with subprocess.Popen(

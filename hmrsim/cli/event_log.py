@@ -1,4 +1,4 @@
-"""The log of a simulator: goals, their results, and other events."""
+"""The log of a simulation: goals, their results and other events as lines of text."""
 
 from __future__ import annotations
 
@@ -7,28 +7,35 @@ import os
 import queue
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, Self
 
+from pydantic import ValidationError
+
 from hmrsim.actions import error_of
-from hmrsim.cli.goal_summary import summary
+from hmrsim.actions import registry as actions
 from hmrsim.errors import printable
 from hmrsim.events import Severity
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.events.goals import GoalAccepted
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Duration, Time
+from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
+from hmrsim.interfaces.message import Message
 from hmrsim.program.log_options import PACKAGES, LineFormatter
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
+    from hmrsim.events import Event
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
+
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
 _TIME_FORMAT: Final = "%H:%M:%S"
 
 _MAX_WAITING: Final = 10_000
-_MAX_LATER: Final = 1_000
+_MAX_BUFFERED: Final = 1_000
 _FLUSH_TIMEOUT: Final = 0.5
 
 _LEVELS: Final = {
@@ -42,11 +49,11 @@ _log = logging.getLogger(__name__)
 
 
 class EventLog:
-    """A sink that logs goals when they are accepted and when they end, and other events.
+    """A sink that logs events, and goals when they are accepted and when they end.
 
     Args:
-        least: Events of a lower severity are not logged.
-        goals: Whether goals are.
+        least: The lowest severity of events to log.
+        goals: Whether to log goals.
     """
 
     def __init__(self, least: Severity = Severity.INFO, *, goals: bool = True) -> None:
@@ -54,7 +61,7 @@ class EventLog:
         self._goals = goals
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether it takes a topic: events, but not how robots move."""
+        """Return whether a topic is logged: events are, motion is not."""
         return topic is Topic.EVENTS
 
     def emit(self, output: Output) -> None:
@@ -82,41 +89,41 @@ class EventLog:
             _log.log(level, "sim %.3f | %s %s %s", at, event.robot, event.action, printable(text))
 
 
-class Later:
-    """A sink that forwards goals' changes and events when the simulation is idle, so as not to delay it."""
+class BufferedSink:
+    """A sink that forwards goals and events while the simulation is idle, so that it does not wait for the log."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._events: list[Output] = []
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether the other sink wants a topic."""
+        """Return whether the wrapped sink wants a topic."""
         return self._sink.wants(topic)
 
     def emit(self, output: Output) -> None:
-        """Buffer an event."""
+        """Buffer a goal or an event."""
         kind = type(output)
         if kind is GoalChanged or kind is EventStamped:
             self._events.append(output)
-            if len(self._events) >= _MAX_LATER:
-                self.hand_on()
+            if len(self._events) >= _MAX_BUFFERED:
+                self.forward()
 
-    def hand_on(self) -> None:
-        """Forward the buffered events."""
+    def forward(self) -> None:
+        """Forward the buffered outputs."""
         events, self._events = self._events, []
         for event in events:
             self._sink.emit(event)
 
 
 class LogLines(logging.Handler):
-    """Collects all log lines while it is open, and writes them in its own thread.
+    """Collects log lines while it is open, and writes them in its own thread.
 
-    A logging thread never blocks, not even when stderr has no reader, since that could stop the simulation. When
-    too many lines wait, the latest are dropped.
+    Logging never blocks a thread, even if stderr has no reader, since that could stop the simulation. If too many
+    lines are waiting, new ones are dropped.
 
     Args:
-        write: The function that writes lines; to stderr if None.
-        level: The level of this project's loggers; other loggers have WARNING at least.
+        write: Writes a line; None for stderr.
+        level: The level of this project's loggers; other loggers keep theirs.
     """
 
     def __init__(self, write: Callable[[str], None] | None = None, level: int = logging.INFO) -> None:
@@ -127,7 +134,7 @@ class LogLines(logging.Handler):
         self._thread = threading.Thread(target=self._run, name="hmrsim-log", daemon=True)
 
     def __enter__(self) -> Self:
-        """Receive the root logger's lines from now on."""
+        """Start to receive the root logger's records."""
         self._thread.start()
         logging.getLogger().addHandler(self)
         loggers = [logging.getLogger(name) for name in PACKAGES]
@@ -137,7 +144,7 @@ class LogLines(logging.Handler):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Write the remaining lines, if that does not take long."""
+        """Write the remaining lines, unless that takes long."""
         logging.getLogger().removeHandler(self)
         for logger, level in self._levels:
             logger.setLevel(level)
@@ -145,7 +152,7 @@ class LogLines(logging.Handler):
         self._thread.join(_FLUSH_TIMEOUT)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Put a line in the queue."""
+        """Queue a line."""
         if self._lines.qsize() < _MAX_WAITING:
             self._lines.put(self.format(record))
 
@@ -155,11 +162,61 @@ class LogLines(logging.Handler):
 
 
 def _to_stderr(line: str) -> None:
-    """Write a line without Python's buffers, whose locks a blocked thread would hold for ever."""
+    """Write a line without Python's buffers, whose locks a blocked thread would hold forever."""
     data = f"{line}\n".encode(errors="replace")
     try:
         while data:
             data = data[os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, data) :]
     except OSError:
-        # The stream has no reader left.
+        # The reader has closed the stream.
         return
+
+
+def text_of(event: Event) -> str:
+    """Return the text of an event without its subject; empty for events that are too frequent for a log."""
+    if event.severity is Severity.DEBUG:
+        return ""
+    return event.text({"goal": lambda _goal: _goal_of(event)}) if isinstance(event, GoalAccepted) else event.text()
+
+
+def _goal_of(event: GoalAccepted) -> str:
+    action = actions().get(event.action)
+    try:
+        return summary(action.goal.model_validate(event.goal)) if action else ""
+    except ValidationError:
+        # The simulator has another version.
+        return ""
+
+
+_MAX_PARTS: Final = 3
+
+
+def summary(goal: Message) -> str:
+    """Return a goal in a few words: points, names, durations, and numbers that are not the default."""
+    words = list(_words(goal))
+    rest = [f"and {len(words) - _MAX_PARTS} more"] if len(words) > _MAX_PARTS else []
+    return ", ".join([*words[:_MAX_PARTS], *rest])
+
+
+def _words(value: object) -> Iterator[str]:
+    if isinstance(value, PoseStamped):
+        yield from _words(value.pose)
+    elif isinstance(value, Pose):
+        yield f"({value.position.x:g}, {value.position.y:g})"
+    elif isinstance(value, Duration):
+        yield f"{value.to_seconds():g} s"
+    elif isinstance(value, list):
+        for item in value:
+            yield from _words(item)
+    elif isinstance(value, Message) and not isinstance(value, Time):
+        shown = False
+        for name, field in type(value).model_fields.items():
+            part = getattr(value, name)
+            # Clients send every field, so most have ROS's defaults. A pose at the origin is a valid target, unless a
+            # field before it, such as the name of a dock, says where to drive.
+            default = part == field.get_default(call_default_factory=True)
+            if not default or (not shown and isinstance(part, (Pose, PoseStamped))):
+                shown = True
+                yield from _words(part)
+    elif isinstance(value, (str, int, float)) and value:
+        yield str(value) if isinstance(value, str) else f"{value:g}"

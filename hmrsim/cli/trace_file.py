@@ -1,18 +1,23 @@
-"""Writing the trace of a run to the file of ``--trace``."""
+"""Trace files: reading them, writing them during a run, and comparing a repeated run with one."""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
 from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim.program.outputs import TextOutput, check_outputs
+from hmrsim.trace.difference import first_difference
 from hmrsim.trace.sections import may_begin_section
 from hmrsim.trace.writer import Header, Trace
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from hmrsim.settings.run import RunSettings
@@ -25,14 +30,14 @@ _OPTION: Final = "--trace"
 _MCAP: Final = b"\x89MCAP"
 
 _MAX_CHARACTERS: Final = 64 * 1024 * 1024
-"""Maximum length of a line; a world takes less, and all other lines much less."""
+"""Maximum length of a line; worlds are shorter, and all other lines are much shorter."""
 
 
 def check_writable(path: Path | None, inputs: Sequence[Path]) -> None:
-    """Check that a trace can be written there, if one is wanted; *inputs* are the files that are read.
+    """Check that a trace can be written to *path*, unless it is None; *inputs* are the files that the command reads.
 
     Raises:
-        OutputError: It can't.
+        OutputError: It can't be written.
     """
     check_outputs([(_OPTION, path)], inputs)
     if path is not None:
@@ -41,14 +46,14 @@ def check_writable(path: Path | None, inputs: Sequence[Path]) -> None:
 
 @contextmanager
 def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
-    """Raise errors of the file that is read in this context with its path.
+    """Add the path to errors of reading a file within the context.
 
     Args:
         path: The file.
-        no_text: The error of a file that is not text.
+        no_text: The error for a file that is not text.
 
     Raises:
-        TraceError: It can't be read, or its content is invalid.
+        TraceError: The file can't be read, or its content is invalid.
     """
     try:
         yield
@@ -61,7 +66,7 @@ def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a file is a recording (MCAP), and so no trace.
+    """Return whether a file is a recording (MCAP) rather than a trace.
 
     Raises:
         OSError: It can't be read.
@@ -89,28 +94,28 @@ def lines_of(path: Path) -> Iterator[str]:
 
 
 class TraceFile:
-    """The trace of a run in a file, if one is wanted.
+    """The file of a run's trace.
 
     Args:
         path: The file; None for no trace.
 
     Attributes:
-        sinks: The trace, to be given to the simulator; nothing if none is wanted.
+        sinks: The sink to pass to the simulator; empty for no trace.
     """
 
     def __init__(self, path: Path | None, world: World, settings: RunSettings) -> None:
         self._path = path
         self._file: TextOutput | None = None
         self._complete = False
-        # The header has all of the world, which takes seconds where that is large.
+        # The header contains the world, which takes seconds to write if it is large.
         self.sinks: tuple[Trace, ...] = () if path is None else (Trace(Header.of(world, settings), self._write),)
 
     @contextmanager
     def opened(self, simulator: Simulator) -> Iterator[None]:
-        """Write the trace of what a simulator does from here to the end of the context, where it is complete.
+        """Write the trace of a simulator until the end of the context, when it is complete.
 
         Raises:
-            OutputError: It is no file to write to.
+            OutputError: The file can't be opened.
             WriteError: The disk is full.
         """
         if self._path is None:
@@ -136,9 +141,49 @@ class TraceFile:
 
     def _write(self, text: str) -> None:
         if self._complete:
-            # What robots do when Python frees their processes is no part of the run.
+            # Outputs of processes that Python frees after the run do not belong to it.
             return
         if self._file is None:
             raise AssertionError
-        # Whole lines, flushed at once, so that a reader finds them during the run and after a crash.
+        # Whole lines are flushed at once, so that they can be read during the run and after a crash.
         self._file.write(text)
+
+
+_MOST_REPEATS: Final = 4
+_SEED: Final = "PYTHONHASHSEED"
+
+
+def difference_from(kept: str, now: str, repeat: Callable[..., str], *args: Any) -> str:
+    """Return where a run that came out otherwise first differs, in words.
+
+    Args:
+        kept: The trace of the run as it was; empty if it was not kept. Then the run is repeated in other processes,
+            until one of them differs.
+        now: The trace of the run as it is now.
+        repeat: Returns the trace of the run, in another process.
+        args: Its arguments.
+    """
+    if kept:
+        found = first_difference(kept, now)
+        return found.describe() if found else "the trace is the same"
+    for other in _elsewhere(repeat, *args):
+        if found := first_difference(other, now):
+            return f"two runs of now differ, too: the controller is not deterministic; {found.describe()}"
+    return (
+        f"{_MOST_REPEATS} more runs are all as this one: the code of the controller, or something that it reads, "
+        "has changed since"
+    )
+
+
+def _elsewhere(repeat: Callable[..., str], *args: Any) -> Iterator[str]:
+    """Yield the results of calling a function in new processes, each with a different hash seed."""
+    before = os.environ.get(_SEED)
+    try:
+        for number in range(_MOST_REPEATS):
+            os.environ[_SEED] = str(number + 1)
+            with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as process:
+                yield process.submit(repeat, *args).result()
+    finally:
+        os.environ.pop(_SEED, None)
+        if before is not None:
+            os.environ[_SEED] = before

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from hmrsim.cli.tracing import TraceFile
+from hmrsim.cli.trace_file import TraceFile
 from hmrsim.events.traffic import LaneOpened
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.settings.run import RunSettings

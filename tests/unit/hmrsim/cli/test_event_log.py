@@ -1,4 +1,4 @@
-"""What a simulator logs."""
+"""The log of a simulation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ import threading
 
 import pytest
 
-from hmrsim.cli.run_log import EventLog, Later, LogLines
+from hmrsim.cli.event_log import BufferedSink, EventLog, LogLines, summary, text_of
 from hmrsim.events import Severity
 from hmrsim.events.batteries import BatteryEmpty
 from hmrsim.events.doors import DoorOpening
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.events.robots import Stopped
 from hmrsim.events.traffic import Deadlock, Rerouted, Waiting
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import DockRobot, FollowWaypoints, NavigateToPose, Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
@@ -60,7 +64,7 @@ def test_an_aborted_goal_is_logged_with_the_reason(caplog):
 def test_the_log_makes_the_simulation_compute_no_samples():
     """It takes events only, and none for each lane."""
     assert [Topic.EVENTS] == [topic for topic in Topic if EventLog().wants(topic)]
-    assert [Topic.EVENTS] == [topic for topic in Topic if Later(EventLog()).wants(topic)]
+    assert [Topic.EVENTS] == [topic for topic in Topic if BufferedSink(EventLog()).wants(topic)]
 
 
 def test_events_are_logged_at_the_level_of_their_severity(caplog):
@@ -89,14 +93,14 @@ def test_beside_a_table_warnings_are_logged(caplog):
 
 def test_goals_can_be_logged_later(caplog):
     """The simulation does not wait for the log; the time in a line is that of the goal."""
-    later = Later(EventLog())
+    later = BufferedSink(EventLog())
     simulator = logged(later)
 
     with caplog.at_level(logging.INFO):
         simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
         simulator.run()
         at_once = list(caplog.messages)
-        later.hand_on()
+        later.forward()
 
     assert [] == at_once
     assert "sim 1.773 | wall_e navigate_to_pose SUCCEEDED" == caplog.messages[-1]
@@ -165,3 +169,42 @@ def test_lines_go_to_stderr_itself(monkeypatch):
         line = reader.readline()
 
     assert line.endswith("| hello\n")
+
+
+@pytest.mark.parametrize(
+    ("event", "text"),
+    [
+        (Waiting("eve", (1.0, 2.0), for_=("ann", "bob")), "waits for ann and bob"),
+        (GoalAccepted("eve", "wait", "1" * 32, {"time": {"sec": 5}}), "wait accepted: 5 s"),
+        (GoalAccepted("eve", "wait", "1" * 32, {"time": "long"}), "wait accepted"),
+        (GoalAccepted("eve", "juggle", "1" * 32, {"balls": 3}), "juggle accepted"),
+        (GoalStatusChanged("eve", "wait", "1" * 32, 6, {"error_msg": "no"}), "wait ABORTED: no"),
+        (GoalStatusChanged("eve", "wait", "1" * 32, 2), ""),
+        (Stopped("eve", (1.0, 2.0)), ""),
+    ],
+)
+def test_an_event_is_told_unless_it_is_for_debugging(event, text):
+    """With what a goal asks for, where the action is known and its message can be read."""
+    assert text == text_of(event)
+
+
+def pose(x, y):
+    """Return a pose at a point."""
+    return PoseStamped(pose=Pose(position=Point(x=x, y=y)))
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (NavigateToPose.Goal(pose=pose(512.0, 215.5)), "(512, 215.5)"),
+        (NavigateToPose.Goal(), "(0, 0)"),
+        (DockRobot.Goal(dock_id="charger_4"), "charger_4"),
+        (Pickup.Goal(target_name="medicine"), "medicine"),
+        (Wait.Goal(time=Duration(sec=2, nanosec=500_000_000)), "2.5 s"),
+        (FollowWaypoints.Goal(poses=[pose(float(i), 0.0) for i in range(5)]), "(0, 0), (1, 0), (2, 0), and 2 more"),
+        (Pickup.Goal.model_validate_json(Pickup.Goal(target_name="linen").model_dump_json()), "linen"),
+    ],
+)
+def test_summary(goal, words):
+    """A goal is told by what was asked for, not by its defaults."""
+    assert words == summary(goal)
