@@ -257,7 +257,7 @@ def findings(seed: int, count: int, kinds: tuple[str, ...] = (), begin: int = 0)
     """Try so many cases in processes, one after the other, and yield what is wrong."""
     samples()
     # Loaded once for all processes: on a busy machine it takes longer than a case may.
-    importlib.import_module("hmrsim.cli.map_network")
+    importlib.import_module("hmrsim.cli.map_info")
     context = multiprocessing.get_context("fork")
     number = begin
     while number < begin + count:
