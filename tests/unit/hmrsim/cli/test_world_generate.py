@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli import main, world_generate
+from hmrsim.cli import main
+from hmrsim.random_fleets import oracle
 from hmrsim.random_fleets.oracle import Verdict
 from hmrsim.world_checks import load_world
 from tests.cases import case
@@ -16,7 +17,7 @@ FIRST = "# yaml-language-server: $schema=world.schema.json\n"
 def verdicts(monkeypatch):
     """Return the verdicts of the search, by seed; the others are unsolvable."""
     known = {}
-    monkeypatch.setattr(world_generate, "solve", lambda world, **_: Verdict(known.get(world.seed, "unsolvable")))
+    monkeypatch.setattr(oracle, "solve", lambda world, **_: Verdict(known.get(world.seed, "unsolvable")))
     return known
 
 
