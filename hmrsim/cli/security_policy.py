@@ -1,8 +1,9 @@
-"""What ``hmrsim security explain`` does: it reads the policy of a keystore, or of one enclave."""
+"""``hmrsim security explain``: who may do what on a key, by the policy of a keystore or an enclave."""
 
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -10,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 import zenoh
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import columns, show, show_json
-from hmrsim.cli.security_folder import folder_of_environment
+from hmrsim.cli.output import columns, show_result
+from hmrsim.cli.security import VARIABLE
 from hmrsim_zenoh.wire.enclave import DESCRIPTION, ENCLAVES, enclaves, find_enclave, read_enclave
 
 if TYPE_CHECKING:
@@ -22,58 +23,60 @@ _ASKS: Final[Mapping[str, tuple[Message, Message]]] = {
     "ask": ("query", "reply"),
     "subscribe": ("declare_subscriber", "put"),
 }
-"""What a client does, by the message from the client and the one that comes back."""
+"""Operations of a client, with the message that it sends and the one that it receives."""
 _DOES: Final[Mapping[str, Message]] = {
     "publish": "put",
     "answer": "declare_queryable",
     "be present": "liveliness_token",
     "see presence": "declare_liveliness_subscriber",
 }
-"""Likewise, where nothing comes back."""
+"""Operations of a client to which no message is returned."""
 
 _KEY_AND_ROLE: Final = 2
 """The number of words without the folder."""
 
 
 def explain(args: argparse.Namespace) -> int:
-    """Say who may do what on a key, and by which rule."""
-    folder, text, wanted = _parted(args.words)
+    """Print who may do what on a key, and by which rule; return the exit code."""
+    folder, text, role = _parsed(args.words)
     try:
         key = str(zenoh.KeyExpr(text))
     except zenoh.ZError:
         raise WrongUse(f"{text!r} is not a key expression; chunks are joined by single slashes") from None
-    chosen = _chosen(folder, wanted)
+    chosen = _chosen(folder, role)
     policy = chosen[0].access_control
-    alone = (folder / DESCRIPTION).exists() and wanted is None
+    alone = (folder / DESCRIPTION).exists() and role is None
     names = list(policy.rules) if alone else [enclave.name for enclave in chosen]
     found = {name: decisions(policy, name, key) for name in names}
-    if args.json:
-        told = {
-            name: {what: {"allowed": one.allowed, "rule": one.rule} for what, one in each.items()}
-            for name, each in found.items()
-        }
-        show_json({"key": key, "enclaves": told})
-        return ExitCode.DONE
-    rows = [
-        (name, "may" if one.allowed else "may not", what, f"rule {one.rule!r}" if one.rule else "no rule allows it")
+    facts = {
+        name: {what: {"allowed": decision.allowed, "rule": decision.rule} for what, decision in each.items()}
         for name, each in found.items()
-        for what, one in each.items()
+    }
+    rows = [
+        (
+            name,
+            "may" if decision.allowed else "may not",
+            what,
+            f"rule {decision.rule!r}" if decision.rule else "no rule allows it",
+        )
+        for name, each in found.items()
+        for what, decision in each.items()
     ]
-    show("\n".join(columns(rows)))
+    show_result({"key": key, "enclaves": facts}, columns(rows), as_json=args.json)
     return ExitCode.DONE
 
 
 def decisions(policy: AccessControl, name: str, key: str) -> dict[str, Decision]:
-    """Return what the policy says of each thing that a client can do on a key."""
+    """Return the policy's decision on each operation of a client on a key."""
     found = {}
-    for what, (there, back) in _ASKS.items():
-        first, second = policy.decide(name, there, "ingress", key), policy.decide(name, back, "egress", key)
+    for what, (sent, received) in _ASKS.items():
+        first, second = policy.decide(name, sent, "ingress", key), policy.decide(name, received, "egress", key)
         found[what] = second if first.allowed and not second.allowed else first
     return found | {what: policy.decide(name, message, "ingress", key) for what, message in _DOES.items()}
 
 
-def _parted(words: Sequence[str]) -> tuple[Path, str, str | None]:
-    """Return the folder, the key, and the role if there is one.
+def _parsed(words: Sequence[str]) -> tuple[Path, str, str | None]:
+    """Return the folder, the key, and the role if given.
 
     Raises:
         WrongUse: There are too many words, or too few.
@@ -89,9 +92,21 @@ def _parted(words: Sequence[str]) -> tuple[Path, str, str | None]:
     return folder, rest[0], rest[1] if len(rest) > 1 else None
 
 
-def _chosen(folder: Path, wanted: str | None) -> list[Enclave]:
-    if wanted is not None:
-        return [find_enclave(folder, wanted)]
+def _chosen(folder: Path, role: str | None) -> list[Enclave]:
+    if role is not None:
+        return [find_enclave(folder, role)]
     if (folder / DESCRIPTION).exists():
         return [read_enclave(folder)]
     return enclaves(folder) or [find_enclave(folder, "")]
+
+
+def folder_of_environment() -> Path:
+    """Return the keystore's folder from the environment.
+
+    Raises:
+        WrongUse: The environment does not name one.
+    """
+    folder = os.environ.get(VARIABLE, "")
+    if not folder:
+        raise WrongUse(f"no keystore; name its folder DIR, or set {VARIABLE}=DIR")
+    return Path(folder)
