@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.run_recording import recorded
+from hmrsim.cli.recording import recorded
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import CheckError, Problem
 from hmrsim.fault_search.file.reading import read_repro

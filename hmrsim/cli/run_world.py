@@ -41,8 +41,8 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.cli.recording import Watchers
     from hmrsim.cli.run_monitor import RunMonitor
-    from hmrsim.cli.run_recording import Watchers
     from hmrsim.cli.view_options import View
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
@@ -144,7 +144,7 @@ def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManag
     if path is None:
         return nullcontext(lambda _simulator, _pacing: ())
     # Loads the MCAP writer, which takes 100 ms and is needed for recorded runs only.
-    from hmrsim.cli.run_recording import recorded
+    from hmrsim.cli.recording import recorded
 
     return recorded(path, settings)
 

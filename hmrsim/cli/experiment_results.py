@@ -1,34 +1,36 @@
-"""The results of an experiment as tables on a terminal, and for other programs."""
+"""``hmrsim experiment status``, ``show``, ``report`` and ``export``: the results of an experiment."""
 
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show as say
-from hmrsim.cli.output import show_json
+from hmrsim.cli.output import show, show_json, show_result
 from hmrsim.errors import ResultsError, printable
 from hmrsim.experiments.results.groups import Group, groups_by, groups_of
 from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
-from hmrsim.program.outputs import check_outputs
+from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
 from hmrsim.report.wording import UNKNOWN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from rich.table import Table
+
     from hmrsim.experiments.statistics.intervals import Interval
 
 _MAX_FAILED: Final = 10
 _WIDTH: Final = 200
+"""Characters of a line if the output is not a terminal."""
+_PAGE: Final = "report.html"
+"""The name of the page in the folder of results, if no other is given."""
 
 
 def status(args: argparse.Namespace) -> int:
@@ -40,24 +42,22 @@ def status(args: argparse.Namespace) -> int:
     least, most = (cells * about["replications"][key] for key in ("min", "max"))
     if about["replications"]["until"] is None:
         least = most
-    if args.json:
-        show_json({"name": about["name"], "done": done, "min": least, "max": most, "endings": endings})
-        return ExitCode.DONE
-    wanted = f"{most:,}" if least == most else f"{least:,} to {most:,}"
-    say(f"{about['name']}: {done:,} of {wanted} runs have a result")
-    for ending, count in endings.items():
-        say(f"  {ending}: {count:,}")
+    runs = f"{most:,}" if least == most else f"{least:,} to {most:,}"
+    lines = [f"{about['name']}: {done:,} of {runs} runs have a result"]
+    lines += [f"  {ending}: {count:,}" for ending, count in endings.items()]
+    facts = {"name": about["name"], "done": done, "min": least, "max": most, "endings": endings}
+    show_result(facts, lines, as_json=args.json)
     return ExitCode.DONE
 
 
-def show(args: argparse.Namespace) -> int:
+def show_results(args: argparse.Namespace) -> int:
     """Show the results of an experiment, or of one run; return the exit code."""
     with Results(args.results) as results:
         if args.run is not None:
             return _show_run(args, results)
         about = results.about
         if args.file:
-            say(about["text"].rstrip("\n"))
+            show(about["text"].rstrip("\n"))
             return ExitCode.DONE
         groups = _groups(results, args)
         columns = ["number", "treatment", *about["factors"], "ending", "cause"]
@@ -65,17 +65,19 @@ def show(args: argparse.Namespace) -> int:
     if args.json:
         show_json({"name": about["name"], "treatments": [_values(group) for group in groups]})
         return ExitCode.DONE
-    console = Console(width=None if Console().is_terminal else _WIDTH)
-    console.print(_table(groups, [*about["measures"]], args.by))
+    # Loads rich, which is only needed for text.
+    from rich.console import Console
+
+    Console(width=None if Console().is_terminal else _WIDTH).print(_table(groups, [*about["measures"]], args.by))
     for note in _notes(groups):
-        say(printable(note))
+        show(printable(note))
     for row in failed[:_MAX_FAILED]:
         cause = f": {row['cause']}" if row["cause"] else ""
         levels = "".join(f", {factor} {row[factor]}" for factor in about["factors"])
-        say(printable(f"run {row['number']} ({row['treatment']}{levels}) {row['ending']}{cause}"))
-        say(f"  hmrsim experiment again {args.results} {row['number']} --trace run_{row['number']}.jsonl")
+        show(printable(f"run {row['number']} ({row['treatment']}{levels}) {row['ending']}{cause}"))
+        show(f"  hmrsim experiment again {args.results} {row['number']} --trace run_{row['number']}.jsonl")
     if len(failed) > _MAX_FAILED:
-        say(f"… and {len(failed) - _MAX_FAILED} more without success; see `hmrsim experiment export {args.results}`")
+        show(f"… and {len(failed) - _MAX_FAILED} more without success; see `hmrsim experiment export {args.results}`")
     return ExitCode.DONE
 
 
@@ -108,19 +110,22 @@ def _show_run(args: argparse.Namespace, results: Results) -> int:
         show_json({**row, "trace": str(trace) if trace.is_file() else None})
         return ExitCode.DONE
     for name, value in row.items():
-        say(printable(f"{name}: {value}") if name != "output" else f"output:\n{printable_lines(str(value))}")
+        show(printable(f"{name}: {value}") if name != "output" else f"output:\n{_printable_lines(str(value))}")
     if trace.is_file():
-        say(f"trace: {trace}")
-    say(f"again: hmrsim experiment again {args.results} {args.run} --trace run_{args.run}.jsonl")
+        show(f"trace: {trace}")
+    show(f"again: hmrsim experiment again {args.results} {args.run} --trace run_{args.run}.jsonl")
     return ExitCode.DONE
 
 
-def printable_lines(text: str) -> str:
+def _printable_lines(text: str) -> str:
     """Return the lines of a text, each indented and without control characters."""
     return "\n".join(f"  {printable(line)}" for line in text.splitlines())
 
 
 def _table(groups: list[Group], measures: list[str], factors: list[str]) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
     table = Table(box=None, pad_edge=False)
     for factor in factors:
         table.add_column(Text(factor))
@@ -135,15 +140,15 @@ def _table(groups: list[Group], measures: list[str], factors: list[str]) -> Tabl
 
 
 def _notes(groups: list[Group]) -> Iterator[str]:
-    """Yield in words what the means and intervals of each treatment are of, where that is not what one might think."""
+    """Yield notes about means and intervals that may not be what the user expects."""
     for name in dict.fromkeys(group.name for group in groups):
         own = [group for group in groups if group.name == name]
         if note := note_of(sum(group.runs for group in own), sum(group.count for group in own)):
             yield f"{name}: {note}"
         failed = sum((group.failed for group in own), Counter[str]())
         if failed:
-            said = ", ".join(f"{count:,} of {measure}" for measure, count in sorted(failed.items()))
-            yield f"{name}: means include values of runs without success: {said}"
+            counts = ", ".join(f"{count:,} of {measure}" for measure, count in sorted(failed.items()))
+            yield f"{name}: means include values of runs without success: {counts}"
 
 
 def _interval(interval: Interval, *, share: bool = False) -> str:
@@ -171,3 +176,33 @@ def _values(group: Group) -> dict[str, Any]:
 
 def _plain(interval: Interval) -> dict[str, Any]:
     return {"estimate": interval.estimate, "low": interval.low, "high": interval.high, "n": interval.n}
+
+
+def report(args: argparse.Namespace) -> int:
+    """Write the page of an experiment's results, or print what is on it; return the exit code."""
+    from hmrsim.experiments.report import page_of, summary_of
+
+    if args.json and args.output == STDOUT:
+        raise WrongUse("hmrsim experiment report: -o - and --json both write to the standard output; give -o a file")
+    output = args.output or (None if args.json else str(args.results / _PAGE))
+    check_outputs([("-o", output)], [args.results / f"{FILE}{end}" for end in ("", "-wal", "-shm")])
+    with Results(args.results) as results:
+        summary = summary_of(results)
+    if output is not None:
+        page = page_of(summary, shlex.quote(str(args.results)))
+        if output == STDOUT:
+            show(page)
+            return ExitCode.DONE
+        _write(output, page)
+        if not args.json:
+            show(f"page: {output}")
+    if args.json:
+        show_json(summary.model_dump(mode="json"))
+    return ExitCode.DONE
+
+
+def _write(output: str, page: str) -> None:
+    try:
+        Path(output).write_text(page, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise unwritable(f"-o {output}", error) from None
