@@ -7,6 +7,7 @@ import os
 import queue
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, Self
 
@@ -87,6 +88,22 @@ class EventLog:
         if text:
             at = event.stamp / NANOSECONDS
             _log.log(level, "sim %.3f | %s %s %s", at, event.robot, event.action, printable(text))
+
+
+class GoalCounter:
+    """A sink that counts goals by their final status."""
+
+    def __init__(self) -> None:
+        self.statuses: Counter[str] = Counter()
+
+    def wants(self, _topic: Topic) -> bool:
+        """Return False: final statuses of goals are delivered anyway."""
+        return False
+
+    def emit(self, output: Output) -> None:
+        """Count a goal that has ended."""
+        if isinstance(output, GoalChanged) and output.status.terminal:
+            self.statuses[output.status.name] += 1
 
 
 class BufferedSink:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 
-from hmrsim.program.log_options import add_log_options
 from hmrsim.settings import option
-from hmrsim.settings.arguments import add_settings
 from hmrsim.settings.option import MAX_SECONDS, shortened
-from hmrsim_zenoh.wire.options import add_session_options
 
 
 def add_json(parser: argparse.ArgumentParser, text: str = "print one JSON object") -> None:
@@ -19,12 +16,16 @@ def add_json(parser: argparse.ArgumentParser, text: str = "print one JSON object
 
 def add_connection_options(parser: argparse.ArgumentParser) -> None:
     """Add the session and log options that `connected` reads."""
+    from hmrsim.program.log_options import add_log_options
+    from hmrsim_zenoh.wire.options import add_session_options
+
     add_session_options(parser)
     add_log_options(parser)
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
     """Add WORLD and all options that change it."""
+    from hmrsim.settings.arguments import add_settings
     from hmrsim.settings.world import WorldSettings
 
     add_world_argument(parser, argument=argument)
