@@ -1,15 +1,16 @@
-"""Repeating a failure that ``hmrsim check`` has found."""
+"""``hmrsim check --repro``: repeat a failure that a search has found."""
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.output import show_result, warn
 from hmrsim.cli.recording import recorded
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import CheckError, Problem
@@ -33,12 +34,12 @@ if TYPE_CHECKING:
 
 
 def repeat(args: argparse.Namespace) -> int:
-    """Repeat a failure; return the exit code: 1 if it fails, in this or in another way."""
+    """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
     check_outputs([("--record", args.record)], [args.repro])
     if args.folder is not None and not args.folder.is_dir():
         raise WrongUse(f"--folder {args.folder}: no such folder")
     repro = read_repro(args.repro, args.folder)
-    # Such a file may come from others, and what it names is a program.
+    # The file may come from someone else, and it names a program that is run.
     warn(f"{args.repro}: runs {repro.check.file.controller.described}")
     collect_rarely()
     with ExitStack() as stack:
@@ -49,17 +50,12 @@ def repeat(args: argparse.Namespace) -> int:
         outcome = run_case(_compared(repro.check), repro.case, wanted)
     if outcome.ending == ERROR:
         raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
-    if args.json:
-        show_json(_said(repro, outcome))
-    else:
-        _tell(repro, outcome)
-        if _same_trace(repro, outcome) is False:
-            show(difference_from("", outcome.trace, _trace_of, args.repro, args.folder))
+    show_result(_facts(repro, outcome), _lines(args, repro, outcome), as_json=args.json)
     return ExitCode.FAILED if outcome.failure else ExitCode.DONE
 
 
 def _compared(check: Check) -> Check:
-    """Return a check that knows its run without faults, which is made for that, if a property compares runs with it."""
+    """Return the check with its run without faults, which is made here if a property compares runs with it."""
     if not check.compares:
         return check
     nominal = run_case(check, Case())
@@ -67,7 +63,7 @@ def _compared(check: Check) -> Check:
 
 
 def _trace_of(path: Path, folder: Path | None) -> str:
-    """Return the trace of a failure, which is repeated once more."""
+    """Repeat a failure and return its trace."""
     repro = read_repro(path, folder)
     return run_case(repro.check, repro.case, Wanted(trace=True)).trace
 
@@ -77,11 +73,11 @@ def _same(repro: Repro, outcome: Outcome) -> bool:
 
 
 def _same_trace(repro: Repro, outcome: Outcome) -> bool | None:
-    """Return whether the trace is the same; None if there was none, as of a controller that hangs."""
+    """Return whether the trace is the same; None if there was none, as for a controller that hangs."""
     return hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace if repro.trace else None
 
 
-def _said(repro: Repro, outcome: Outcome) -> dict[str, object]:
+def _facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
     return {
         "failed": outcome.failure is not None,
         "same_failure": _same(repro, outcome),
@@ -93,20 +89,23 @@ def _said(repro: Repro, outcome: Outcome) -> dict[str, object]:
     }
 
 
-def _tell(repro: Repro, outcome: Outcome) -> None:
+def _lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
     schedule = repro.case.schedule
     for number, i in enumerate(by_begin(schedule, outcome), 1):
-        show(f"{number}. {schedule[i].describe()}")
-    show("")
+        yield f"{number}. {schedule[i].describe()}"
+    yield ""
     for at, text in events_of(outcome, LONG):
-        show(f"{at:10.3f} s  {text}")
+        yield f"{at:10.3f} s  {text}"
     cause = f" ({outcome.cause})" if outcome.cause else ""
-    show(f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}")
-    show("")
+    yield f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}"
+    yield ""
+    same_trace = _same_trace(repro, outcome)
     if outcome.failure is None:
-        show(f"it passes: {repro.failure.property} is not violated any more")
+        yield f"it passes: {repro.failure.property} is not violated any more"
     elif _same(repro, outcome):
-        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[_same_trace(repro, outcome)]
-        show(f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}")
+        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[same_trace]
+        yield f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}"
     else:
-        show(f"it fails otherwise: {outcome.failure}")
+        yield f"it fails otherwise: {outcome.failure}"
+    if same_trace is False:
+        yield difference_from("", outcome.trace, _trace_of, args.repro, args.folder)

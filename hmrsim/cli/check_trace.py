@@ -1,14 +1,14 @@
-"""Which properties hold in the run of a trace, or of a recording."""
+"""``hmrsim check --trace``: apply properties to the run of a trace or a recording."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.output import columns, show, show_json, warn
+from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import printable
@@ -24,19 +24,17 @@ if TYPE_CHECKING:
 
     from hmrsim.properties import Checked, Verdict, Violation
 
-_MOST: Final = 50
-"""Violations that are printed."""
+_MAX_VIOLATIONS: Final = 50
+"""Violations to print."""
 _WORDS: Final = {"never_exercised": "never exercised"}
 
 
 def check_trace(args: argparse.Namespace) -> int:
-    """Check the properties of *args.properties* on the run of *args.trace*; return the exit code.
-
-    It is 0 if none is violated, 1 if one is.
+    """Apply the properties to the run; return the exit code: 1 if one is violated.
 
     Raises:
         TraceError: The file is neither a trace nor a recording.
-        PropertyError: The properties are not valid, or speak of what the world lacks.
+        PropertyError: The properties are not valid, or refer to something that the world lacks.
     """
     properties = Properties() if args.properties is None else read_properties(args.properties)
     collect_rarely()
@@ -45,16 +43,13 @@ def check_trace(args: argparse.Namespace) -> int:
     for note in checked.notes:
         warn(f"{args.trace}: {printable(note)}")
     monitor = checked.monitor
-    if args.json:
-        show_json(as_json(checked))
-    else:
-        show_verdicts(monitor.verdicts())
-        show_violations(monitor.violations)
+    lines = (*_verdict_lines(monitor.verdicts()), *_violation_lines(monitor.violations))
+    show_result(_facts(checked), lines, as_json=args.json)
     return ExitCode.FAILED if monitor.violations else ExitCode.DONE
 
 
 def _checked(path: Path, properties: Properties) -> Checked:
-    # What is misspelt is told before a long run is replayed.
+    # Misspelled names are reported before a long run is replayed.
     found = partial(show_findings, properties)
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
@@ -62,8 +57,7 @@ def _checked(path: Path, properties: Properties) -> Checked:
         return check_lines(lambda: lines_of(path), properties, found)
 
 
-def as_json(checked: Checked) -> dict[str, Any]:
-    """Return what has come of a check, in plain values."""
+def _facts(checked: Checked) -> dict[str, Any]:
     monitor = checked.monitor
     return {
         "violated": bool(monitor.violations),
@@ -73,22 +67,21 @@ def as_json(checked: Checked) -> dict[str, Any]:
     }
 
 
-def show_verdicts(verdicts: Sequence[Verdict]) -> None:
-    """Print a line for each property."""
+def _verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """Return a line for each property."""
     rows = [("property", "verdict", "robustness", "")]
     for verdict in verdicts:
         robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""
         rows.append((verdict.property, _WORDS.get(verdict.state, verdict.state), robustness, verdict.text))
-    for line in columns(rows):
-        show(line)
+    return columns(rows)
 
 
-def show_violations(violations: Sequence[Violation]) -> None:
-    """Print the first violations, a line each, in order of time."""
+def _violation_lines(violations: Sequence[Violation]) -> Iterator[str]:
+    """Yield a line for each of the first violations, in order of time."""
     if not violations:
         return
-    show("")
-    for violation in violations[:_MOST]:
-        show(f"{violation.at / NANOSECONDS:9.3f} s  {violation.property}: {printable(violation.text)}")
-    if len(violations) > _MOST:
-        show(f"... and {len(violations) - _MOST} more")
+    yield ""
+    for violation in violations[:_MAX_VIOLATIONS]:
+        yield f"{violation.at / NANOSECONDS:9.3f} s  {violation.property}: {printable(violation.text)}"
+    if len(violations) > _MAX_VIOLATIONS:
+        yield f"... and {len(violations) - _MAX_VIOLATIONS} more"
