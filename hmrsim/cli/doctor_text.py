@@ -8,18 +8,23 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable
+from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.doctor.problem import some
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
+from hmrsim_zenoh.settings import Ros2Settings
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.enclave import Enclave
+
+ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
+"""Reads the value of ``--ros-domain-id``."""
 
 _KINDS: Final = {
     Kind.PUBLISHER: "publisher",
@@ -29,18 +34,18 @@ _KINDS: Final = {
 }
 _MAX_DOMAINS: Final = 8
 _LABEL: Final = 11
-"""Width of the heading of a line, in characters."""
+"""Width of a line's label, in characters."""
 
 
-def as_text(snapshot: Snapshot, found: Sequence[Problem]) -> str:
-    """Return the findings, one line per kind, and the problems, one line each."""
+def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
+    """Return the lines of the findings, one per kind, and of the problems."""
     facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
-    told = [f"{one.severity}: {one.text}; {one.remedy}" for one in found]
-    return "\n".join(printable(line) for line in (*facts, "", *(told or ["nothing is wrong"])))
+    lines = [f"{problem.severity}: {problem.text}; {problem.remedy}" for problem in problems]
+    return map(printable, (*facts, "", *(lines or ["nothing is wrong"])))
 
 
-def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
-    """Return everything as plain values."""
+def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
+    """Return the findings and the problems as plain values."""
     simulator = snapshot.simulator
     return {
         "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
@@ -55,7 +60,7 @@ def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
         },
         **(_security(snapshot, snapshot.enclave) if snapshot.enclave else {}),
         "environment": dict(snapshot.environment),
-        "problems": [asdict(one) for one in found],
+        "problems": [asdict(problem) for problem in problems],
     }
 
 
@@ -137,7 +142,7 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
     if time.get("participants") or time.get("waiting_for"):
         waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
         yield "lockstep", f"{some(time.get('participants', ())) or 'no participants'}{waiting}"
-    # A simulator takes another simulator beside it for a planner.
+    # A simulator mistakes another simulator with its prefix for a planner.
     if info.get("planner_present") and not simulator.twins:
         yield "planner", "an external one is available"
     if simulator.trees:
@@ -194,16 +199,16 @@ def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
 
 def _offer(snapshot: Snapshot, domain: Domain) -> str:
     nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
-    told = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
+    text = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
     if domain is snapshot.ros and snapshot.simulator is not None:
         names, lost = snapshot.simulator.names.actions, set(snapshot.simulator.lost)
         gone = sum(robot in lost for robot, _ in names.values())
         later = len(later_actions(snapshot))
         whole = len(names) - gone - later - len(incomplete_actions(snapshot))
-        told += f"; {whole} of {len(names)} action names whole"
+        text += f"; {whole} of {len(names)} action names whole"
         if later:
-            told += f", {later} when a client looks for them"
-    return f"{told}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
+            text += f", {later} when a client looks for them"
+    return f"{text}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
 
 
 def _distros(domain: Domain) -> tuple[str, ...]:
@@ -217,8 +222,8 @@ def _nodes(tokens: Iterable[Token]) -> str:
         counts = has[token.node.full_name]
         if token.endpoint is not None:
             counts[_KINDS[token.endpoint.kind]] += 1
-    told = some(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
-    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {told}"
+    nodes = some(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
+    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {nodes}"
 
 
 def _counts(counts: Counter[str]) -> str:

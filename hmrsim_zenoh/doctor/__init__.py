@@ -4,8 +4,7 @@
 a snapshot and makes no queries.
 """
 
-from hmrsim_zenoh.doctor.gathering import asked_for, gather
-from hmrsim_zenoh.doctor.judging import problems
+from hmrsim_zenoh.doctor.diagnosis import asked_for, gather, problems
 from hmrsim_zenoh.doctor.problem import Problem
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 

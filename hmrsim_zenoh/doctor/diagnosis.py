@@ -1,17 +1,19 @@
-"""Gathering a snapshot of a network by read-only queries."""
+"""Diagnosis of a network: a snapshot taken with read-only queries, and the problems in it."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.doctor import network_checks, ros2_checks, simulator_checks
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
@@ -20,8 +22,12 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.session import enclave_of, encrypted
 
 if TYPE_CHECKING:
+    from hmrsim_zenoh.doctor.problem import Problem
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.options import SessionOptions
+
+    Check = Callable[[Snapshot], Iterator[Problem]]
+
 
 _WATCH: Final = 0.5
 """Wall seconds between the two readings of the clock."""
@@ -171,3 +177,17 @@ def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, 
         else:
             found.setdefault(domain, []).append(token)
     return {domain: tuple(tokens) for domain, tokens in found.items()}, tuple(unreadable)
+
+
+_CHECKS: Final[tuple[Check, ...]] = (
+    *network_checks.CHECKS,
+    *simulator_checks.CHECKS,
+    *ros2_checks.CHECKS,
+)
+"""All checks, in the order in which problems should be solved."""
+
+
+def problems(snapshot: Snapshot) -> list[Problem]:
+    """Return the problems of a snapshot; errors first."""
+    found = chain.from_iterable(check(snapshot) for check in _CHECKS)
+    return sorted(found, key=lambda problem: problem.severity != "error")
