@@ -8,13 +8,15 @@ import queue
 import sys
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import ValidationError
 
 from hmrsim.actions import error_of
 from hmrsim.actions import registry as actions
+from hmrsim.cli.worlds import policy_line
 from hmrsim.errors import printable
 from hmrsim.events import Severity
 from hmrsim.events.goals import GoalAccepted
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.hosting.host import Host
 
 
 _FORMAT: Final = "[%(levelname)s] %(asctime)s | %(message)s"
@@ -187,6 +191,38 @@ def _to_stderr(line: str) -> None:
     except OSError:
         # The reader has closed the stream.
         return
+
+
+class LogDisplay:
+    """Log lines."""
+
+    def __init__(self, world: str, level: int) -> None:
+        self._world = printable(world)
+        self._level = level
+        self._events = BufferedSink(EventLog())
+        self.sinks: Sequence[Sink] = (self._events,)
+        self.on_wait: Sequence[Callable[[], None]] = (self._events.forward,)
+        self.preparations: Iterable[object] = ()
+        if level <= logging.INFO:
+            self.preparations = (summary(action.goal()) for action in actions().values())
+
+    @contextmanager
+    def shown(self, host: Host) -> Iterator[Callable[[], None]]:
+        """Write log lines, and yield a function that does nothing."""
+        with LogLines(level=self._level):
+            _log.info("sim %.3f | %s begins", host.simulator.now, self._world)
+            log_policy(host.simulator)
+            if awaited := host.pacing.state.waiting_for:
+                _log.info("sim %.3f | time stands, waiting for %s", host.simulator.now, ", ".join(awaited))
+            yield lambda: None
+            self._events.forward()
+            _log.info("sim %.3f | %s ends", host.simulator.now, self._world)
+
+
+def log_policy(simulator: Simulator) -> None:
+    """Log the traffic policy in force."""
+    if policy := policy_line(simulator.world):
+        _log.info("sim %.3f | %s", simulator.now, policy)
 
 
 def text_of(event: Event) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.demo_story import Line
-from hmrsim.cli.demo_turns import CausalOrder
+from hmrsim.cli.demo_story import CausalOrder, Line
 
 BEGUN = Line(1.0, "tree", "eve", "begun", hands_over=True)
 ACCEPTED = Line(1.1, "world", "eve", "accepted")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.cli.ros2_options import ros2_wires
+from hmrsim.cli.run import ros2_wires
 from hmrsim.program.command_line import CommandParser
 from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim_zenoh.errors import BadOptions

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from types import SimpleNamespace
 
-from hmrsim.cli.run_display import LogDisplay
+from hmrsim.cli.event_log import LogDisplay
 from hmrsim.events.batteries import BatteryEmpty
 from hmrsim.events.doors import DoorOpening
 from hmrsim.protocol.outputs import EventStamped

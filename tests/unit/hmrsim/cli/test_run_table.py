@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from hmrsim.cli.run_table import HostTable, LastGoals
+from hmrsim.cli.robot_table import HostTable, LastGoals
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.commands import SendGoal
