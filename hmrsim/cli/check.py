@@ -1,15 +1,32 @@
-"""``hmrsim check``: find the faults that break a controller, and shrink them to a minimal reproducer."""
+"""``hmrsim check``: find the faults that break a controller, repeat a failure, or apply properties to a trace."""
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import WrongUse
+from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json, count, jobs
-from hmrsim.program.log_options import add_log_options
+from hmrsim.cli.output import columns, show_result, warn
+from hmrsim.errors import CheckError, Problem, printable
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.outputs import check_outputs
 
+if TYPE_CHECKING:
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.file.reading import Repro
+    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.properties import Checked, Properties, Verdict, Violation
+
+_MAX_VIOLATIONS: Final = 50
+"""Violations to print."""
+_WORDS: Final = {"never_exercised": "never exercised"}
 CONTROLLERS: Final = ("tree", "python", "command")
 """The options that name a controller, of which only one is given."""
 _SET_HELP: Final = "a change of the world, such as robots.*.base.speed=0.5; repeatable"
@@ -85,13 +102,176 @@ def _check(args: argparse.Namespace) -> int:
     if option and controllers:
         raise WrongUse(f"{option}: its file says what was run; leave out {', '.join(controllers)}")
     if args.trace is not None:
-        from hmrsim.cli.check_trace import check_trace
-
         return check_trace(args)
     if args.repro is not None:
-        from hmrsim.cli.check_repro import repeat
-
-        return repeat(args)
+        return _repeat(args)
     from hmrsim.cli.check_search import search
 
     return search(args)
+
+
+def _repeat(args: argparse.Namespace) -> int:
+    """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
+    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.running.single import Wanted, run_case
+    from hmrsim.program.memory import collect_rarely
+    from hmrsim.trials.endings import ERROR
+
+    check_outputs([("--record", args.record)], [args.repro])
+    if args.folder is not None and not args.folder.is_dir():
+        raise WrongUse(f"--folder {args.folder}: no such folder")
+    repro = read_repro(args.repro, args.folder)
+    # The file may come from someone else, and it names a program that is run.
+    warn(f"{args.repro}: runs {repro.check.file.controller.described}")
+    collect_rarely()
+    with ExitStack() as stack:
+        wanted = Wanted(trace=True, story=True)
+        if args.record:
+            from hmrsim.cli.recording import recorded
+            from hmrsim.settings.run import RunSettings
+
+            further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
+            wanted = Wanted(trace=True, story=True, further=further)
+        outcome = run_case(_compared(repro.check), repro.case, wanted)
+    if outcome.ending == ERROR:
+        raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
+    show_result(_repro_facts(repro, outcome), _repro_lines(args, repro, outcome), as_json=args.json)
+    return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _compared(check: Check) -> Check:
+    """Return the check with its run without faults, which is made here if a property compares runs with it."""
+    from hmrsim.fault_search.running.single import run_case
+    from hmrsim.fault_search.schedules.case import Case
+
+    if not check.compares:
+        return check
+    nominal = run_case(check, Case())
+    return replace(check, reference=nominal.items if nominal.ending == "succeeded" else None)
+
+
+def _trace_of(path: Path, folder: Path | None) -> str:
+    """Repeat a failure and return its trace."""
+    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.running.single import Wanted, run_case
+
+    repro = read_repro(path, folder)
+    return run_case(repro.check, repro.case, Wanted(trace=True)).trace
+
+
+def _same(repro: Repro, outcome: Outcome) -> bool:
+    from hmrsim.fault_search.running.outcome import Failure
+
+    return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
+
+
+def _same_trace(repro: Repro, outcome: Outcome) -> bool | None:
+    """Return whether the trace is the same; None if there was none, as for a controller that hangs."""
+    return hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace if repro.trace else None
+
+
+def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
+    return {
+        "failed": outcome.failure is not None,
+        "same_failure": _same(repro, outcome),
+        "same_trace": _same_trace(repro, outcome),
+        "ending": outcome.ending,
+        "cause": outcome.cause,
+        "at": outcome.at,
+        "violations": [violation.as_dict() for violation in outcome.violations],
+    }
+
+
+def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
+    from hmrsim.cli.trace_file import difference_from
+    from hmrsim.fault_search.results.finding import by_begin
+    from hmrsim.fault_search.results.story import LONG, events_of
+
+    schedule = repro.case.schedule
+    for number, i in enumerate(by_begin(schedule, outcome), 1):
+        yield f"{number}. {schedule[i].describe()}"
+    yield ""
+    for at, text in events_of(outcome, LONG):
+        yield f"{at:10.3f} s  {text}"
+    cause = f" ({outcome.cause})" if outcome.cause else ""
+    yield f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}"
+    yield ""
+    same_trace = _same_trace(repro, outcome)
+    if outcome.failure is None:
+        yield f"it passes: {repro.failure.property} is not violated any more"
+    elif _same(repro, outcome):
+        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[same_trace]
+        yield f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}"
+    else:
+        yield f"it fails otherwise: {outcome.failure}"
+    if same_trace is False:
+        yield difference_from("", outcome.trace, _trace_of, args.repro, args.folder)
+
+
+def check_trace(args: argparse.Namespace) -> int:
+    """Apply the properties to the run; return the exit code: 1 if one is violated.
+
+    Raises:
+        TraceError: The file is neither a trace nor a recording.
+        PropertyError: The properties are not valid, or refer to something that the world lacks.
+    """
+    from hmrsim.program.memory import collect_rarely
+    from hmrsim.properties import Properties, read_properties
+
+    properties = Properties() if args.properties is None else read_properties(args.properties)
+    collect_rarely()
+    with logging_to_stderr(args):
+        checked = _checked(args.trace, properties)
+    for note in checked.notes:
+        warn(f"{args.trace}: {printable(note)}")
+    monitor = checked.monitor
+    lines = (*_verdict_lines(monitor.verdicts()), *_violation_lines(monitor.violations))
+    show_result(_trace_facts(checked), lines, as_json=args.json)
+    return ExitCode.FAILED if monitor.violations else ExitCode.DONE
+
+
+def _checked(path: Path, properties: Properties) -> Checked:
+    from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
+    from hmrsim.cli.worlds import show_findings
+    from hmrsim.properties import check_recording
+    from hmrsim.properties import check_trace as check_lines
+    from hmrsim_zenoh.recording import open_recording
+
+    # Misspelled names are reported before a long run is replayed.
+    found = partial(show_findings, properties)
+    with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+        if is_recording(path):
+            return check_recording(open_recording(path), properties, found)
+        return check_lines(lambda: lines_of(path), properties, found)
+
+
+def _trace_facts(checked: Checked) -> dict[str, Any]:
+    monitor = checked.monitor
+    return {
+        "violated": bool(monitor.violations),
+        "verdicts": [verdict.as_dict() for verdict in monitor.verdicts()],
+        "violations": [violation.as_dict() for violation in monitor.violations],
+        "notes": list(checked.notes),
+    }
+
+
+def _verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """Return a line for each property."""
+    rows = [("property", "verdict", "robustness", "")]
+    for verdict in verdicts:
+        robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""
+        rows.append((verdict.property, _WORDS.get(verdict.state, verdict.state), robustness, verdict.text))
+    return columns(rows)
+
+
+def _violation_lines(violations: Sequence[Violation]) -> Iterator[str]:
+    """Yield a line for each of the first violations, in order of time."""
+    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+    if not violations:
+        return
+    yield ""
+    for violation in violations[:_MAX_VIOLATIONS]:
+        yield f"{violation.at / NANOSECONDS:9.3f} s  {violation.property}: {printable(violation.text)}"
+    if len(violations) > _MAX_VIOLATIONS:
+        yield f"... and {len(violations) - _MAX_VIOLATIONS} more"

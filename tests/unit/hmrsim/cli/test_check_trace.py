@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 
-from hmrsim.cli.check_trace import check_trace
+from hmrsim.cli.check import check_trace
 from hmrsim.errors import PropertyError, TraceError
 from hmrsim.testing import simulation
 
