@@ -15,8 +15,8 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json, count, jobs
 from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.errors import CheckError, Problem, printable
+from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim.program.outputs import check_outputs
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

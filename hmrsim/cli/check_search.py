@@ -38,9 +38,7 @@ _ENOUGH: Final = 500
 """Runs below which a search is too short to mean much."""
 _MINUTES: Final = 120.0
 """Seconds from which a time is shown in minutes."""
-_LOOK: Final = 0.2
-"""Wall seconds between two updates of the line on a terminal."""
-_QUIET: Final = 30.0
+_PERIOD: Final = 30.0
 """Wall seconds between two lines without a terminal."""
 
 
@@ -51,7 +49,7 @@ def search(args: argparse.Namespace) -> int:
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
-    line = ProgressLine(quiet=args.json)
+    line = ProgressLine(_PERIOD, quiet=args.json)
     began = time.monotonic()
     with Evaluator(check, make, workers) as evaluator:
         try:
@@ -210,14 +208,10 @@ class _Display:
     def __init__(self, check: Check, results: ResultsFolder, line: ProgressLine, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}
         self._check, self._results, self._line, self._quiet = check, results, line, quiet
-        self._shown = time.monotonic()
 
     def update(self, progress: Progress) -> None:
-        """Show the progress, unless it was just shown."""
-        if self._quiet or time.monotonic() - self._shown < (_LOOK if self._line.shown else _QUIET):
-            return
-        self._shown = time.monotonic()
-        self._line.report(_progress_text(progress))
+        """Show the progress."""
+        self._line.report(lambda: _progress_text(progress))
 
     def on_finding(self, finding: Finding) -> None:
         """Write the files of a failure, and print that it was found."""

@@ -8,17 +8,17 @@ import math
 import queue
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.child import Child
 from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json
 from hmrsim.cli.output import warn
 from hmrsim.errors import HmrsimError
+from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level
-from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim.settings.run import DemoSettings
@@ -30,6 +30,7 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.cli.child import Child
     from hmrsim.cli.demo_screen import Display
     from hmrsim.cli.demo_story import Story
 
@@ -87,34 +88,11 @@ examples:
 def _demo(args: argparse.Namespace) -> int:
     from hmrsim.cli.demo_screen import JsonLines, Screen
     from hmrsim.cli.event_log import LogLines
-    from hmrsim.cli.trace_file import check_writable
-    from hmrsim.cli.view import check_page, check_port
-    from hmrsim.world.files import find
-    from hmrsim.world.overlays.overlay import overlays_of
-    from hmrsim.world_checks import load_world
 
-    settings = read_settings(args, DemoSettings)
-    trace, view = read_settings(args, TraceSettings).trace, read_settings(args, ViewSettings).view
     session = read_settings(args, SessionOptions)
-    check_port(view)
-    check_page(view, session)
-    record = read_settings(args, RecordSettings).record
-    check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
-    check_writable(trace, ())
+    arguments = _run_arguments(args, session)
     screen = JsonLines() if args.json else Screen(sys.stdout)
-    changes = read_settings(args, WorldSettings)
-    if overlays := overlays_of(changes.overlay, changes.set):
-        load_world(_WORLD, overlays=overlays)
-    demo = _Demo(
-        settings,
-        screen,
-        trace=trace,
-        record=record,
-        view=view,
-        secure=session.secure,
-        log_level=args.log_level,
-        changes=changes,
-    )
+    demo = _Demo(screen, arguments, ["--log-level", args.log_level, *_security(session)], session.secure)
     log = LogLines(screen.log if sys.stderr.isatty() else None, log_level(args))
     try:
         with log, on_signals(lambda number: demo.news.put(_Interrupted(number))):
@@ -124,28 +102,57 @@ def _demo(args: argparse.Namespace) -> int:
         return exit_code_of(interruption.signal)
 
 
+def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[str]:
+    """Check the options, and return the command line of the simulator."""
+    from hmrsim.cli.trace_file import check_writable
+    from hmrsim.cli.view import check_page, check_port
+    from hmrsim.world.files import find
+    from hmrsim.world.overlays.overlay import overlays_of
+    from hmrsim.world_checks import load_world
+
+    settings, changes = read_settings(args, DemoSettings), read_settings(args, WorldSettings)
+    trace, record = read_settings(args, TraceSettings).trace, read_settings(args, RecordSettings).record
+    view = read_settings(args, ViewSettings).view
+    check_port(view)
+    check_page(view, session)
+    check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
+    check_writable(trace, ())
+    if overlays := overlays_of(changes.overlay, changes.set):
+        load_world(_WORLD, overlays=overlays)
+    arguments = ["run", _WORLD, "--listen", f"{'tls' if session.secure else 'tcp'}/127.0.0.1:0", "--json"]
+    arguments += ["--feedback-rate", "2", "--duration", str(_MISSION_SECONDS), *_security(session)]
+    arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
+    arguments += ["--log-level", args.log_level]
+    for option, values in (("--overlay", changes.overlay), ("--set", changes.set)):
+        arguments += [f"{option}={value}" for value in values]
+    for option, value in (("--seed", settings.seed), ("--trace", trace), ("--record", record), ("--view", view)):
+        arguments += [] if value is None else [option, str(value)]
+    return arguments
+
+
+def _security(session: SessionOptions) -> list[str]:
+    return ["--secure", str(session.secure)] if session.secure else []
+
+
 class _Demo:
-    """One run of the demo."""
+    """One run of the demo.
+
+    Args:
+        screen: Its output.
+        run_arguments: The command line of the simulator.
+        controller_options: Further options of the controller.
+        secure: The keystore; None for open sessions.
+    """
 
     def __init__(
-        self,
-        settings: DemoSettings,
-        screen: Display,
-        *,
-        trace: Path | None,
-        record: Path | None,
-        view: int | None,
-        secure: Path | None,
-        log_level: str,
-        changes: WorldSettings,
+        self, screen: Display, run_arguments: Sequence[str], controller_options: Sequence[str], secure: Path | None
     ) -> None:
         from hmrsim.cli.demo_story import CausalOrder
 
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._settings = settings
-        self._trace, self._record, self._view, self._secure = trace, record, view, secure
-        self._log_level = log_level
-        self._screen, self._changes = screen, changes
+        self._screen = screen
+        self._run_arguments, self._controller_options = run_arguments, controller_options
+        self._secure = secure
         self._order = CausalOrder(_PATIENCE)
 
     def run(self) -> int:
@@ -155,12 +162,13 @@ class _Demo:
             DemoFailed: The simulator does not start.
             SimulatorNotFound: The simulator can't be reached.
         """
+        from hmrsim.cli.child import Child
         from hmrsim.cli.demo_story import Story
         from hmrsim_zenoh.client.client import Client
 
         began = time.monotonic()
         with ExitStack() as stack:
-            simulator = stack.enter_context(Child("simulator", "hmrsim.cli:main", self._run_arguments(), self._ready))
+            simulator = stack.enter_context(Child("simulator", "hmrsim.cli:main", self._run_arguments, self._ready))
             ready = self._await_ready(simulator)
             options = SessionOptions(connect=(ready["endpoints"][0],), secure=self._secure, default_role=VIEWER)
             client = stack.enter_context(Client(options))
@@ -169,7 +177,7 @@ class _Demo:
             story = Story({robot["name"]: robot["type"] for robot in info["robots"]})
             client.subscribe(client.keys.world("events"), lambda _key, payload: self.news.put(payload))
             arguments = ["run", _TREE, "--robot", *story.robots, "--json", "--connect", *options.connect]
-            arguments += ["--log-level", self._log_level, *self._security()]
+            arguments += self._controller_options
             controller = stack.enter_context(
                 Child("controller", "bt_controller.cli:main", arguments, lambda line: self.news.put((line,)))
             )
@@ -185,23 +193,6 @@ class _Demo:
             if failure := child.code(_LOOK):
                 self._screen.note(f"the {child.name} ended with {failure}; it says:\n{child.errors}")
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
-
-    def _run_arguments(self) -> list[str]:
-        listen = f"{'tls' if self._secure else 'tcp'}/127.0.0.1:0"
-        arguments = ["run", _WORLD, "--listen", listen, "--json", "--feedback-rate", "2", *self._security()]
-        arguments += ["--duration", str(_MISSION_SECONDS)]
-        settings = self._settings
-        arguments += ["--clock", settings.clock, "--real-time-factor", str(settings.real_time_factor)]
-        arguments += ["--log-level", self._log_level]
-        for option, values in (("--overlay", self._changes.overlay), ("--set", self._changes.set)):
-            arguments += [f"{option}={value}" for value in values]
-        outputs = (("--trace", self._trace), ("--record", self._record))
-        for option, value in (("--seed", settings.seed), *outputs, ("--view", self._view)):
-            arguments += [] if value is None else [option, str(value)]
-        return arguments
-
-    def _security(self) -> list[str]:
-        return ["--secure", str(self._secure)] if self._secure else []
 
     def _ready(self, line: str | None) -> None:
         self.news.put({} if line is None else json.loads(line))

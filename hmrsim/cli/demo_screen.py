@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import IO, TYPE_CHECKING, Final, Protocol
+from typing import IO, TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.table import Table
@@ -25,28 +25,6 @@ _COLUMNS: Final = (
     Column("driven", 7, 3, "right"),
     Column("carries", 14, 2),
 )
-
-
-class Display(Protocol):
-    """The output of a demo."""
-
-    def opened(self, story: Story) -> AbstractContextManager[object]:
-        """Return a context for the duration of the mission."""
-
-    def note(self, text: str) -> None:
-        """Show a line that does not belong to the mission."""
-
-    def log(self, text: str) -> None:
-        """Show a line of the log; from any thread."""
-
-    def show(self, line: Line) -> None:
-        """Show a line of the story."""
-
-    def refresh(self) -> None:
-        """Show the current state."""
-
-    def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
-        """Show the summary."""
 
 
 class JsonLines:
@@ -152,3 +130,7 @@ class Screen:
         self._console.print(table)
         verdict = "succeeded" if succeeded else "failed"
         self.note(f"the mission {verdict}: {story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
+
+
+Display = JsonLines | Screen
+"""The output of a demo."""

@@ -16,7 +16,7 @@ from hmrsim.experiments.results.groups import Group, groups_by, groups_of
 from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
-from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
+from hmrsim.program.files import STDOUT, check_outputs, unwritable
 from hmrsim.report.wording import UNKNOWN
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
 from hmrsim.experiments.running.checking import check_file
 from hmrsim.experiments.running.tasks import execute_run
-from hmrsim.program.outputs import check_outputs, unwritable
+from hmrsim.program.files import check_outputs, unwritable
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.executors import factory_of
 from hmrsim.trials.trial import unwatched
@@ -31,9 +31,8 @@ if TYPE_CHECKING:
     from hmrsim.experiments.results.row import Row
     from hmrsim.experiments.statistics.verdicts import Comparison
 
-_MINUTE: Final = 60.0
-_LOOK: Final = 0.2
-"""Wall seconds between two updates of the line on a terminal."""
+_PERIOD: Final = 60.0
+"""Wall seconds between two lines of progress without a terminal."""
 
 
 def check(args: argparse.Namespace) -> int:
@@ -129,18 +128,15 @@ class _TextDisplay:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._line = ProgressLine()
-        self._shown = 0.0 if self._line.shown else time.monotonic()
+        self._line = ProgressLine(_PERIOD)
         self._mishap_shown = False
 
     def update(self, progress: Progress) -> None:
-        """Show the progress, unless it was just shown."""
+        """Show the progress, and the first run that crashed or hung."""
         if progress.mishap is not None and not self._mishap_shown:
             self._mishap_shown = True
             self._show_mishap(progress.mishap)
-        if time.monotonic() - self._shown >= (_LOOK if self._line.shown else _MINUTE):
-            self._shown = time.monotonic()
-            self._line.report(_text(progress))
+        self._line.report(lambda: _text(progress))
 
     def end(self, _progress: Progress, _comparisons: Mapping[str, Comparison]) -> None:
         """Clear the line."""

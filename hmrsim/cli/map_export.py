@@ -15,7 +15,7 @@ from hmrsim.cli.options import number_in
 from hmrsim.cli.output import check_target, show, show_result, warn, write_whole
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import Drawing, Overlay, Weak
-from hmrsim.program.outputs import STDOUT, check_outputs
+from hmrsim.program.files import STDOUT, check_outputs
 from hmrsim.world import World
 from hmrsim.world.formats import choose
 from hmrsim.world.route_graph import to_geojson

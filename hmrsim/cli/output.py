@@ -6,14 +6,15 @@ import json
 import os
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import WrongUse
 from hmrsim.errors import printable
-from hmrsim.program.outputs import unwritable
+from hmrsim.program.files import unwritable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 _DIGITS: Final = 9
 """Significant digits of numbers in YAML, which hide the rounding errors of binary arithmetic."""
+_TERMINAL_PERIOD: Final = 0.2
+"""Wall seconds between two reports on a terminal."""
 
 
 def show(text: str) -> None:
@@ -109,25 +112,35 @@ def _dumper() -> type[yaml.SafeDumper]:
 class ProgressLine:
     """A line on the terminal's stderr that shows how far a command is; each text replaces the one before.
 
-    Attributes:
-        shown: Whether the line is shown: only on a terminal, and not if *quiet*.
+    Without a terminal, reports are lines of their own.
+
+    Args:
+        period: The minimum wall seconds between two reports without a terminal.
+        quiet: Whether to show nothing.
     """
 
-    def __init__(self, *, quiet: bool = False) -> None:
-        self.shown = sys.stderr.isatty() and not quiet
+    def __init__(self, period: float, *, quiet: bool = False) -> None:
+        self._on_terminal = sys.stderr.isatty()
+        self._quiet = quiet
+        self._period = _TERMINAL_PERIOD if self._on_terminal else period
+        self._reported = 0.0 if self._on_terminal else time.monotonic()
 
     def show(self, text: str = "") -> None:
-        """Replace the text; do nothing without a terminal."""
-        if self.shown:
+        """Replace the text at once; do nothing without a terminal."""
+        if self._on_terminal and not self._quiet:
             sys.stderr.write(f"\r\x1b[K{text}")
             sys.stderr.flush()
 
-    def report(self, text: str) -> None:
-        """Replace the text; without a terminal, print it as a line of its own."""
-        if self.shown:
-            self.show(text)
+    def report(self, text: Callable[[], str]) -> None:
+        """Show a text, unless the last report was shown just before."""
+        now = time.monotonic()
+        if self._quiet or now - self._reported < self._period:
+            return
+        self._reported = now
+        if self._on_terminal:
+            self.show(text())
         else:
-            warn(text)
+            warn(text())
 
     @contextmanager
     def showing(self, text: str) -> Iterator[None]:

@@ -14,7 +14,7 @@ from hmrsim.cli.connection import connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json, positive
 from hmrsim.cli.output import show_json, warn
-from hmrsim.program.outputs import check_outputs
+from hmrsim.program.files import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options

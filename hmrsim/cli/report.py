@@ -14,8 +14,8 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json, count
 from hmrsim.cli.output import show, warn
 from hmrsim.errors import TraceError, printable
+from hmrsim.program.files import STDOUT, check_outputs, unwritable
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim.program.outputs import STDOUT, check_outputs, unwritable
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -20,8 +20,8 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, add_world_argument
 from hmrsim.cli.output import show_result, warn
 from hmrsim.errors import HmrsimError, printable
+from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import ServerLogOptions
-from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
 from hmrsim.settings.arguments import add_settings, read_settings

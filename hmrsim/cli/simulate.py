@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, add_world_options
 from hmrsim.cli.output import show, show_json, warn
+from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
-from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim.settings.run import SimulateSettings
 from hmrsim.settings.trace import TraceSettings

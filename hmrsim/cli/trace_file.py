@@ -10,8 +10,14 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError, TraceError, reason_of
-from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
-from hmrsim.program.outputs import TextOutput, check_outputs
+from hmrsim.program.files import (
+    MAX_VALUES,
+    MAX_VALUES_OF_WORLD,
+    TextOutput,
+    check_outputs,
+    check_regular,
+    has_more_values,
+)
 from hmrsim.trace.difference import first_difference
 from hmrsim.trace.sections import may_begin_section
 from hmrsim.trace.writer import Header, Trace

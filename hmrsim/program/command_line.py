@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from hmrsim.errors import printable, reason_of
-from hmrsim.program.outputs import NO_SPACE
+from hmrsim.program.files import NO_SPACE
 
 if TYPE_CHECKING:
     Completer = Callable[..., Iterable[str]]

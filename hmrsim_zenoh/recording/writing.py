@@ -11,7 +11,7 @@ from mcap.writer import Writer
 from hmrsim import __version__
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.program.outputs import unwritable
+from hmrsim.program.files import unwritable
 
 if TYPE_CHECKING:
     from pathlib import Path
