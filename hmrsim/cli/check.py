@@ -238,11 +238,11 @@ def _checked(path: Path, properties: Properties) -> Checked:
     from hmrsim_zenoh.recording import open_recording
 
     # Misspelled names are reported before a long run is replayed.
-    found = partial(show_findings, properties)
+    on_findings = partial(show_findings, properties)
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
-            return check_recording(open_recording(path), properties, found)
-        return check_lines(lambda: lines_of(path), properties, found)
+            return check_recording(open_recording(path), properties, on_findings)
+        return check_lines(lambda: lines_of(path), properties, on_findings)
 
 
 def _trace_facts(checked: Checked) -> dict[str, Any]:

@@ -271,11 +271,11 @@ def _summary_lines(summary: Summary, folder: Path) -> Iterator[str]:
 def _too_few(summary: Summary) -> str:
     """Return a warning that there were far too few runs, and why."""
     tried, unreached = summary.tried, summary.unreached
-    each = summary.seconds / max(1, tried.runs)
-    text = f"{tried.runs:,} runs in {_time(summary.seconds)} are far too few for this mission ({each:.2g} s each)"
+    per_run = summary.seconds / max(1, tried.runs)
+    text = f"{tried.runs:,} runs in {_time(summary.seconds)} are far too few for this mission ({per_run:.2g} s each)"
     if unreached.untried:
         text += f"; {len(unreached.untried)} kinds of things had no turn"
-    return f"{text}; allow it {_time(each * _ENOUGH)} or more"
+    return f"{text}; allow it {_time(per_run * _ENOUGH)} or more"
 
 
 def _time(seconds: float) -> str:

@@ -91,14 +91,14 @@ def _domain(domain: Domain) -> list[dict[str, Any]]:
     for token in domain.tokens:
         has = nodes.setdefault((token.session, token.node.full_name), [])
         if token.endpoint is not None:
-            one = token.endpoint
+            endpoint = token.endpoint
             has.append(
                 {
-                    "kind": _KINDS[one.kind],
-                    "name": one.name,
-                    "type": ros_name(one.type),
-                    "hash": one.hash,
-                    "qos": one.qos,
+                    "kind": _KINDS[endpoint.kind],
+                    "name": endpoint.name,
+                    "type": ros_name(endpoint.type),
+                    "hash": endpoint.hash,
+                    "qos": endpoint.qos,
                 }
             )
     ours = {token.session for token in domain.ours}
@@ -142,7 +142,7 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
     if time.get("participants") or time.get("waiting_for"):
         waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
         yield "lockstep", f"{some(time.get('participants', ())) or 'no participants'}{waiting}"
-    # A simulator mistakes another simulator with its prefix for a planner.
+    # A simulator takes another simulator with its prefix for a planner.
     if info.get("planner_present") and not simulator.twins:
         yield "planner", "an external one is available"
     if simulator.trees:
@@ -166,8 +166,8 @@ def _alive(simulator: Simulator) -> Iterator[str]:
     if len(simulator.robots) > MAX_TOKENS:
         yield "too many for liveliness tokens"
     elif simulator.robots:
-        there = len(simulator.alive & simulator.robots.keys())
-        yield f"{there} of {len(simulator.robots)} with a liveliness token"
+        alive = len(simulator.alive & simulator.robots.keys())
+        yield f"{alive} of {len(simulator.robots)} with a liveliness token"
 
 
 def _of_time(time: Any) -> Iterator[str]:

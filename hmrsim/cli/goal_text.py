@@ -97,7 +97,7 @@ def errors_of_reply(
     """Return the error for a simulator's error reply, one line per problem.
 
     Args:
-        noun: What has the errors, such as ``goal``; it is not repeated if a field begins with it.
+        noun: The noun for the request, such as ``goal``; it is not repeated if a field begins with it.
         error: The reply.
         data: The plain values that were sent, if known: a reply has lists and mappings only as text.
         kind: The expected message.

@@ -173,29 +173,29 @@ def _overlay_of(world: World, theme: Literal["light", "dark"]) -> Overlay:
     from hmrsim.topology import bottlenecks, concentration, speeds_of
 
     traffic = concentration(world.graph, next(iter(speeds_of(world))))
-    found = bottlenecks(world.graph)
-    if note := _limits(traffic, found):
+    weak = bottlenecks(world.graph)
+    if note := _limits(traffic, weak):
         warn(f"hmrsim: {note}")
-    weak = tuple(_weak(world, one) for one in found.worst)
-    return Overlay(traffic.shares if traffic else {}, weak, theme)
+    drawn = tuple(_weak(world, bottleneck) for bottleneck in weak.worst)
+    return Overlay(traffic.shares if traffic else {}, drawn, theme)
 
 
-def _limits(traffic: Concentration | None, found: Bottlenecks) -> str:
+def _limits(traffic: Concentration | None, weak: Bottlenecks) -> str:
     """Return a note about what is omitted or inexact because the map is large."""
     notes = []
     if traffic is None:
         notes.append("traffic is not drawn: there are too many lanes")
     elif traffic.starts < traffic.of:
         notes.append(f"traffic is counted from a sample of {traffic.starts} of {traffic.of} waypoints")
-    total = found.waypoints + found.lanes + found.lifts
-    if len(found.worst) < total:
-        notes.append(f"the worst {len(found.worst)} of {total} bottlenecks are drawn")
+    total = weak.waypoints + weak.lanes + weak.lifts
+    if len(weak.worst) < total:
+        notes.append(f"the worst {len(weak.worst)} of {total} bottlenecks are drawn")
     return "; ".join(notes)
 
 
-def _weak(world: World, one: Bottleneck) -> Weak:
-    sizes = [side.waypoints for side in one.sides]
-    names = world.lifts[one.name[0]].stops if one.kind == "lift" else one.name
-    apart = " | ".join(f"{side.waypoints} waypoints, {len(side.places)} places" for side in one.sides)
+def _weak(world: World, bottleneck: Bottleneck) -> Weak:
+    sizes = [side.waypoints for side in bottleneck.sides]
+    names = world.lifts[bottleneck.name[0]].stops if bottleneck.kind == "lift" else bottleneck.name
+    apart = " | ".join(f"{side.waypoints} waypoints, {len(side.places)} places" for side in bottleneck.sides)
     weight = math.sqrt(min(1.0, 2 * (sum(sizes) - sizes[0]) / sum(sizes)))
-    return Weak(names, one.kind, weight, f"{' - '.join(one.name)} is the only way between {apart}")
+    return Weak(names, bottleneck.kind, weight, f"{' - '.join(bottleneck.name)} is the only way between {apart}")

@@ -74,10 +74,12 @@ def facts(loaded: LoadedWorld) -> dict[str, Any]:
         "parts": network.pop("parts"),
         "network": network,
         "robots": [_robot(world, name) for name in world.robots],
-        "items": [{"name": name, "at": world.point(one.at), "weight": one.weight} for name, one in world.items.items()],
-        "places": [{"name": name, "at": one.at} for name, one in world.places.items()],
+        "items": [
+            {"name": name, "at": world.point(entry.at), "weight": entry.weight} for name, entry in world.items.items()
+        ],
+        "places": [{"name": name, "at": entry.at} for name, entry in world.places.items()],
         "docks": [
-            {"name": name, **one.model_dump(), "at": world.dock_point(name)} for name, one in world.docks.items()
+            {"name": name, **entry.model_dump(), "at": world.dock_point(name)} for name, entry in world.docks.items()
         ],
         "remap": world.remap,
     }
@@ -101,12 +103,12 @@ def lane_facts(world: World) -> dict[str, Any]:
     """Return the analysis of a map's lanes as plain values, with lists of at most `MAX_LISTED` entries."""
     graph, speeds = world.graph, speeds_of(world)
     speed = next(iter(speeds))
-    found, reached, traffic = bottlenecks(graph), reach(graph), concentration(graph, speed)
+    weak, reached, traffic = bottlenecks(graph), reach(graph), concentration(graph, speed)
     driven = trips(world, speed)
     gaps = [(start, goal, "no lane leads there") for start, goals in reached.gaps.items() for goal in goals]
     gaps += [(*ends, why) for ends, why in driven.failed.items() if ends[1] not in reached.gaps.get(ends[0], ())]
     return {
-        "speeds": [{"speed": one, "types": types} for one, types in speeds.items()],
+        "speeds": [{"speed": speed, "types": types} for speed, types in speeds.items()],
         "parts": parts(graph),
         "strong_parts": reached.strong[:MAX_LISTED],
         "unreachable": {
@@ -114,11 +116,12 @@ def lane_facts(world: World) -> dict[str, Any]:
             "listed": [{"from": start, "to": goal, "why": why} for start, goal, why in gaps[:MAX_LISTED]],
         },
         "bottlenecks": {
-            "waypoints": found.waypoints,
-            "lanes": found.lanes,
-            "lifts": found.lifts,
+            "waypoints": weak.waypoints,
+            "lanes": weak.lanes,
+            "lifts": weak.lifts,
             "worst": [
-                {**asdict(one), "doors": _doors(world, one.name) if one.kind == "lane" else ()} for one in found.worst
+                {**asdict(entry), "doors": _doors(world, entry.name) if entry.kind == "lane" else ()}
+                for entry in weak.worst
             ],
         },
         "trips": _trips(world, driven, _shown_speeds(speeds)),

@@ -33,10 +33,10 @@ def _lines(values: dict[str, Any], policy: str) -> Iterator[str]:
         yield f"lanes: {values['lane_length']:g} {units} in all, {values['one_way_lanes']} one-way, {joined}"
     if policy:
         yield policy
-    yield from _listed("robots", (_robot_line(one, units) for one in values["robots"]))
-    yield from _listed("items", (f"{one['name']} {_at(one)} {one['weight']:g} kg" for one in values["items"]))
-    yield from _listed("places", (f"{one['name']} {_at(one)}" for one in values["places"]))
-    yield from _listed("docks", (f"{one['name']} {_at(one)} {one['type']}" for one in values["docks"]))
+    yield from _listed("robots", (_robot_line(entry, units) for entry in values["robots"]))
+    yield from _listed("items", (f"{entry['name']} {_at(entry)} {entry['weight']:g} kg" for entry in values["items"]))
+    yield from _listed("places", (f"{entry['name']} {_at(entry)}" for entry in values["places"]))
+    yield from _listed("docks", (f"{entry['name']} {_at(entry)} {entry['type']}" for entry in values["docks"]))
     yield from _listed("remap", (f"{alias} -> {target}" for alias, target in values["remap"].items()))
     yield from _bottleneck_lines(values["network"]["bottlenecks"])
     yield from _reach_lines(values["network"])
@@ -62,28 +62,28 @@ def _robot_line(robot: dict[str, Any], units: str) -> str:
     return ", ".join([*parts, *script])
 
 
-def _at(thing: dict[str, Any]) -> str:
-    return f"({thing['at'][0]:g}, {thing['at'][1]:g})"
+def _at(entry: dict[str, Any]) -> str:
+    return f"({entry['at'][0]:g}, {entry['at'][1]:g})"
 
 
 def _bottleneck_lines(values: dict[str, Any]) -> Iterator[str]:
-    found = [counted(values[kind], kind) for kind in ("waypoints", "lanes", "lifts") if values[kind]]
-    if not found:
+    counts = [counted(values[kind], kind) for kind in ("waypoints", "lanes", "lifts") if values[kind]]
+    if not counts:
         return
-    yield f"bottlenecks: {', '.join(found)}; each is the only way between its sides, the worst first"
-    yield from _table([_bottleneck(one) for one in values["worst"][:_MAX_LINES]])
+    yield f"bottlenecks: {', '.join(counts)}; each is the only way between its sides, the worst first"
+    yield from _table([_bottleneck(entry) for entry in values["worst"][:_MAX_LINES]])
     if sum(values[kind] for kind in ("waypoints", "lanes", "lifts")) > _MAX_LINES:
         yield f"  and more; --json has {len(values['worst'])}, `hmrsim map render --bottlenecks` draws them"
 
 
-def _bottleneck(one: dict[str, Any]) -> tuple[str, ...]:
-    largest, *others = one["sides"]
+def _bottleneck(entry: dict[str, Any]) -> tuple[str, ...]:
+    largest, *others = entry["sides"]
     cut = sum(side["waypoints"] for side in others)
-    total = cut + largest["waypoints"] + (one["kind"] == "waypoint")
+    total = cut + largest["waypoints"] + (entry["kind"] == "waypoint")
     places = [place for side in others for place in side["places"]]
-    name = " - ".join(one["name"]) + (f" (door {', '.join(one['doors'])})" if one["doors"] else "")
+    name = " - ".join(entry["name"]) + (f" (door {', '.join(entry['doors'])})" if entry["doors"] else "")
     apart = f" in {len(others)} parts" if len(others) > 1 else ""
-    return one["kind"], name, f"cuts off {cut} of {counted(total, 'waypoints')}{apart}", _places(places)
+    return entry["kind"], name, f"cuts off {cut} of {counted(total, 'waypoints')}{apart}", _places(places)
 
 
 def _places(names: Sequence[str]) -> str:
@@ -98,8 +98,8 @@ def _reach_lines(values: dict[str, Any]) -> Iterator[str]:
     if missed["pairs"]:
         yield f"unreachable: {counted(missed['pairs'], 'pairs')} of places and docks"
         rows: dict[tuple[str, str], list[str]] = {}
-        for one in missed["listed"]:
-            rows.setdefault((one["from"], one["why"]), []).append(one["to"])
+        for entry in missed["listed"]:
+            rows.setdefault((entry["from"], entry["why"]), []).append(entry["to"])
         yield from _table(
             [(start, f"to {_named(goals)}", why) for (start, why), goals in islice(rows.items(), _MAX_LINES)]
         )
@@ -121,10 +121,10 @@ def _trip_lines(values: dict[str, Any], units: str) -> Iterator[str]:
         if trips["of"] > 1 and not trips["places"]:
             yield f"trips: not computed between {trips['of']} places and docks: there are too many lanes"
         return
-    types = {one["speed"]: one["types"] for one in values["speeds"]}
+    types = {entry["speed"]: entry["types"] for entry in values["speeds"]}
     sample = f"a sample of {trips['places']} of " if trips["places"] < trips["of"] else ""
     yield f"trips between {sample}{trips['of']} places and docks, without turning and acceleration:"
-    speeds = [one["speed"] for one in trips["longest_by_time"][0]["seconds"]]
+    speeds = [entry["speed"] for entry in trips["longest_by_time"][0]["seconds"]]
     head = ("", "", "length", *(f"{speed:g} {units}/s" for speed in speeds))
     whose = ("", "", "", *(_named(types[speed]) or "(default)" for speed in speeds))
     rows = [head, whose]
@@ -133,7 +133,7 @@ def _trip_lines(values: dict[str, Any], units: str) -> Iterator[str]:
             continue
         for number, trip in enumerate(trips[kind]):
             arrow = "<->" if trip["both_ways"] else "->"
-            seconds = (f"{one['seconds']:.1f} s" for one in trip["seconds"])
+            seconds = (f"{entry['seconds']:.1f} s" for entry in trip["seconds"])
             name = f"{trip['from']} {arrow} {trip['to']}"
             rows.append(("" if number else kind.replace("_", " "), name, f"{trip['length']:.1f} {units}", *seconds))
     yield from _table(rows, right=2)
@@ -158,7 +158,7 @@ def _traffic_lines(values: dict[str, Any], units: str) -> Iterator[str]:
     between = f"from {sample}{ends} to all of them" if sample else f"between {ends}"
     yield f"traffic: share of the quickest trips {between} at {traffic['speed']:g} {units}/s"
     yield from _table(
-        [(" - ".join(one["lane"]), f"{one['share']:.1%}") for one in traffic["shares"][:_MAX_LINES]], right=1
+        [(" - ".join(entry["lane"]), f"{entry['share']:.1%}") for entry in traffic["shares"][:_MAX_LINES]], right=1
     )
 
 

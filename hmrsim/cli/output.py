@@ -112,7 +112,7 @@ def _dumper() -> type[yaml.SafeDumper]:
 class ProgressLine:
     """A line on the terminal's stderr that shows how far a command is; each text replaces the one before.
 
-    Without a terminal, reports are lines of their own.
+    Without a terminal, each report is a separate line.
 
     Args:
         period: The minimum wall seconds between two reports without a terminal.

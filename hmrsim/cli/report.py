@@ -114,7 +114,7 @@ def _show_json(sections: list[Section]) -> None:
     from hmrsim.report import Sections
 
     printed = sections[0].report if len(sections) == 1 else Sections(sections=tuple(sections))
-    show(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", printed.model_dump_json()))
+    show(_CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", printed.model_dump_json()))
 
 
 def _check_folder(directory: Path) -> None:
@@ -137,11 +137,11 @@ def _check_writable(output: Path) -> None:
         OutputError: It can't.
     """
     try:
-        there = output.exists()
+        existed = output.exists()
         output.open("ab").close()
     except OSError as error:
         raise unwritable(f"-o {output}", error) from None
-    if not there:
+    if not existed:
         output.unlink()
 
 

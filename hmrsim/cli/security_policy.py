@@ -47,10 +47,10 @@ def explain(args: argparse.Namespace) -> int:
     policy = chosen[0].access_control
     alone = (folder / DESCRIPTION).exists() and role is None
     names = list(policy.rules) if alone else [enclave.name for enclave in chosen]
-    found = {name: decisions(policy, name, key) for name in names}
+    decided = {name: decisions(policy, name, key) for name in names}
     facts = {
         name: {what: {"allowed": decision.allowed, "rule": decision.rule} for what, decision in each.items()}
-        for name, each in found.items()
+        for name, each in decided.items()
     }
     rows = [
         (
@@ -59,7 +59,7 @@ def explain(args: argparse.Namespace) -> int:
             what,
             f"rule {decision.rule!r}" if decision.rule else "no rule allows it",
         )
-        for name, each in found.items()
+        for name, each in decided.items()
         for what, decision in each.items()
     ]
     show_result({"key": key, "enclaves": facts}, columns(rows), as_json=args.json)
@@ -68,11 +68,11 @@ def explain(args: argparse.Namespace) -> int:
 
 def decisions(policy: AccessControl, name: str, key: str) -> dict[str, Decision]:
     """Return the policy's decision on each operation of a client on a key."""
-    found = {}
+    decided = {}
     for what, (sent, received) in _ASKS.items():
         first, second = policy.decide(name, sent, "ingress", key), policy.decide(name, received, "egress", key)
-        found[what] = second if first.allowed and not second.allowed else first
-    return found | {what: policy.decide(name, message, "ingress", key) for what, message in _DOES.items()}
+        decided[what] = second if first.allowed and not second.allowed else first
+    return decided | {what: policy.decide(name, message, "ingress", key) for what, message in _DOES.items()}
 
 
 def _parsed(words: Sequence[str]) -> tuple[Path, str, str | None]:

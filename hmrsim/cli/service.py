@@ -233,9 +233,9 @@ def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> U
     """Return the error for an unknown service; *answer* is the simulator's reply to it."""
     from hmrsim.cli.names import find_action
 
-    owner, found, _ = name.rpartition(_ACTION)
+    owner, is_action, _ = name.rpartition(_ACTION)
     try:
-        if found:
+        if is_action:
             find_action(info, owner)
     except UnknownName as error:
         return error

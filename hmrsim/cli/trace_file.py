@@ -170,18 +170,18 @@ def difference_from(kept: str, now: str, repeat: Callable[..., str], *args: Any)
         args: Its arguments.
     """
     if kept:
-        found = first_difference(kept, now)
-        return found.describe() if found else "the trace is the same"
-    for other in _elsewhere(repeat, *args):
-        if found := first_difference(other, now):
-            return f"two runs of now differ, too: the controller is not deterministic; {found.describe()}"
+        difference = first_difference(kept, now)
+        return difference.describe() if difference else "the trace is the same"
+    for other in _in_new_processes(repeat, *args):
+        if difference := first_difference(other, now):
+            return f"two runs of now differ, too: the controller is not deterministic; {difference.describe()}"
     return (
         f"{_MOST_REPEATS} more runs are all as this one: the code of the controller, or something that it reads, "
         "has changed since"
     )
 
 
-def _elsewhere(repeat: Callable[..., str], *args: Any) -> Iterator[str]:
+def _in_new_processes(repeat: Callable[..., str], *args: Any) -> Iterator[str]:
     """Yield the results of calling a function in new processes, each with a different hash seed."""
     before = os.environ.get(_SEED)
     try:
