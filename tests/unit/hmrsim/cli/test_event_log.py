@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import threading
+from types import SimpleNamespace
 
 import pytest
 
-from hmrsim.cli.event_log import BufferedSink, EventLog, LogLines, summary, text_of
+from hmrsim.cli.event_log import BufferedSink, EventLog, LogDisplay, LogLines, summary, text_of
 from hmrsim.events import Severity
 from hmrsim.events.batteries import BatteryEmpty
 from hmrsim.events.doors import DoorOpening
@@ -25,6 +26,7 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
+from tests.shipped import shipped
 
 MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}})
 
@@ -208,3 +210,28 @@ def pose(x, y):
 def test_summary(goal, words):
     """A goal is told by what was asked for, not by its defaults."""
     assert words == summary(goal)
+
+
+def test_events_are_logged_at_levels_without_goals(caplog):
+    """An error is told at ``--log-level error``, where what is less is not."""
+    display = LogDisplay("ward", logging.ERROR)
+
+    with caplog.at_level(logging.ERROR):
+        for event in (DoorOpening("gate"), BatteryEmpty("eve", 0.0, 0.0, (1.0, 2.0))):
+            for sink in display.sinks:
+                sink.emit(EventStamped(0, event))
+        for tell in display.on_wait:
+            tell()
+
+    assert ["sim 0.000 | eve has an empty battery"] == caplog.messages
+
+
+def test_the_log_begins_with_the_traffic_policy(caplog):
+    """It is in the line after the one that names the world."""
+    simulator = SimpleNamespace(now=0.0, world=shipped("cafe").world)
+    host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(state=SimpleNamespace(waiting_for=())))
+
+    with caplog.at_level(logging.INFO), LogDisplay("cafe", logging.INFO).shown(host):
+        pass
+
+    assert ["sim 0.000 | cafe begins", "sim 0.000 | traffic policy: priority"] == caplog.messages[:2]
