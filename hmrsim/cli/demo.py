@@ -116,7 +116,7 @@ def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[st
     check_port(view)
     check_page(view, session)
     check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
-    check_writable(trace, ())
+    check_writable(trace)
     if overlays := overlays_of(changes.overlay, changes.set):
         load_world(_WORLD, overlays=overlays)
     arguments = ["run", _WORLD, "--listen", f"{'tls' if session.secure else 'tcp'}/127.0.0.1:0", "--json"]

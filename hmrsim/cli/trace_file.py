@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,11 +12,9 @@ from hmrsim.program.files import (
     MAX_VALUES,
     MAX_VALUES_OF_WORLD,
     TextOutput,
-    check_outputs,
     check_regular,
     has_more_values,
 )
-from hmrsim.trace.difference import first_difference
 from hmrsim.trace.sections import may_begin_section
 from hmrsim.trace.writer import Header, Trace
 
@@ -39,13 +35,12 @@ _MAX_CHARACTERS: Final = 64 * 1024 * 1024
 """Maximum length of a line; worlds are shorter, and all other lines are much shorter."""
 
 
-def check_writable(path: Path | None, inputs: Sequence[Path]) -> None:
-    """Check that a trace can be written to *path*, unless it is None; *inputs* are the files that the command reads.
+def check_writable(path: Path | None) -> None:
+    """Check that a trace can be written to *path*, unless it is None.
 
     Raises:
         OutputError: It can't be written.
     """
-    check_outputs([(_OPTION, path)], inputs)
     if path is not None:
         TextOutput(_OPTION, path).close()
 
@@ -160,15 +155,17 @@ _SEED: Final = "PYTHONHASHSEED"
 
 
 def difference_from(kept: str, now: str, repeat: Callable[..., str], *args: Any) -> str:
-    """Return where a run that came out otherwise first differs, in words.
+    """Return where a repeated run first differs, as text.
 
     Args:
-        kept: The trace of the run as it was; empty if it was not kept. Then the run is repeated in other processes,
+        kept: The trace of the original run; empty if it was not kept. Then the run is repeated in other processes
             until one of them differs.
-        now: The trace of the run as it is now.
-        repeat: Returns the trace of the run, in another process.
-        args: Its arguments.
+        now: The trace of the repeated run.
+        repeat: Repeats the run and returns its trace, in another process.
+        args: The arguments of *repeat*.
     """
+    from hmrsim.trace.difference import first_difference
+
     if kept:
         difference = first_difference(kept, now)
         return difference.describe() if difference else "the trace is the same"
@@ -183,6 +180,9 @@ def difference_from(kept: str, now: str, repeat: Callable[..., str], *args: Any)
 
 def _in_new_processes(repeat: Callable[..., str], *args: Any) -> Iterator[str]:
     """Yield the results of calling a function in new processes, each with a different hash seed."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
     before = os.environ.get(_SEED)
     try:
         for number in range(_MOST_REPEATS):
