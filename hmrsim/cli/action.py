@@ -13,7 +13,6 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import show_result, yaml_flow
 from hmrsim.program.command_line import add_commands
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,13 +28,11 @@ if TYPE_CHECKING:
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim action``."""
     parser.description = "List actions and send goals, as with `ros2 action`."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim action list -t
   hmrsim action info /mocha/pickup
-  hmrsim action send-goal /mocha/pickup '{{target_name: coffee}}' --feedback
-
-{ENVIRONMENT}"""
+  hmrsim action send-goal /mocha/pickup '{target_name: coffee}' --feedback"""
     add_commands(
         parser,
         {
@@ -50,13 +47,11 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments
 
     parser.description = "List the actions of all robots, one a line."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim action list
   hmrsim action list --show-types --connect tcp/10.0.0.7:7447
-  hmrsim action list --json | jq -r '.[].name'
-
-{ENVIRONMENT}"""
+  hmrsim action list --json | jq -r '.[].name'"""
     add_list_arguments(parser, _names)
 
 
@@ -69,12 +64,10 @@ def _names(_args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
 
 def _configure_info(parser: argparse.ArgumentParser) -> None:
     parser.description = "Show the goal, result and feedback of an action."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim action info /mocha/navigate_to_pose
-  hmrsim action info mocha/pickup --json
-
-{ENVIRONMENT}"""
+  hmrsim action info mocha/pickup --json"""
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
     add_json(parser)
     parser.set_defaults(function=_info)

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, number_in
-from hmrsim.cli.output import show, show_json, show_result, warn
+from hmrsim.cli.output import show, show_json, show_result, show_table, warn
 from hmrsim.errors import TraceError, printable, reason_of
 
 if TYPE_CHECKING:
     from hmrsim.experiments.comparing import Contrast
 
 _MAX_ENDINGS: Final = 10
-_WIDTH: Final = 200
-"""Characters of a line if the output is not a terminal."""
 _MAX_LINE: Final = 500
 
 
@@ -102,25 +100,20 @@ def _values(result: Contrast) -> dict[str, Any]:
 
 
 def _show(result: Contrast, alpha: float) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
     from hmrsim.report.wording import UNKNOWN
 
     show(f"{result.b} compared with {result.a}: {result.pairs:,} pairs")
     for note in result.notes:
         warn(f"warning: {note}")
-    table = Table(box=None, pad_edge=False)
-    for heading in ("measure", "verdict", "after pairs", f"difference, {1 - alpha:.0%} together", "pairs that differ"):
-        table.add_column(heading, justify="left" if heading in {"measure", "verdict"} else "right")
+    rows = []
     for name, each in result.comparisons.items():
         mean = each.difference
         bounds = f" [{mean.low:+.4g}, {mean.high:+.4g}]" if mean.low is not None and mean.high is not None else ""
         difference = UNKNOWN if mean.estimate is None else f"{mean.estimate:+.4g}{bounds}"
         after = UNKNOWN if each.decided_after is None else f"{each.decided_after:,}"
-        table.add_row(Text(name), each.verdict, after, difference, f"{each.differing:,}")
-    Console(width=None if Console().is_terminal else _WIDTH).print(table)
+        rows.append((name, each.verdict, after, difference, f"{each.differing:,}"))
+    headings = ("measure", "verdict", "after pairs", f"difference, {1 - alpha:.0%} together", "pairs that differ")
+    show_table(headings, rows, left=("measure", "verdict"))
     for number_a, number_b, ending_a, ending_b in result.endings[:_MAX_ENDINGS]:
         show(printable(f"run {number_a} {ending_a}, run {number_b} {ending_b}"))
         show(printable(f"  hmrsim experiment again {result.b.folder} {number_b} --trace run_{number_b}.jsonl"))

@@ -12,7 +12,7 @@ from hmrsim.cli.output import show_json, show_result
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.errors import ConnectionDenied, SimulatorNotFound
-from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import session_options
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Show what is on the network (a simulator, its robots and their controllers, ROS nodes), what is wrong,\n"
         "and what to do. It observes for half a second, and changes nothing."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes:
   0  no errors, maybe warnings
   1  errors; each comes with a remedy
@@ -31,9 +31,7 @@ exit codes:
 examples:
   hmrsim doctor
   hmrsim doctor --ros-domain-id 7 --connect tcp/10.0.0.7:7447
-  hmrsim doctor --json | jq -r '.problems[].remedy'
-
-{ENVIRONMENT}"""
+  hmrsim doctor --json | jq -r '.problems[].remedy'"""
     add_json(parser, "print one JSON object with everything")
     parser.add_argument(
         "--ros-domain-id",

@@ -10,25 +10,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json, show_result
+from hmrsim.cli.output import show, show_json, show_result, show_table
 from hmrsim.errors import ResultsError, printable
 from hmrsim.experiments.results.groups import Group, groups_by, groups_of
 from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
-from hmrsim.program.files import STDOUT, check_outputs, unwritable
+from hmrsim.program.files import STDOUT, check_outputs, write_text
 from hmrsim.report.wording import UNKNOWN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rich.table import Table
+    from collections.abc import Iterable, Iterator
 
     from hmrsim.experiments.statistics.intervals import Interval
 
 _MAX_FAILED: Final = 10
-_WIDTH: Final = 200
-"""Characters of a line if the output is not a terminal."""
 _PAGE: Final = "report.html"
 """The name of the page in the folder of results, if no other is given."""
 
@@ -65,10 +61,8 @@ def show_results(args: argparse.Namespace) -> int:
     if args.json:
         show_json({"name": about["name"], "treatments": [_values(group) for group in groups]})
         return ExitCode.DONE
-    # Loads rich, which is only needed for text.
-    from rich.console import Console
-
-    Console(width=None if Console().is_terminal else _WIDTH).print(_table(groups, [*about["measures"]], args.by))
+    headings = (*args.by, "treatment", "runs", "success", *about["measures"])
+    show_table(headings, (_row(group, about["measures"]) for group in groups), left=(*args.by, "treatment"))
     for note in _notes(groups):
         show(printable(note))
     for row in failed[:_MAX_FAILED]:
@@ -122,21 +116,9 @@ def _printable_lines(text: str) -> str:
     return "\n".join(f"  {printable(line)}" for line in text.splitlines())
 
 
-def _table(groups: list[Group], measures: list[str], factors: list[str]) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False)
-    for factor in factors:
-        table.add_column(Text(factor))
-    for heading in ("treatment", "runs", "success", *measures):
-        table.add_column(heading, justify="left" if heading == "treatment" else "right")
-    for group in groups:
-        rate = group.rate()
-        means = [_interval(group.mean(measure)) for measure in measures]
-        levels = [Text(printable(str(level))) for level in group.levels.values()]
-        table.add_row(*levels, Text(group.name), f"{group.runs:,}", _interval(rate, share=True), *means)
-    return table
+def _row(group: Group, measures: Iterable[str]) -> tuple[str, ...]:
+    levels, means = map(str, group.levels.values()), (_interval(group.mean(measure)) for measure in measures)
+    return *levels, group.name, f"{group.runs:,}", _interval(group.rate(), share=True), *means
 
 
 def _notes(groups: list[Group]) -> Iterator[str]:
@@ -193,16 +175,9 @@ def report(args: argparse.Namespace) -> int:
         if output == STDOUT:
             show(page)
             return ExitCode.DONE
-        _write(output, page)
+        write_text("-o", Path(output), page)
         if not args.json:
             show(f"page: {output}")
     if args.json:
         show_json(summary.model_dump(mode="json"))
     return ExitCode.DONE
-
-
-def _write(output: str, page: str) -> None:
-    try:
-        Path(output).write_text(page, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise unwritable(f"-o {output}", error) from None

@@ -19,7 +19,7 @@ from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
 from hmrsim.experiments.running.checking import check_file
 from hmrsim.experiments.running.tasks import execute_run
-from hmrsim.program.files import check_outputs, unwritable
+from hmrsim.program.files import check_outputs, write_text
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.executors import factory_of
 from hmrsim.trials.trial import unwatched
@@ -200,14 +200,14 @@ def again(args: argparse.Namespace) -> int:
         watchers = stack.enter_context(recorded(args.record, settings)) if args.record else unwatched
         row = execute_run(_traced(plan), run, watchers)
     if args.trace:
-        _write(args.trace, row.trace)
+        write_text("--trace", args.trace, row.trace)
     if args.report and row.trace:
         from hmrsim.report import of_trace
         from hmrsim.report.compile import report_of
         from hmrsim.report.page import page_of
 
         (source,) = of_trace(lambda: row.trace.splitlines(keepends=True), section=1)
-        _write(args.report, page_of(report_of(source), source.definition))
+        write_text("--report", args.report, page_of(report_of(source), source.definition))
     now = _outcome(plan, row)
     different = [] if before is None else _different(before, now)
     facts = {"run": args.run, **now, "same": not different}
@@ -220,13 +220,6 @@ def again(args: argparse.Namespace) -> int:
     if different:
         warn(difference_from(_kept(args.results, args.run), row.trace, _trace_of, args.results, args.run))
     return ExitCode.FAILED if different else ExitCode.DONE
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise unwritable(str(path), error) from None
 
 
 def _kept(folder: Path, number: int) -> str:

@@ -13,7 +13,6 @@ from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import columns, show, show_result, yaml_flow
 from hmrsim.diagnostics import instead, shown
 from hmrsim.program.command_line import add_commands
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -22,13 +21,11 @@ if TYPE_CHECKING:
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim fault``."""
     parser.description = "Inject faults into a running simulation, list them, and clear them."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim fault inject breakdown robot=mocha duration=30
   hmrsim fault list
-  hmrsim fault clear breakdown_1
-
-{ENVIRONMENT}"""
+  hmrsim fault clear breakdown_1"""
     add_commands(
         parser,
         {
@@ -41,7 +38,7 @@ examples:
 
 def _configure_inject(parser: argparse.ArgumentParser) -> None:
     parser.description = "Inject a fault."
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes: 0 the fault is injected; 1 the simulator refuses it, as for an unknown robot; 2 wrong use; 3 no simulator
 
 examples:
@@ -49,9 +46,7 @@ examples:
   hmrsim fault inject lane_closed 'lane=[hall, entrance]' until=60
   hmrsim fault inject slip robot=latte factor=0.4 at=20 --json
 
-docs/reference/faults.md lists all faults and their keys.
-
-{ENVIRONMENT}"""
+docs/reference/faults.md lists all faults and their keys."""
     parser.add_argument("type", metavar="TYPE", help="the fault, such as breakdown")
     parser.add_argument("keys", metavar="KEY=VALUE", nargs="*", help="its keys, as in a world file; values are YAML")
     add_json(parser)
@@ -61,12 +56,10 @@ docs/reference/faults.md lists all faults and their keys.
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
     parser.description = "List the faults that are active or scheduled."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim fault list
-  hmrsim fault list --json | jq -r '.[] | select(.active).name'
-
-{ENVIRONMENT}"""
+  hmrsim fault list --json | jq -r '.[] | select(.active).name'"""
     add_json(parser, "print one JSON list")
     parser.set_defaults(function=_list)
     add_connection_options(parser)
@@ -74,13 +67,11 @@ examples:
 
 def _configure_clear(parser: argparse.ArgumentParser) -> None:
     parser.description = "End a fault, or all faults."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim fault clear                 # all of them
   hmrsim fault clear breakdown_1
-  hmrsim fault clear slip            # all of a type
-
-{ENVIRONMENT}"""
+  hmrsim fault clear slip            # all of a type"""
     parser.add_argument("name", metavar="FAULT", nargs="?", help="the name of one, or a type (default: all)")
     parser.set_defaults(function=_clear)
     add_connection_options(parser)

@@ -11,7 +11,7 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, add_world_options, positive
 from hmrsim.cli.output import counted, show_result
 from hmrsim.errors import WorldError
-from hmrsim.program.command_line import ENVIRONMENT, Later, add_commands
+from hmrsim.program.command_line import Later, add_commands
 
 if TYPE_CHECKING:
     from hmrsim.errors import Problem
@@ -42,15 +42,13 @@ examples:
 
 def _configure_validate(parser: argparse.ArgumentParser) -> None:
     parser.description = "List everything that is wrong with a world file, and what looks odd."
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes: 0 no errors, maybe warnings; 1 errors; 2 the file, or an option, can't be read
 
 examples:
   hmrsim map validate my_world.yaml
   hmrsim map validate my_world.yaml --traffic
-  hmrsim map validate my_world.yaml --json | jq -r '.[].message'
-
-{ENVIRONMENT}"""
+  hmrsim map validate my_world.yaml --json | jq -r '.[].message'"""
     add_world_options(parser, argument="file")
     parser.add_argument(
         "--traffic",
@@ -67,14 +65,12 @@ def _configure_info(parser: argparse.ArgumentParser) -> None:
         "Show the contents of a world file, and what its lanes mean for traffic: bottlenecks, places that can't be"
         " reached, the longest and shortest trips, and where traffic will concentrate."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim map info hospital
   hmrsim map info drawing.drawio --json | jq '.counts, .parts'
   hmrsim map info a.yaml --json | jq -r .hash
-  hmrsim map info warehouse --json | jq '.network.bottlenecks.worst[0]'
-
-{ENVIRONMENT}"""
+  hmrsim map info warehouse --json | jq '.network.bottlenecks.worst[0]'"""
     add_world_options(parser, argument="file")
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.map_info", "info"))
@@ -82,15 +78,13 @@ examples:
 
 def _configure_plan(parser: argparse.ArgumentParser) -> None:
     parser.description = "Print the quickest route from one point to another, each of its legs, and its travel time."
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes: 0 there is a route; 1 there is none, or no such name; 2 the file can't be read
 
 examples:
   hmrsim map plan hospital wall_e pharmacy
   hmrsim map plan hospital lab 39,6.5 --for eve
-  hmrsim map plan my_world.yaml home -3,4 --speed 0.8 --json | jq .length
-
-{ENVIRONMENT}"""
+  hmrsim map plan my_world.yaml home -3,4 --speed 0.8 --json | jq .length"""
     add_world_options(parser, argument="file")
     where = "X,Y, or the name of a waypoint, place, dock, robot or item"
     parser.add_argument("start", metavar="FROM", help=where)
@@ -111,7 +105,7 @@ examples:
 
 def _configure_convert(parser: argparse.ArgumentParser) -> None:
     parser.description = "Write a world in another format."
-    parser.epilog = f"""\
+    parser.epilog = """\
 OUT's suffix chooses the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
 of Nav2's Route Server. Anything that OUT can't hold is reported on stderr. Files that IN includes are
 merged in.
@@ -121,9 +115,7 @@ examples:
   hmrsim map convert office.building.yaml office.geojson
   hmrsim map convert arena.map arena.yaml --neighbours 4
   hmrsim map convert hospital hospital.geojson --force
-  hmrsim map convert scenario1 - --to geojson | jq '.features | length'
-
-{ENVIRONMENT}"""
+  hmrsim map convert scenario1 - --to geojson | jq '.features | length'"""
     add_world_options(parser, argument="in")
     parser.add_argument("out", metavar="OUT", help="the file to write, or - for stdout")
     parser.add_argument(
@@ -138,7 +130,7 @@ examples:
 
 def _configure_render(parser: argparse.ArgumentParser) -> None:
     parser.description = "Draw a world: walls and lanes, places and docks, robots and items as they are at the start."
-    parser.epilog = f"""\
+    parser.epilog = """\
 OUT's suffix chooses the format: .svg, or .png, which needs the extra `png` (pip install 'hmrsim[png]'). Without -o the
 picture is SVG on stdout. Names are omitted where there is no room for them; a viewer shows them, and more, as
 tooltips. The same world gives the same SVG, byte for byte.
@@ -148,9 +140,7 @@ examples:
   hmrsim map render warehouse -o warehouse.png --theme dark --width 1600
   hmrsim map render office.building.yaml --page L1 --details > office.svg
   hmrsim map render warehouse --bottlenecks -o traffic.svg
-  hmrsim map render arena.map --robot wall_e@3,4 --no-legend -o arena.svg
-
-{ENVIRONMENT}"""
+  hmrsim map render arena.map --robot wall_e@3,4 --no-legend -o arena.svg"""
     add_world_options(parser)
     parser.add_argument("-o", "--output", default="-", metavar="OUT", help="the file to write (SVG on stdout)")
     parser.add_argument("--theme", choices=("light", "dark"), default="light", help="colours (light)")

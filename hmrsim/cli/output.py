@@ -7,7 +7,7 @@ import os
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
@@ -20,11 +20,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import yaml
+    from rich.text import Text
 
     from hmrsim.interfaces.message import Message
 
 _DIGITS: Final = 9
 """Significant digits of numbers in YAML, which hide the rounding errors of binary arithmetic."""
+_WIDTH: Final = 200
+"""Characters of a line of a table if the output is not a terminal."""
 _TERMINAL_PERIOD: Final = 0.2
 """Wall seconds between two reports on a terminal."""
 
@@ -59,6 +62,21 @@ def columns(rows: Sequence[Sequence[str]]) -> Iterator[str]:
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in cells:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def show_table(headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *, left: Container[str]) -> None:
+    """Print a table that fits the terminal; columns whose heading is not in *left* are right-aligned."""
+    # Loads rich, which takes 60 ms.
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    for heading in headings:
+        table.add_column(Text(heading), justify="left" if heading in left else "right")
+    for row in rows:
+        table.add_row(*(cell if isinstance(cell, Text) else Text(printable(cell)) for cell in row))
+    Console(width=None if Console().is_terminal else _WIDTH).print(table)
 
 
 def counted(number: int, nouns: str) -> str:

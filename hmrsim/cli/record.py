@@ -17,7 +17,7 @@ from hmrsim.cli.output import show_json, warn
 from hmrsim.program.files import check_outputs
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
@@ -34,13 +34,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Record everything that a simulator publishes to an MCAP file until Ctrl-C, or until the simulator is gone."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim record run.mcap
   hmrsim record run.mcap --duration 60 --connect tcp/10.0.0.7:7447
-  hmrsim record run.mcap && hmrsim view run.mcap
-
-{ENVIRONMENT}"""
+  hmrsim record run.mcap && hmrsim view run.mcap"""
     parser.add_argument("file", type=Path, metavar="OUT.mcap", help="an existing file is overwritten")
     parser.add_argument(
         "--duration",

@@ -12,22 +12,18 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json, count
-from hmrsim.cli.output import show, warn
+from hmrsim.cli.output import show, show_table, warn
 from hmrsim.errors import TraceError, printable
-from hmrsim.program.files import STDOUT, check_outputs, unwritable
+from hmrsim.program.files import STDOUT, check_outputs, unwritable, write_text
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from hmrsim.report import Report, ReportInput, Section
 
 _CONTROL: Final = re.compile("[\x7f-\x9f]")
 """Control characters that JSON allows in strings, but that a terminal interprets."""
 _MAX_ROBOTS: Final = 40
 _MAX_ERRORS: Final = 10
-_WIDTH: Final = 200
-"""Characters of a line if the output is not a terminal."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -172,7 +168,7 @@ def _write_page(output: str, sections: list[Section], sources: list[ReportInput]
     if output == STDOUT:
         show(page)
     else:
-        _write(Path(output), page, "-o")
+        write_text("-o", Path(output), page)
 
 
 def _write_all_tables(directory: Path, sections: list[Section], args: argparse.Namespace) -> None:
@@ -197,14 +193,7 @@ def _write_tables(directory: Path, report: Report) -> None:
     except OSError as error:
         raise unwritable(f"--csv {directory}", error) from None
     for name, text in tables_of(report).items():
-        _write(directory / name, text, "--csv")
-
-
-def _write(path: Path, text: str, option: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise unwritable(f"{option} {path}", error) from None
+        write_text("--csv", directory / name, text)
 
 
 def _show_text(sections: Sequence[Section], *, chosen: bool) -> None:
@@ -232,13 +221,12 @@ def _listed(section: Section) -> str:
 
 def _show_summary(report: Report) -> None:
     """Print the summary of a run."""
-    from rich.console import Console
-
     for line in _lines(report):
         show(line)
     if report.robots:
         show("")
-        Console(width=None if Console().is_terminal else _WIDTH).print(_robots(report))
+        headings = ("robot", "succeeded", "failed", "driven", "driving", "waiting", "idle", "waited", "mostly for")
+        show_table(headings, _robots(report), left=("robot", "mostly for"))
         if len(report.robots) > _MAX_ROBOTS:
             show(f"… and {len(report.robots) - _MAX_ROBOTS} more; see --json or --csv")
     if report.errors:
@@ -277,19 +265,11 @@ def _lines(report: Report) -> Iterator[str]:
     yield ", ".join(times(count, what) for what, count in counts.items())
 
 
-def _robots(report: Report) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
+def _robots(report: Report) -> Iterator[tuple[str, ...]]:
     from hmrsim.report.wording import UNKNOWN, amount, seconds, share
 
-    table = Table(box=None, pad_edge=False)
-    for heading in ("robot", "succeeded", "failed", "driven", "driving", "waiting", "idle", "waited", "mostly for"):
-        table.add_column(heading, justify="left" if heading in ("robot", "mostly for") else "right")
     for robot in report.robots[:_MAX_ROBOTS]:
-        shares = [share(robot.share[state]) for state in ("driving", "waiting", "idle")]
-        waited = seconds(robot.waited + robot.queued) if robot.waits else UNKNOWN
-        mostly = Text(printable(next(iter(robot.waited_for), "")))
         counts = str(robot.succeeded), str(robot.failed), amount(robot.distance, report.world.units)
-        table.add_row(Text(printable(robot.name)), *counts, *shares, waited, mostly)
-    return table
+        shares = (share(robot.share[state]) for state in ("driving", "waiting", "idle"))
+        waited = seconds(robot.waited + robot.queued) if robot.waits else UNKNOWN
+        yield robot.name, *counts, *shares, waited, next(iter(robot.waited_for), "")

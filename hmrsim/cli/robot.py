@@ -14,17 +14,14 @@ from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import listed
 from hmrsim.program.command_line import add_commands
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
 
-_EXAMPLES: Final = f"""\
+_EXAMPLES: Final = """\
 examples:
   hmrsim robot list
-  hmrsim robot list --json | jq -r '.[] | select(all(.goals[]; .status > 3)).name'
-
-{ENVIRONMENT}"""
+  hmrsim robot list --json | jq -r '.[] | select(all(.goals[]; .status > 3)).name'"""
 
 
 def configure(parser: LazyParser) -> None:

@@ -37,7 +37,7 @@ from hmrsim_zenoh.settings import (
     ViewSettings,
     domain_id,
 )
-from hmrsim_zenoh.wire.options import ENVIRONMENT, SessionOptions
+from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
@@ -66,7 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Serve a world over Zenoh until Ctrl-C. Prints `ready ENDPOINT …` once clients can connect; a table of the\n"
         "robots (on a terminal) or a log goes to stderr."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim run scenario1
   hmrsim run hospital --real-time-factor 10 --seed 3
@@ -78,9 +78,7 @@ examples:
   hmrsim run scenario1 --view
   hmrsim run hospital --monitor properties.yaml
   hmrsim run scenario1 --ros2
-  hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted
-
-{ENVIRONMENT}"""
+  hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted"""
     add_world_argument(parser)
     for model in SERVED:
         add_settings(parser, model)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.options import add_json, number_in
-from hmrsim.program.command_line import ENVIRONMENT, Later, add_commands
+from hmrsim.program.command_line import Later, add_commands
 from hmrsim.settings.arguments import add_settings
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -52,13 +52,11 @@ def _configure_create(parser: argparse.ArgumentParser) -> None:
         "Create a keystore: a certificate authority, and enclaves for the simulator, a controller of all robots (or\n"
         "those that --controller names), a viewer, who only reads, and an operator, who may do everything."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim security create keys
   hmrsim security create keys --host 10.0.0.7 --host sim.example.org --days 30
-  hmrsim security create keys --controller nurses=wall_e,eve --controller porters=m_o
-
-{ENVIRONMENT}"""
+  hmrsim security create keys --controller nurses=wall_e,eve --controller porters=m_o"""
     _add_keystore(parser)
     parser.add_argument(
         "--controller",
@@ -163,7 +161,7 @@ def _configure_check(parser: argparse.ArgumentParser) -> None:
         "Try at a running simulator what each enclave may and may not do, also without a certificate, with one of\n"
         "another authority and with an expired one. Nothing is changed: all requests are malformed on purpose."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes:
   0  the simulator enforces the policy
   1  it does not, in the marked cases
@@ -171,9 +169,7 @@ exit codes:
 
 examples:
   hmrsim security check keys
-  hmrsim security check keys --connect tls/10.0.0.7:7447
-
-{ENVIRONMENT}"""
+  hmrsim security check keys --connect tls/10.0.0.7:7447"""
     parser.add_argument(
         "keystore", nargs="?", type=Path, metavar="DIR", help=f"the folder of the keystore (default: {VARIABLE})"
     )

@@ -20,7 +20,6 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -29,15 +28,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
-_EXAMPLES: Final = f"""\
+_EXAMPLES: Final = """\
 examples:
-  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: counter}}' --feedback
-  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: {{pose: {{position: {{x: 2, y: 3}}}}}}}}'
-  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{{target_name: coffee}}'
-  hmrsim action send-goal /mocha/wait '{{time: {{sec: 3}}}}' --json
-  hmrsim action send-goal /mocha/undock_robot
-
-{ENVIRONMENT}"""
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: counter}' --feedback
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: {pose: {position: {x: 2, y: 3}}}}'
+  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{target_name: coffee}'
+  hmrsim action send-goal /mocha/wait '{time: {sec: 3}}' --json
+  hmrsim action send-goal /mocha/undock_robot"""
 
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _LOOK: Final = 1.0

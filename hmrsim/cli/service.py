@@ -19,7 +19,6 @@ from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import add_commands
 from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
 from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -38,12 +37,10 @@ _FOREVER: Final = 1e6
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim service``."""
     parser.description = "Call the simulator's services, as with `ros2 service`."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim service list -t
-  hmrsim service call /_world/info
-
-{ENVIRONMENT}"""
+  hmrsim service call /_world/info"""
     add_commands(
         parser,
         {
@@ -58,13 +55,11 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments
 
     parser.description = "List all services, one a line."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim service list
   hmrsim service list --show-types --include-hidden-services
-  hmrsim service list --json | jq -r '.[].name'
-
-{ENVIRONMENT}"""
+  hmrsim service list --json | jq -r '.[].name'"""
     parser.add_argument(
         "-a", "--include-hidden-services", action="store_true", help="list the services of actions, too"
     )
@@ -73,21 +68,19 @@ examples:
 
 def _configure_call(parser: argparse.ArgumentParser) -> None:
     parser.description = "Call a service and print its response."
-    parser.epilog = f"""\
+    parser.epilog = """\
 exit codes: 0 the service succeeded; 1 it did not, or there is no such service, robot or action;
 2 the request can't be read; 3 no simulator answers
 
 examples:
   hmrsim service call /_world/info --json | jq -r '.robots[].name'
-  hmrsim service call /mocha/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
-  hmrsim service call /mocha/wait/_action/execute '{{goal: {{time: {{sec: 3}}}}}}'
+  hmrsim service call /mocha/wait/_action/send_goal '{goal: {time: {sec: 3}}}'
+  hmrsim service call /mocha/wait/_action/execute '{goal: {time: {sec: 3}}}'
   hmrsim service call /mocha/wait/_action/cancel_goal
-  hmrsim service call /mocha/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
+  hmrsim service call /mocha/wait/_action/get_result '{goal_id: 0123456789abcdef0123456789abcdef}'
 
 The command waits for the response as long as the simulator is running: get_result and execute respond when the goal
-has ended. --timeout is for reaching the simulator. Ctrl-C stops waiting; the request may still be carried out.
-
-{ENVIRONMENT}"""
+has ended. --timeout is for reaching the simulator. Ctrl-C stops waiting; the request may still be carried out."""
     parser.add_argument("name", metavar="NAME", help="such as /_world/info")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as for `ros2 service call`")
     parser.add_argument("request", metavar="REQUEST", nargs="?", help="the request as YAML (default: {})")
@@ -98,12 +91,10 @@ has ended. --timeout is for reaching the simulator. Ctrl-C stops waiting; the re
 
 def _configure_type(parser: argparse.ArgumentParser) -> None:
     parser.description = "Print the type of a service."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim service type /_world/inject_fault
-  hmrsim service type /mocha/wait/_action/send_goal
-
-{ENVIRONMENT}"""
+  hmrsim service type /mocha/wait/_action/send_goal"""
     parser.add_argument("name", metavar="NAME", help="such as /_world/info")
     parser.set_defaults(function=_type)
     add_connection_options(parser)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, add_world_options
-from hmrsim.cli.output import show, show_json, warn
+from hmrsim.cli.output import show, show_json, show_table, warn
 from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.settings.arguments import add_settings, read_settings
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 _MIN_WALL_TIME: Final = 1e-6
 """Minimum wall seconds, to avoid a division by zero."""
-_WIDTH: Final = 200
-"""Characters of a line if the output is not a terminal."""
 _COLORS: Final = {"done": "green", "running": "yellow", "failed": "red"}
 
 
@@ -95,17 +93,16 @@ def _simulate(args: argparse.Namespace) -> int:
 
 def _show_summary(summary: dict[str, Any], scripts: list[Script]) -> None:
     """Print a line for each robot, and the totals."""
-    from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
     if scripts:
-        table = Table("robot", "orders", "state", "ended at", "why", box=None, pad_edge=False)
+        rows = []
         for script in scripts:
             ended = "" if script.ended is None else f"{script.ended:.3f} s"
             state = Text(script.state.value, _COLORS[script.state.value])
-            table.add_row(script.robot, f"{script.done}/{len(script.orders)}", state, ended, Text(_remark(script)))
-        Console(width=None if Console().is_terminal else _WIDTH).print(table)
+            rows.append((script.robot, f"{script.done}/{len(script.orders)}", state, ended, _remark(script)))
+        headings = ("robot", "orders", "state", "ended at", "why")
+        show_table(headings, rows, left=headings)
     done = sum(script.state.value == "done" for script in scripts)
     goals = ", ".join(f"{number} {status}" for status, number in summary["goals"].items()) or "none"
     factor = summary["sim_time"] / max(summary["wall_time"], _MIN_WALL_TIME)

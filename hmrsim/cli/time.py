@@ -12,21 +12,18 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import show_result
 from hmrsim.program.command_line import add_commands
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
     from hmrsim_zenoh.client.client import Client
 
-_EXAMPLES: Final = f"""\
+_EXAMPLES: Final = """\
 examples:
   hmrsim time pause
   hmrsim time step 10
   hmrsim time resume
   hmrsim time speed 5
-  hmrsim time show
-
-{ENVIRONMENT}"""
+  hmrsim time show"""
 
 _PLAYING: Final = 1
 _PAUSED: Final = 2
@@ -90,7 +87,7 @@ def _add(
     """Add the description, the examples and the function of a command."""
     lines = [line for line in _EXAMPLES.splitlines() if line.startswith(f"  hmrsim time {name}")]
     parser.description = text
-    parser.epilog = "\n".join(["examples:", *lines, "", ENVIRONMENT])
+    parser.epilog = "\n".join(["examples:", *lines])
     parser.set_defaults(function=lambda args: _do(args, do))
     add_connection_options(parser)
 

@@ -21,7 +21,7 @@ from hmrsim.diagnostics import instead
 from hmrsim.program.command_line import add_commands
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     from hmrsim.cli.names import Topic
@@ -40,12 +40,10 @@ _FIELD: Final = re.compile(r"\w+(\[-?\d+\])*(\.\w+(\[-?\d+\])*)*")
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim topic``."""
     parser.description = "Show the published topics, as `ros2 topic` does."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim topic list -t
-  hmrsim topic echo /mocha/odom --once
-
-{ENVIRONMENT}"""
+  hmrsim topic echo /mocha/odom --once"""
     add_commands(
         parser,
         {
@@ -62,12 +60,10 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments, topics
 
     parser.description = "List all topics, one a line."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim topic list
-  hmrsim topic list --json | jq -r '.[] | select(.latched).name'
-
-{ENVIRONMENT}"""
+  hmrsim topic list --json | jq -r '.[] | select(.latched).name'"""
     parser.add_argument("-a", "--include-hidden-topics", action="store_true", help="list the topics of actions, too")
     add_list_arguments(
         parser,
@@ -79,14 +75,12 @@ def _configure_echo(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Print the messages of a topic until Ctrl-C; the latest one first, where the simulator keeps it."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim topic echo /mocha/odom
   hmrsim topic echo /mocha/odom --field pose.pose.position
   hmrsim topic echo /_world/info --once
-  hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'
-
-{ENVIRONMENT}"""
+  hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'"""
     _add_name(parser)
     parser.add_argument(
         "--field", type=field_path, metavar="FIELD", help="print this field alone, such as pose.pose.position"
@@ -99,12 +93,10 @@ examples:
 
 def _configure_info(parser: argparse.ArgumentParser) -> None:
     parser.description = "Show the type of a topic, and whether its latest message is kept."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim topic info /mocha/odom
-  hmrsim topic info /mocha/odom --json
-
-{ENVIRONMENT}"""
+  hmrsim topic info /mocha/odom --json"""
     _add_name(parser)
     add_json(parser)
     parser.set_defaults(function=_info)
@@ -113,11 +105,9 @@ examples:
 
 def _configure_type(parser: argparse.ArgumentParser) -> None:
     parser.description = "Print the type of a topic."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
-  hmrsim topic type /mocha/odom
-
-{ENVIRONMENT}"""
+  hmrsim topic type /mocha/odom"""
     _add_name(parser)
     parser.set_defaults(function=_type)
     add_connection_options(parser)
@@ -125,12 +115,10 @@ examples:
 
 def _configure_hz(parser: argparse.ArgumentParser) -> None:
     parser.description = "Measure how often a topic is published by the wall clock, each second until Ctrl-C."
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim topic hz /mocha/odom
-  hmrsim topic hz /_world/clock --window 100 --json
-
-{ENVIRONMENT}"""
+  hmrsim topic hz /_world/clock --window 100 --json"""
     _add_name(parser)
     parser.add_argument(
         "--window", type=count, default=10_000, metavar="N", help="the latest N messages (default: %(default)s)"

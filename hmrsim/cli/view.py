@@ -22,7 +22,7 @@ from hmrsim.program.log_options import add_log_options, logging_to_stderr
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
-from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, session_options
+from hmrsim_zenoh.wire.options import add_session_options, session_options
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.view.server import Source
@@ -41,14 +41,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Serve a page that shows a simulator live, or plays a recording, until Ctrl-C. Prints `ready URL`.\n"
         "The simulator may be on another machine; when it is restarted, the page continues with it."
     )
-    parser.epilog = f"""\
+    parser.epilog = """\
 examples:
   hmrsim view --open
   hmrsim view --connect tcp/10.0.0.7:7447 --port 8080
   hmrsim view --host 0.0.0.0
-  hmrsim view shift.mcap
-
-{ENVIRONMENT}"""
+  hmrsim view shift.mcap"""
     parser.add_argument(
         "recording",
         nargs="?",

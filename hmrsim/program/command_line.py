@@ -28,7 +28,7 @@ environment:
   HMRSIM_CONNECT, HMRSIM_TIMEOUT, HMRSIM_SEED, … set the options that take a value: HMRSIM_ and the option in
   capitals, with _ for - and commas between values. The command line takes precedence. Per-run options (--robot,
   --item, --goal-id, …) have no environment variable."""
-"""The end of a command's ``--help``."""
+"""The end of the help of each command that has such options."""
 
 _OF_ONE_RUN: Final = frozenset(
     {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name", "--role"}
@@ -57,6 +57,11 @@ class CommandParser(argparse.ArgumentParser):
         super().__init__(**options)
         # Points such as -3,4 are not options.
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
+
+    def format_help(self) -> str:
+        """Return the help, with the environment variables at its end if an option has one."""
+        text = super().format_help()
+        return f"{text}\n{ENVIRONMENT}\n" if any(map(variable_of, self._actions)) else text
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """Parse the command line after the environment, and exit on unknown arguments.

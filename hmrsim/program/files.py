@@ -63,6 +63,19 @@ def unwritable(name: str, error: OSError) -> OutputError | WriteError:
     return kind(f"{name}: can't be written: {reason_of(error)}")
 
 
+def write_text(option: str, path: Path, text: str) -> None:
+    """Write a text file that an option names.
+
+    Raises:
+        OutputError: The file can't be written.
+        WriteError: The disk is full.
+    """
+    try:
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise unwritable(f"{option} {path}", error) from None
+
+
 class TextOutput:
     """A text file named by an option, flushed after every write.
 
