@@ -15,6 +15,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json, count, jobs
 from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.errors import CheckError, Problem, printable
+from hmrsim.program.command_line import Later
 from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
@@ -105,9 +106,8 @@ def _check(args: argparse.Namespace) -> int:
         return check_trace(args)
     if args.repro is not None:
         return _repeat(args)
-    from hmrsim.cli.check_search import search
-
-    return search(args)
+    code: int = Later("hmrsim.cli.check_search", "search")(args)
+    return code
 
 
 def _repeat(args: argparse.Namespace) -> int:
