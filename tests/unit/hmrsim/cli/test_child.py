@@ -50,7 +50,7 @@ def start(tmp_path, monkeypatch):
 
 
 def test_lines_and_exit_code(start):
-    """A child's lines come as it writes them, then its end; our settings are not its own."""
+    """Lines arrive as the child writes them, followed by its end; HMRSIM's variables are not passed on."""
     process, lines = start("greet", "world")
     with process:
         code = process.code(PATIENCE)
@@ -60,7 +60,7 @@ def test_lines_and_exit_code(start):
 
 
 def test_errors_are_logged(start, caplog):
-    """What a child writes to its stderr goes to the log."""
+    """Lines on a child's stderr are logged."""
     with caplog.at_level("INFO", "hmrsim.cli.child"):
         process, _ = start("greet")
         with process:
@@ -80,7 +80,7 @@ def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
 
 
 def test_a_child_that_takes_too_long_is_ended(start):
-    """Waiting for a child has an end."""
+    """A child that does not end in time is stopped."""
     process, lines = start("wait")
     lines.get(timeout=PATIENCE)
 
@@ -90,7 +90,7 @@ def test_a_child_that_takes_too_long_is_ended(start):
 
 @pytest.mark.usefixtures("start")
 def test_a_child_ends_with_its_parent():
-    """When the parent is killed, the kernel ends the child."""
+    """If the parent is killed, the kernel ends the child."""
     program = (
         "import sys; from hmrsim.cli.child import Child; "
         "Child('wait', 'programs:wait', [], lambda line: print(line, flush=True)); sys.stdin.read()"
@@ -107,7 +107,7 @@ def test_a_child_ends_with_its_parent():
 
 
 def test_an_orphan_does_not_begin():
-    """A child whose parent was gone before it could ask to be told ends at once."""
+    """A child whose parent is already gone ends at once."""
     done = subprocess.run(
         [sys.executable, "-m", "hmrsim.cli.child", "1", "hmrsim.cli:main", "--version"],
         capture_output=True,
@@ -119,7 +119,7 @@ def test_an_orphan_does_not_begin():
 
 
 def test_child_calls_the_main_function(capsys, monkeypatch):
-    """The function gets the arguments that are its own, and its code is the process's."""
+    """The function gets the remaining arguments, and its result is the exit code."""
     monkeypatch.setattr(child.ctypes, "CDLL", MagicMock())
 
     code = child.main([str(os.getppid()), "hmrsim.cli:main", "--version"])
@@ -129,7 +129,7 @@ def test_child_calls_the_main_function(capsys, monkeypatch):
 
 
 def test_a_child_runs_where_no_kernel_tells_that_its_parent_is_gone(capsys, monkeypatch):
-    """The C library of macOS has no prctl."""
+    """There is no prctl on macOS."""
     monkeypatch.setattr(child.ctypes, "CDLL", MagicMock(return_value=object()))
     monkeypatch.setattr(child.sys, "platform", "darwin")
 

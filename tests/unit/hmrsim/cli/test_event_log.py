@@ -37,7 +37,7 @@ def logged(sink):
 
 
 def test_goals_are_logged_with_target_and_end(caplog):
-    """A goal that comes and one that arrives are a line each, with the simulated time."""
+    """Acceptance and end of a goal are a line each, with the simulated time."""
     simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
@@ -51,7 +51,7 @@ def test_goals_are_logged_with_target_and_end(caplog):
 
 
 def test_an_aborted_goal_is_logged_with_the_reason(caplog):
-    """The reason is that of the result."""
+    """The line contains the error of the result."""
     simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
@@ -64,13 +64,13 @@ def test_an_aborted_goal_is_logged_with_the_reason(caplog):
 
 
 def test_the_log_makes_the_simulation_compute_no_samples():
-    """It takes events only, and none for each lane."""
+    """The log subscribes to events only, not to motion."""
     assert [Topic.EVENTS] == [topic for topic in Topic if EventLog().wants(topic)]
     assert [Topic.EVENTS] == [topic for topic in Topic if BufferedSink(EventLog()).wants(topic)]
 
 
 def test_events_are_logged_at_the_level_of_their_severity(caplog):
-    """Those that happen too often are not, unless debugging is asked for of the log itself."""
+    """Frequent events are logged only at the debug level."""
     log = EventLog()
 
     with caplog.at_level(logging.DEBUG):
@@ -81,7 +81,7 @@ def test_events_are_logged_at_the_level_of_their_severity(caplog):
 
 
 def test_beside_a_table_warnings_are_logged(caplog):
-    """The table has the goals, and who waits."""
+    """Goals and waiting robots are in the table already."""
     log = EventLog(Severity.WARNING, goals=False)
 
     with caplog.at_level(logging.INFO):
@@ -94,7 +94,7 @@ def test_beside_a_table_warnings_are_logged(caplog):
 
 
 def test_goals_can_be_logged_later(caplog):
-    """The simulation does not wait for the log; the time in a line is that of the goal."""
+    """Lines are written while the simulation is idle, with the time of the goal."""
     later = BufferedSink(EventLog())
     simulator = logged(later)
 
@@ -109,7 +109,7 @@ def test_goals_can_be_logged_later(caplog):
 
 
 def test_other_events_are_not_logged(caplog):
-    """Executing and canceling are steps in between."""
+    """Intermediate statuses, such as executing and canceling, are omitted."""
     log = EventLog()
 
     with caplog.at_level(logging.INFO):
@@ -122,7 +122,7 @@ def test_other_events_are_not_logged(caplog):
 
 
 def test_log_lines_have_level_and_time():
-    """Lines of our own packages and warnings of all are written."""
+    """Records of our packages and warnings of all packages are written."""
     lines = []
 
     with LogLines(lines.append):
@@ -138,8 +138,8 @@ def test_log_lines_have_level_and_time():
     ("level", "written"),
     [(logging.DEBUG, ["debug", "info", "error"]), (logging.INFO, ["info", "error"]), (logging.ERROR, ["error"])],
 )
-def test_log_lines_have_at_least_the_level_asked_for(level, written):
-    """What is less grave is left out."""
+def test_log_lines_have_at_least_the_level(level, written):
+    """Records below the level are omitted."""
     lines = []
 
     with LogLines(lines.append, level):
@@ -162,7 +162,7 @@ def test_logging_never_blocks():
 
 
 def test_lines_go_to_stderr_itself(monkeypatch):
-    """Without a terminal lines are written past Python's buffers."""
+    """Without a terminal, lines bypass Python's buffers."""
     reading, writing = os.pipe()
     with os.fdopen(reading) as reader, os.fdopen(writing, "w") as writer:
         monkeypatch.setattr("sys.__stderr__", writer)
@@ -185,8 +185,8 @@ def test_lines_go_to_stderr_itself(monkeypatch):
         (Stopped("eve", (1.0, 2.0)), ""),
     ],
 )
-def test_an_event_is_told_unless_it_is_for_debugging(event, text):
-    """With what a goal asks for, where the action is known and its message can be read."""
+def test_the_text_of_an_event(event, text):
+    """The text includes the goal if the action is known and its message is valid."""
     assert text == text_of(event)
 
 
@@ -208,12 +208,12 @@ def pose(x, y):
     ],
 )
 def test_summary(goal, words):
-    """A goal is told by what was asked for, not by its defaults."""
+    """A summary leaves out default values."""
     assert words == summary(goal)
 
 
 def test_events_are_logged_at_levels_without_goals(caplog):
-    """An error is told at ``--log-level error``, where what is less is not."""
+    """At ``--log-level error``, only errors are logged."""
     display = LogDisplay("ward", logging.ERROR)
 
     with caplog.at_level(logging.ERROR):
@@ -227,7 +227,7 @@ def test_events_are_logged_at_levels_without_goals(caplog):
 
 
 def test_the_log_begins_with_the_traffic_policy(caplog):
-    """It is in the line after the one that names the world."""
+    """The traffic policy follows the line with the name of the world."""
     simulator = SimpleNamespace(now=0.0, world=shipped("cafe").world)
     host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(state=SimpleNamespace(waiting_for=())))
 

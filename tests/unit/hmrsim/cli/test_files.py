@@ -60,7 +60,7 @@ def _round() -> str:
 
 
 @pytest.mark.parametrize("make", [_pipe, _folder, _device, _round, lambda: "none", lambda: "x" * 5000])
-def test_what_is_no_file(tmp_path, monkeypatch, capsys, make: Callable[[], str]):
+def test_inputs_that_are_not_files(tmp_path, monkeypatch, capsys, make: Callable[[], str]):
     """A pipe that is never written, a folder, a device, a link to itself, nothing, and a name that is too long."""
     monkeypatch.chdir(tmp_path)
     name = make()
@@ -81,7 +81,7 @@ def test_what_is_no_file(tmp_path, monkeypatch, capsys, make: Callable[[], str])
     ],
 )
 def test_a_zenoh_configuration_that_is_too_much_for_zenoh(tmp_path, capsys, text, why):
-    """Its parser would end the process, or take long."""
+    """Zenoh's parser would crash the process, or take long."""
     file = tmp_path / "zenoh.json5"
     file.write_text(text)
 
@@ -210,7 +210,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize(("line", "name"), CASES)
 def test_no_input_is_overwritten(said, line, name):
-    """By whatever path: one line that says so, exit 2, and all files are as they were."""
+    """Under any path, an output that is also an input is an error with exit code 2, and no file changes."""
     if "run" in line and "--svg" in line and shutil.which("dot") is None:
         pytest.skip("Graphviz's dot is not installed")
     for way in WAYS if "map render" not in line else WAYS[-2:]:
@@ -221,7 +221,7 @@ def test_no_input_is_overwritten(said, line, name):
 
 
 def test_no_table_is_written_over_what_is_read(said):
-    """The names of tables are known before."""
+    """The files of ``--csv`` are checked, too."""
     code, lines, changed = said("hmrsim report goals.csv --csv .")
 
     assert (2, ["hmrsim: --csv goals.csv: this command reads that file; name another"], {}) == (code, lines, changed)
@@ -229,7 +229,7 @@ def test_no_table_is_written_over_what_is_read(said):
 
 @pytest.mark.parametrize("line", TWICE)
 def test_two_outputs_are_two_files(said, line):
-    """One line that names both options, exit 2, and nothing is written."""
+    """The error names both options; the exit code is 2, and nothing is written."""
     code, lines, changed = said(line)
 
     assert (2, 1, {}) == (code, len(lines), changed), lines
@@ -238,7 +238,7 @@ def test_two_outputs_are_two_files(said, line):
 
 @pytest.mark.parametrize("line", FULL)
 def test_a_full_disk_is_one_line(said, line):
-    """It names the file; exit 1."""
+    """The line names the file, and the exit code is 1."""
     code, lines, _ = said(line)
 
     assert (1, 1) == (code, len(lines)), lines
@@ -247,7 +247,7 @@ def test_a_full_disk_is_one_line(said, line):
 
 @pytest.mark.usefixtures("files")
 def test_what_was_written_before_the_disk_was_full_can_be_read(said, capsys):
-    """The trace is replayed, and reported on, to its last whole line."""
+    """The trace can be replayed and reported on up to its last whole line."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, limits[1]))
     try:
@@ -261,7 +261,7 @@ def test_what_was_written_before_the_disk_was_full_can_be_read(said, capsys):
 
 
 def test_streams_may_be_shared(said):
-    """Two outputs may both go to nowhere."""
+    """Two outputs may both be /dev/null."""
     code, lines, _ = said("hmrsim run w.yaml --trace /dev/null --record /dev/null --connect tcp/127.0.0.1:9")
 
     assert (3, False) == (code, "name two files" in lines[0])
@@ -297,7 +297,7 @@ INPUTS = {
 
 
 def test_each_output_is_tried():
-    """A command that gets an output has a case above, or is the demo, whose world is a shipped one.
+    """Every command with an output has a case above, except the demo, whose world is shipped.
 
     Keystores are folders that the commands of `hmrsim security` make or change, and read nothing else; results are a
     folder, too, of which `hmrsim experiment run` and `hmrsim check` make or change what is their own.
@@ -334,7 +334,7 @@ def test_each_output_is_tried():
     ],
 )
 def test_a_name_that_ends_in_what_the_file_is_not_is_refused(line, message, capsys, tmp_path, monkeypatch):
-    """Before anything is written."""
+    """The error comes before anything is written."""
     monkeypatch.chdir(tmp_path)
 
     assert 2 == main(line.split())

@@ -18,7 +18,7 @@ DRAWING = "tests/unit/hmrsim/world/data/ward.drawio"
 
 @pytest.mark.parametrize("name", ["world.yaml", "world.yml", "world.json"])
 def test_a_drawing_becomes_a_native_world(name, tmp_path):
-    """It is complete: the same hash."""
+    """The world has the same hash."""
     out = tmp_path / name
 
     code = main(["map", "convert", DRAWING, str(out)])
@@ -27,7 +27,7 @@ def test_a_drawing_becomes_a_native_world(name, tmp_path):
 
 
 def test_includes_are_merged_in(tmp_path):
-    """What is written needs no other file."""
+    """The written file needs no other file."""
     (tmp_path / "lanes.yaml").write_text("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n")
     main_file = tmp_path / "main.yaml"
     main_file.write_text("include: [lanes.yaml]\nrobots: {eve: {at: a}}\n")
@@ -40,7 +40,7 @@ def test_includes_are_merged_in(tmp_path):
 
 
 def test_a_route_graph_for_nav2(tmp_path, capsys):
-    """Waypoints are points, lanes are MultiLineStrings between their ids; what has no place is told."""
+    """Waypoints are points, lanes are MultiLineStrings between their ids, and omitted entities are reported."""
     source = tmp_path / "small.yaml"
     source.write_text(
         "name: small\nwaypoints: {a: [0, 0], b: [3, 0]}\nlanes: [{from: a, to: b, one_way: true, speed_limit: 0.5}]\n"
@@ -67,7 +67,7 @@ def test_a_route_graph_for_nav2(tmp_path, capsys):
 
 
 def test_pixels_are_warned_of(tmp_path, capsys):
-    """Nav2 knows metres only."""
+    """Nav2 expects meters."""
     main(["map", "convert", "scenario1", str(tmp_path / "s.geojson")])
 
     assert "coordinates stay in pixels, y downwards" in capsys.readouterr().err
@@ -206,7 +206,7 @@ def test_what_is_only_read_is_not_written(name, tmp_path):
 
 
 def test_neighbours_of_a_grid(tmp_path):
-    """Four, on request."""
+    """``--neighbours 4`` drops diagonal lanes."""
     out = tmp_path / "arena.json"
     main(["map", "convert", str(DATA / "arena.map"), str(out), "--neighbours", "4"])
 
@@ -261,7 +261,7 @@ def test_png(tmp_path):
 
 
 def test_png_without_its_package(tmp_path, capsys, monkeypatch):
-    """Where what makes pixels is missing, it is said what to install, and nothing is written."""
+    """Without the optional dependency, the error says what to install, and nothing is written."""
     monkeypatch.setitem(sys.modules, "resvg_py", None)
 
     assert 2 == main(["map", "render", "scenario1", "-o", str(tmp_path / "map.png")])
@@ -283,7 +283,7 @@ def test_png_without_its_package(tmp_path, capsys, monkeypatch):
     ids=["format", "folder", "directory", "size"],
 )
 def test_what_can_not_be_written(arguments, message, tmp_path, capsys, monkeypatch):
-    """An output that can't be written is told on one line, with exit code 2."""
+    """An output that can't be written is an error of one line, with exit code 2."""
     (tmp_path / "folder.svg").mkdir()
     monkeypatch.chdir(tmp_path)
 
@@ -299,13 +299,13 @@ def test_options_out_of_range(option, capsys):
 
 
 def test_no_such_world(capsys):
-    """A world that is not there is told as everywhere."""
+    """A missing world is an error, as for other commands."""
     assert 2 == main(["map", "render", "nowhere.yaml"])
     assert "nowhere.yaml" in capsys.readouterr().err
 
 
 def test_bottlenecks(capsys):
-    """Where traffic concentrates, and what is the only way, with what that separates; the same each time."""
+    """Traffic and bottlenecks are drawn, with the parts that they separate, and always the same."""
     codes = [main(["map", "render", "zoo/lift", "--bottlenecks"]) for _ in range(2)]
 
     out, err = capsys.readouterr()
@@ -316,7 +316,7 @@ def test_bottlenecks(capsys):
 
 
 def test_bottlenecks_of_a_world_without_lanes(tmp_path, capsys):
-    """There are none."""
+    """A world without bottlenecks is drawn, too."""
     path = tmp_path / "empty.yaml"
     path.write_text("name: nothing\n")
 

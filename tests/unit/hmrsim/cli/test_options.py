@@ -1,4 +1,4 @@
-"""Options that take a number refuse what no run could use, in one line, whatever the command."""
+"""Number options reject values that no run could use, in one line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OPTIONS = [
 
 @pytest.mark.parametrize("option", OPTIONS)
 def test_numbers_that_no_run_could_use(option, capsys):
-    """Too large, too long, not finite, and none at all."""
+    """Numbers that are too large, too long, not finite or not numbers are wrong use."""
     for text in ("1e308", "nan", "inf", "-inf", "1" + "0" * 5_000, "x", "", "\x1b[2J"):
         code = main([*option.split(), text])
         told = capsys.readouterr()

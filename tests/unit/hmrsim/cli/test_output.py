@@ -11,12 +11,12 @@ from hmrsim.cli.output import show_json, yaml_text
 from hmrsim.cli.topic import field_of, field_path
 
 
-def test_people_see_nine_digits():
-    """What binary arithmetic adds is no news; whole numbers have no such noise."""
+def test_text_has_nine_digits():
+    """Text hides the rounding errors of binary arithmetic; whole numbers are exact."""
     assert "x: 0.3\ny: 2.0\nsec: 1234567891\n" == yaml_text({"x": 0.1 + 0.2, "y": 2.0, "sec": 1_234_567_891})
 
 
-def test_programs_see_all_digits(capsys):
+def test_json_has_all_digits(capsys):
     """JSON is exact."""
     show_json([0.1 + 0.2])
 
@@ -54,13 +54,13 @@ def test_a_field_is_found(text, value):
     ],
 )
 def test_a_field_that_is_not_there(text, error):
-    """The error names the place, and what is there instead."""
+    """The error names the place and the known fields."""
     with pytest.raises(UnknownName, match=f"^{error}"):
         field_of(MESSAGE, field_path(text))
 
 
 @pytest.mark.parametrize("text", ["", ".", "a.", ".a", "a b", "a[x]", "[0]", "a[0", "a..b"])
-def test_what_is_no_field(text):
-    """What has another form is wrong use, before anything is connected."""
+def test_malformed_fields(text):
+    """A malformed field is wrong use, before the command connects."""
     with pytest.raises(WrongUse, match=r"^--field: .*expected one such as pose\.pose\.position"):
         field_path(text)

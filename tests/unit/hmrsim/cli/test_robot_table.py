@@ -23,7 +23,7 @@ MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position"
 
 @pytest.fixture
 def host():
-    """Return what a table sees of a host."""
+    """Return a stand-in for a host."""
     return SimpleNamespace(
         simulator=Simulator(load_world("scenario1").world), pacing=SimpleNamespace(real_time_factor=2.0, lag=0.0)
     )
@@ -54,7 +54,7 @@ def test_table_of_a_robot_that_stands(host):
 
 
 def test_table_of_a_robot_that_drives(host):
-    """A robot that drives is shown with its action and what remains."""
+    """A driving robot is shown with its action and the remaining distance."""
     host.simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
     host.simulator.advance(1.0)
 
@@ -73,8 +73,8 @@ def test_table_shows_what_is_carried(host):
     assert " medicine " in drawn(host)
 
 
-def test_table_tells_how_the_last_goal_ended(host):
-    """What succeeded is named; of what went wrong it is said why."""
+def test_table_shows_how_the_last_goal_ended(host):
+    """A successful goal is named, and a failed goal is shown with its error."""
     done = ended(GoalStatus.SUCCEEDED, NavigateToPose.Result())
     failed = ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way"))
 
@@ -83,7 +83,7 @@ def test_table_tells_how_the_last_goal_ended(host):
 
 
 def test_the_end_of_a_goal_has_a_colour(host):
-    """Red is what went wrong."""
+    """A failed goal is red."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
     goals = LastGoals()
     table = HostTable(host, "scenario 1", goals, console)
@@ -95,7 +95,7 @@ def test_the_end_of_a_goal_has_a_colour(host):
 
 @pytest.mark.parametrize("width", [20, 40, 80, 120])
 def test_what_the_terminal_echoes_has_room(host, width):
-    """A ^C behind the last line does not wrap, so the next table is drawn over this one."""
+    """A ^C after the last line does not wrap, so that the next table replaces this one."""
     lines = drawn(host, width=width).splitlines()
 
     assert all(len(line + "^C") <= width for line in lines)
@@ -118,15 +118,15 @@ def test_table_leaves_out_columns_for_which_there_is_no_room(host, width, headin
     assert 4 == len(lines)
 
 
-def test_table_tells_the_lag_and_a_free_clock(host):
-    """Time that was lost is in the title; so is a clock that follows no wall."""
+def test_table_shows_the_lag_or_a_free_clock(host):
+    """The title shows the lag, or that time runs as fast as possible."""
     host.pacing.real_time_factor, host.pacing.lag = 0.0, 3.21
 
     assert "as fast as possible   3.2 s behind" in drawn(host)
 
 
 def test_table_is_no_longer_than_the_terminal():
-    """Of a large fleet the first are shown, and how many more there are."""
+    """Of a large fleet, the first robots and the number of the others are shown."""
     robots = [f"r{i}@{i},0" for i in range(100)]
     simulator = Simulator(load_world("scenario1", add_robots=robots).world)
     host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(real_time_factor=1.0, lag=0.0))
@@ -137,7 +137,7 @@ def test_table_is_no_longer_than_the_terminal():
 
 
 def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
-    """A look that falls between two pieces of a route is made again."""
+    """A robot that changes while it is read is read again."""
     robot = host.simulator.robots["wall_e"]
     failures, there = [AttributeError], robot.pose()
 
@@ -154,14 +154,14 @@ def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
 
 
 def test_table_wants_the_clock():
-    """The table shows how time moves on between events."""
+    """The time in the title advances between events."""
     goals = LastGoals()
 
     assert [Topic.CLOCK] == [topic for topic in Topic if goals.wants(topic)]
 
 
 def test_live_table(host):
-    """Lines stand above the table, and the last table stays."""
+    """Log lines are printed above the table, and the last table stays."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
 
     with HostTable(host, "scenario 1", LastGoals(), console) as table:

@@ -1,4 +1,4 @@
-"""Which wires of ROS 2 ``hmrsim run`` speaks, by its options and the environment."""
+"""The ROS 2 wires of ``hmrsim run``, by its options and the environment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hmrsim_zenoh.settings import Ros2Settings
 
 @pytest.fixture(autouse=True)
 def _no_domain(monkeypatch):
-    """Ignore the domain that is set in the user's shell."""
+    """Unset the ROS domain of the user's shell."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
 
 
@@ -27,43 +27,43 @@ def wires(*words):
 
 
 def test_none():
-    """Without an option no ROS is spoken, whatever the environment says."""
+    """Without an option there is no ROS wire, whatever the environment says."""
     assert () == wires()
 
 
 def test_ros2():
-    """All distributions at once, on domain 0."""
+    """By default, all distributions are served on domain 0."""
     assert (RmwZenoh(0, ("jazzy", "kilted", "lyrical")),) == wires("--ros2")
 
 
 def test_the_domain_of_the_environment(monkeypatch):
-    """The domain is that of ROS's nodes in the same shell."""
+    """ROS_DOMAIN_ID is the default domain."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
 
     assert (RmwZenoh(7),) == wires("--ros2")
 
 
 def test_the_option_comes_before_the_environment(monkeypatch):
-    """As with all options."""
+    """The option takes precedence over the environment."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
 
     assert (RmwZenoh(8),) == wires("--ros2", "--ros-domain-id", "8")
 
 
 def test_some_distributions():
-    """Those that are named, once each."""
+    """Named distributions are served once each."""
     words = ("--ros-distro", "lyrical", "--ros-distro", "jazzy", "--ros-distro", "lyrical")
 
     assert (RmwZenoh(0, ("lyrical", "jazzy")), Ros2Dds("lyrical")) == wires("--ros2", "--ros2dds", *words)
 
 
 def test_ros2dds():
-    """The bridge's wire alone speaks jazzy."""
+    """The wire for the bridge uses jazzy by default."""
     assert (Ros2Dds("jazzy"),) == wires("--ros2dds")
 
 
 def test_a_domain_of_the_environment_that_is_none(monkeypatch):
-    """The text says what would do."""
+    """The error says what is expected."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
 
     expected = (
@@ -75,7 +75,7 @@ def test_a_domain_of_the_environment_that_is_none(monkeypatch):
 
 
 def test_a_domain_that_is_none_is_2(capsys):
-    """There are 233."""
+    """Domain ids end at 232."""
     code = main(["run", "scenario1", "--ros2", "--ros-domain-id", "233"])
 
     assert 2 == code
@@ -90,8 +90,8 @@ def test_a_domain_of_thousands_of_digits_is_2(capsys):
     assert "--ros-domain-id: '77777777777777777777' is not a domain id" in capsys.readouterr().err
 
 
-def test_variables_for_runs_with_ros_are_no_mistake_without(monkeypatch):
-    """What holds for a whole shell does not keep a plain run from starting."""
+def test_variables_of_ros_runs_are_ignored_in_other_runs(monkeypatch):
+    """Variables of ROS runs don't prevent a run without ROS."""
     monkeypatch.setenv("HMRSIM_ROS_DOMAIN_ID", "7")
     monkeypatch.setenv("HMRSIM_ROS_DISTRO", "jazzy")
 
@@ -109,14 +109,14 @@ def test_variables_for_runs_with_ros_are_no_mistake_without(monkeypatch):
     ],
 )
 def test_options_without_their_wire_are_2(words, said, capsys):
-    """One line says what to add."""
+    """The error says which option to add."""
     code = main(["run", "scenario1", *words])
 
     assert (2, said) == (code, capsys.readouterr().err)
 
 
 def test_an_unknown_distribution_is_2(capsys):
-    """The text says which there are."""
+    """The error lists the known distributions."""
     code = main(["run", "scenario1", "--ros2", "--ros-distro", "foxy"])
 
     assert 2 == code

@@ -12,8 +12,8 @@ from hmrsim.simulation.simulator import Simulator
 from tests.shipped import shipped
 
 
-def test_what_comes_after_the_end_is_no_part_of_it(tmp_path):
-    """Python may free the processes of robots, which leave their docks then, when the file is closed."""
+def test_outputs_after_the_end_are_ignored(tmp_path):
+    """Python may free the processes of robots after the file is closed, and they then leave their docks."""
     path, world, settings = tmp_path / "trace.jsonl", shipped("scenario1").world, RunSettings()
     file = TraceFile(path, world, settings)
     simulator = Simulator(world, settings, file.sinks)

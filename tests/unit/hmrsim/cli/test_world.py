@@ -15,7 +15,7 @@ from tests.cases import case
 
 
 def test_shipped_worlds_are_listed_with_what_they_are(capsys):
-    """A line each."""
+    """Each shipped world is a line."""
     assert 0 == main(["world", "list"])
 
     lines = capsys.readouterr().out.splitlines()
@@ -24,7 +24,7 @@ def test_shipped_worlds_are_listed_with_what_they_are(capsys):
 
 
 def test_a_new_world_is_right_and_has_its_schema_beside_it(tmp_path):
-    """It loads without a warning, and is called as its file."""
+    """The world loads without warnings, and has the name of its file."""
     file = tmp_path / "ward.yaml"
 
     assert 0 == main(["world", "new", str(file)])
@@ -39,7 +39,7 @@ def test_a_new_world_is_right_and_has_its_schema_beside_it(tmp_path):
     ("name", "message"), [("ward.json", "expected a name that ends in .yaml"), ("there.yaml", "exists already")]
 )
 def test_a_file_that_is_not_to_be_written_is_left_alone(tmp_path, capsys, name, message):
-    """Nothing is lost."""
+    """An existing file is kept."""
     (tmp_path / "there.yaml").write_text("mine")
 
     assert 2 == main(["world", "new", str(tmp_path / name)])
@@ -49,7 +49,7 @@ def test_a_file_that_is_not_to_be_written_is_left_alone(tmp_path, capsys, name, 
 
 
 def test_the_schema_is_printed(capsys):
-    """As JSON."""
+    """The schema is JSON."""
     main(["world", "schema"])
 
     assert json.loads(capsys.readouterr().out)["properties"]["waypoints"]
@@ -116,7 +116,7 @@ def test_the_search_ends_where_no_fleet_is_solvable(verdicts, tmp_path, capsys):
 
 
 def test_a_small_solvable_fleet_is_found_by_the_search():
-    """Without a stand-in for it."""
+    """The real search finds a fleet."""
     assert 0 == main(["world", "generate", "--seed", "1", "--robots", "3", "--solvable"])
 
 
@@ -150,7 +150,7 @@ def test_wrong_use_is_one_line(tmp_path, monkeypatch, capsys, arguments, message
 
 
 def test_an_existing_file_is_overwritten_with_force(tmp_path):
-    """The schema that is there stays, as others may use it."""
+    """An existing schema is kept, since other worlds may use it."""
     file, schema = tmp_path / "fleet.yaml", tmp_path / "world.schema.json"
     file.write_text("mine")
     schema.write_text("{}")

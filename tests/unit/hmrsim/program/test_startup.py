@@ -1,4 +1,4 @@
-"""Commands that load what they need when they begin to work, not for their ``--help``."""
+"""Commands load what they work with when they run, not for ``--help``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ print(sorted({heavy} & {{*sys.modules}}))
 
 
 def postponed(parser):
-    """Yield all that a program's commands load later: what they do, and what reads their options."""
+    """Yield the functions that a program's commands import later."""
     if hasattr(parser, "load"):
         parser.load()
     yield from parser._defaults.values()
@@ -47,7 +47,7 @@ def postponed(parser):
     ],
 )
 def test_help_loads_nothing_that_a_command_works_with(package, heavy):
-    """Neither a simulation, nor a display, nor what writes files."""
+    """No simulation, display or writer of files is loaded."""
     program = HELP_OF_ALL.format(package=package, heavy=heavy)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
@@ -55,8 +55,8 @@ def test_help_loads_nothing_that_a_command_works_with(package, heavy):
 
 
 @pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
-def test_what_is_loaded_later_is_there(program):
-    """A misspelt name would only be found by the command that needs it."""
+def test_later_functions_exist(program):
+    """Each name refers to a function."""
     later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
 
     assert len(later) > 2
