@@ -46,7 +46,6 @@ examples:
 def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments
 
-    parser.description = "List the actions of all robots, one a line."
     parser.epilog = """\
 examples:
   hmrsim action list
@@ -63,7 +62,6 @@ def _names(_args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
 
 
 def _configure_info(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Show the goal, result and feedback of an action."
     parser.epilog = """\
 examples:
   hmrsim action info /mocha/navigate_to_pose

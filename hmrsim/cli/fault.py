@@ -37,7 +37,6 @@ examples:
 
 
 def _configure_inject(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Inject a fault."
     parser.epilog = """\
 exit codes: 0 the fault is injected; 1 the simulator refuses it, as for an unknown robot; 2 wrong use; 3 no simulator
 
@@ -55,7 +54,6 @@ docs/reference/faults.md lists all faults and their keys."""
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
-    parser.description = "List the faults that are active or scheduled."
     parser.epilog = """\
 examples:
   hmrsim fault list

@@ -104,7 +104,6 @@ examples:
 
 
 def _configure_convert(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Write a world in another format."
     parser.epilog = """\
 OUT's suffix chooses the format: .yaml or .json is a native world, which holds everything; .geojson is the route graph
 of Nav2's Route Server. Anything that OUT can't hold is reported on stderr. Files that IN includes are

@@ -32,7 +32,6 @@ def configure(parser: LazyParser) -> None:
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
-    parser.description = "List the robots, where they are and what they do."
     parser.epilog = _EXAMPLES
     add_json(parser, "print one JSON list, as `robots` of _world/scene")
     parser.set_defaults(function=_list)

@@ -54,7 +54,6 @@ examples:
 def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments
 
-    parser.description = "List all services, one a line."
     parser.epilog = """\
 examples:
   hmrsim service list
@@ -90,7 +89,6 @@ has ended. --timeout is for reaching the simulator. Ctrl-C stops waiting; the re
 
 
 def _configure_type(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Print the type of a service."
     parser.epilog = """\
 examples:
   hmrsim service type /_world/inject_fault

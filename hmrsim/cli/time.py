@@ -25,8 +25,8 @@ examples:
   hmrsim time speed 5
   hmrsim time show"""
 
-_PLAYING: Final = 1
-_PAUSED: Final = 2
+_PLAYING: Final = {"state": 1}
+_PAUSED: Final = {"state": 2}
 _MAX_FACTOR: Final = 1e6
 
 
@@ -48,25 +48,20 @@ def configure(parser: LazyParser) -> None:
 
 def _configure_show(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
-    _add(parser, "show", "Show the time, its speed, and for whom it waits.", lambda _client, _args: None)
+    _add(parser, "show", lambda _client, _args: None)
 
 
 def _configure_pause(parser: argparse.ArgumentParser) -> None:
-    _add(parser, "pause", "Pause time.", lambda client, _args: _set_state(client, _PAUSED))
+    _add(parser, "pause", lambda client, _args: call(client, "set_simulation_state", state=_PAUSED))
 
 
 def _configure_resume(parser: argparse.ArgumentParser) -> None:
-    _add(parser, "resume", "Resume time.", lambda client, _args: _set_state(client, _PLAYING))
+    _add(parser, "resume", lambda client, _args: call(client, "set_simulation_state", state=_PLAYING))
 
 
 def _configure_step(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("steps", metavar="STEPS", nargs="?", type=_whole, default=1, help="how many (default: 1)")
-    _add(
-        parser,
-        "step",
-        "Advance by some steps while time is paused.",
-        lambda client, args: call(client, "step_simulation", steps=args.steps),
-    )
+    _add(parser, "step", lambda client, args: call(client, "step_simulation", steps=args.steps))
 
 
 def _configure_speed(parser: argparse.ArgumentParser) -> None:
@@ -74,19 +69,15 @@ def _configure_speed(parser: argparse.ArgumentParser) -> None:
     _add(
         parser,
         "speed",
-        "Set the speed of time relative to real time.",
         lambda client, args: client.get(
             client.keys.world("time/set"), payload=json.dumps({"real_time_factor": args.factor}).encode()
         ),
     )
 
 
-def _add(
-    parser: argparse.ArgumentParser, name: str, text: str, do: Callable[[Client, argparse.Namespace], object]
-) -> None:
-    """Add the description, the examples and the function of a command."""
+def _add(parser: argparse.ArgumentParser, name: str, do: Callable[[Client, argparse.Namespace], object]) -> None:
+    """Add the examples, the function and the connection options of a command."""
     lines = [line for line in _EXAMPLES.splitlines() if line.startswith(f"  hmrsim time {name}")]
-    parser.description = text
     parser.epilog = "\n".join(["examples:", *lines])
     parser.set_defaults(function=lambda args: _do(args, do))
     add_connection_options(parser)
@@ -107,10 +98,6 @@ def _factor(text: str) -> float:
     if not 0 <= factor <= _MAX_FACTOR:
         raise argparse.ArgumentTypeError(f"{text!r} is not a speed; expected a number of at least 0, such as 2")
     return factor
-
-
-def _set_state(client: Client, state: int) -> None:
-    call(client, "set_simulation_state", state={"state": state})
 
 
 def _do(args: argparse.Namespace, do: Callable[[Client, argparse.Namespace], object]) -> int:

@@ -59,7 +59,6 @@ examples:
 def _configure_list(parser: argparse.ArgumentParser) -> None:
     from hmrsim.cli.names import add_list_arguments, topics
 
-    parser.description = "List all topics, one a line."
     parser.epilog = """\
 examples:
   hmrsim topic list
@@ -104,7 +103,6 @@ examples:
 
 
 def _configure_type(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Print the type of a topic."
     parser.epilog = """\
 examples:
   hmrsim topic type /mocha/odom"""

@@ -206,8 +206,8 @@ def add_commands(
 
     Args:
         parser: The parser of the program, or of a command.
-        commands: The line for ``--help`` of each subcommand, and the function that adds its arguments when it is used.
-            A name such as ``send-goal`` is also accepted with underscores.
+        commands: A summary of each subcommand, which is also its description by default, and the function that adds
+            its arguments when it is used. A name such as ``send-goal`` is also accepted with underscores.
         title: The heading of the subcommands in the help.
     """
     options = {} if title is None else {"title": title}
@@ -215,7 +215,8 @@ def add_commands(
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
     for name, (summary, configure) in commands.items():
         aliases = [name.replace("-", "_")] if "-" in name else []
-        command = parsers.add_parser(name, aliases=aliases, help=summary, configure=configure)
+        description = f"{summary[0].upper()}{summary[1:]}."
+        command = parsers.add_parser(name, aliases=aliases, help=summary, description=description, configure=configure)
         if not {name, *aliases}.isdisjoint(words):
             command.load()
 
