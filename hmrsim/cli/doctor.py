@@ -7,11 +7,11 @@ import os
 
 from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import add_connection_options, add_json, ros_domain_of_environment
 from hmrsim.cli.output import show_json, show_result
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import logging_to_stderr
-from hmrsim_zenoh.errors import ConnectionDenied, SimulatorNotFound
+from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, SimulatorNotFound
 from hmrsim_zenoh.wire.options import session_options
 
 
@@ -69,10 +69,8 @@ def _examine(args: argparse.Namespace) -> int:
 
 
 def _domain_of_environment() -> int:
-    """Return ROS_DOMAIN_ID; 0 if it is not set, or not valid, which is reported as a problem."""
-    from hmrsim_zenoh.settings import ROS_DOMAIN_ID, domain_id
-
+    """Return the ROS domain of the environment; 0 if it is not valid, which is reported as a problem."""
     try:
-        return domain_id(os.environ.get(ROS_DOMAIN_ID, ""))
-    except ValueError:
+        return ros_domain_of_environment()
+    except BadOptions:
         return 0

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 
 from hmrsim.settings import option
 from hmrsim.settings.option import MAX_SECONDS, shortened
+from hmrsim_zenoh.errors import BadOptions
 
 
 def add_json(parser: argparse.ArgumentParser, text: str = "print one JSON object") -> None:
@@ -37,6 +39,20 @@ def add_world_argument(parser: argparse.ArgumentParser, *, argument: str = "worl
     parser.add_argument(
         argument, metavar=argument.upper(), help="a world file of any format, or the name of a shipped world"
     )
+
+
+def ros_domain_of_environment() -> int:
+    """Return the ROS domain of the environment; 0 if it is not set.
+
+    Raises:
+        BadOptions: It is not a domain id.
+    """
+    from hmrsim_zenoh.settings import ROS_DOMAIN_ID, domain_id
+
+    try:
+        return domain_id(os.environ.get(ROS_DOMAIN_ID) or "0")
+    except ValueError as error:
+        raise BadOptions(f"{ROS_DOMAIN_ID}: {error}; correct it, or give --ros-domain-id") from None
 
 
 def positive(text: str) -> float:

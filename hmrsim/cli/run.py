@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json, add_world_argument
+from hmrsim.cli.options import add_json, add_world_argument, ros_domain_of_environment
 from hmrsim.cli.output import show_result, warn
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.files import check_outputs
@@ -29,13 +29,11 @@ from hmrsim.settings.run import TIME_STANDS, RunSettings
 from hmrsim.settings.trace import TraceSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost
 from hmrsim_zenoh.settings import (
-    ROS_DOMAIN_ID,
     SERVED,
     MonitorSettings,
     RecordSettings,
     Ros2Settings,
     ViewSettings,
-    domain_id,
 )
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -249,19 +247,11 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
     distros = tuple(dict.fromkeys(settings.ros_distro))
     opened: list[Wire] = []
     if settings.ros2:
-        domain = _domain() if settings.ros_domain_id is None else settings.ros_domain_id
+        domain = ros_domain_of_environment() if settings.ros_domain_id is None else settings.ros_domain_id
         opened.append(wires.RmwZenoh(domain, distros) if distros else wires.RmwZenoh(domain))
     if settings.ros2dds:
         opened.append(wires.Ros2Dds(distros[0]) if distros else wires.Ros2Dds())
     return tuple(opened)
-
-
-def _domain() -> int:
-    """Return the ROS domain of the environment."""
-    try:
-        return domain_id(os.environ.get(ROS_DOMAIN_ID) or "0")
-    except ValueError as error:
-        raise BadOptions(f"{ROS_DOMAIN_ID}: {error}; correct it, or give --ros-domain-id") from None
 
 
 class RunMonitor:

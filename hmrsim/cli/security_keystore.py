@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.options import ros_domain_of_environment
 from hmrsim.cli.output import columns, show_result
 from hmrsim.cli.security_policy import folder_of_environment
 from hmrsim.settings.arguments import read_settings, reader_of
-from hmrsim_zenoh.settings import ROS_DOMAIN_ID, Ros2Settings, domain_id
+from hmrsim_zenoh.settings import Ros2Settings
 from hmrsim_zenoh.wire.enclave import SIMULATOR, Member
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -41,7 +41,7 @@ def controller(text: str) -> Member:
 def create(args: argparse.Namespace) -> int:
     """Create a keystore; return the exit code."""
     given = args.ros_domain_id
-    domain = given if given is not None else _domain()
+    domain = given if given is not None else ros_domain_of_environment()
     hosts = tuple(dict.fromkeys([*args.host, *own_hosts()]))
     members = [
         Member(SIMULATOR, SIMULATOR),
@@ -121,13 +121,6 @@ def _as_json(store: Keystore) -> dict[str, Any]:
 
 def _until(members: Iterable[Member]) -> str:
     return min(member.expires for member in members)[:10]
-
-
-def _domain() -> int:
-    try:
-        return domain_id(os.environ.get(ROS_DOMAIN_ID) or "0")
-    except ValueError as error:
-        raise WrongUse(f"{ROS_DOMAIN_ID}: {error}") from None
 
 
 def check(args: argparse.Namespace) -> int:
