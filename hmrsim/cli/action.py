@@ -102,16 +102,15 @@ def _lines(facts: dict[str, Any], action: AnyAction, example: Mapping[str, Any] 
 
 def _parts(action: AnyAction) -> dict[str, dict[str, str]]:
     parts = {"goal": action.goal, "result": action.result, "feedback": action.feedback}
-    return {part: _fields(message) for part, message in parts.items()}
+    return {
+        part: {name: _ros_type(field) for name, field in message.model_fields.items()}
+        for part, message in parts.items()
+    }
 
 
 def _constants(message: type[Message]) -> Iterator[str]:
     """Return the lines of a message's constants, as in ``ros2 interface show``."""
     return (f"    {name}={value}" for name, value in vars(message).items() if name.isupper())
-
-
-def _fields(message: type[Message]) -> dict[str, str]:
-    return {name: _ros_type(field) for name, field in message.model_fields.items()}
 
 
 def _ros_type(field: FieldInfo) -> str:

@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 
 _MAX_VIOLATIONS: Final = 50
 """Violations to print."""
-_WORDS: Final = {"never_exercised": "never exercised"}
 CONTROLLERS: Final = ("tree", "python", "command")
 """The options that name a controller, of which only one is given."""
-_SET_HELP: Final = "a change of the world, such as robots.*.base.speed=0.5; repeatable"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -260,7 +258,7 @@ def _verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
     rows = [("property", "verdict", "robustness", "")]
     for verdict in verdicts:
         robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""
-        rows.append((verdict.property, _WORDS.get(verdict.state, verdict.state), robustness, verdict.text))
+        rows.append((verdict.property, verdict.state.replace("_", " "), robustness, verdict.text))
     return columns(rows)
 
 

@@ -154,28 +154,16 @@ def _overridden(check: Check, args: argparse.Namespace) -> Check:
 def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]:
     """Return the settings of the search from the options, merged with the values of a file."""
     settings: dict[str, Any] = {}
-    budget = {"time": args.budget, "runs": args.runs}
-    if any(value is not None for value in budget.values()):
-        settings["budget"] = {**_as_mapping(values.get("budget")), **_given(budget)}
-    if args.seed is not None:
-        settings["seed"] = args.seed
-    space = {
-        "at_most": args.at_most,
-        "only": args.only,
-        "without": args.without,
-        "also": args.also,
-        "spare": args.spare,
-    }
-    if _given(space):
-        settings["space"] = {**values.get("space", {}), **_given(space)}
+    if budget := _given(time=args.budget, runs=args.runs):
+        of_file = values.get("budget") or {}
+        settings["budget"] = {**(of_file if isinstance(of_file, dict) else {"time": of_file}), **budget}
+    settings |= _given(seed=args.seed)
+    if space := _given(at_most=args.at_most, only=args.only, without=args.without, also=args.also, spare=args.spare):
+        settings["space"] = {**values.get("space", {}), **space}
     return settings
 
 
-def _as_mapping(budget: Any) -> dict[str, Any]:
-    return budget if isinstance(budget, dict) else {} if budget is None else {"time": budget}
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
+def _given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 

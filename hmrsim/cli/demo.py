@@ -46,7 +46,7 @@ _PATIENCE: Final = 2.0
 """Wall seconds that a line of one process waits for an earlier line of the other."""
 
 
-class DemoFailed(HmrsimError):
+class _DemoFailed(HmrsimError):
     """A process of the demo failed; the text contains its name and its output."""
 
 
@@ -159,7 +159,7 @@ class _Demo:
         """Start the processes, follow the mission to its end, and stop the processes.
 
         Raises:
-            DemoFailed: The simulator does not start.
+            _DemoFailed: The simulator does not start.
             SimulatorNotFound: The simulator can't be reached.
         """
         from hmrsim.cli.child import Child
@@ -202,7 +202,7 @@ class _Demo:
         ready = self._next(None)
         if not ready:
             simulator.code(_ANSWER_SECONDS)
-            raise DemoFailed(f"the simulator does not start; it says:\n{simulator.errors}")
+            raise _DemoFailed(f"the simulator does not start; it says:\n{simulator.errors}")
         return dict(ready)
 
     def _follow(self, story: Story) -> None:

@@ -55,7 +55,7 @@ class JsonLines:
         show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
-class MissionTable(RobotTable[RobotSummary]):
+class _MissionTable(RobotTable[RobotSummary]):
     """A table of the robots of a mission, which disappears at the end when the summary is printed."""
 
     def __init__(self, console: Console, story: Story) -> None:
@@ -77,7 +77,7 @@ class Screen:
     def __init__(self, out: IO[str]) -> None:
         self._console = Console(file=out, highlight=False)
         self._out = out
-        self._table: MissionTable | None = None
+        self._table: _MissionTable | None = None
 
     @contextmanager
     def opened(self, story: Story) -> Iterator[None]:
@@ -85,7 +85,7 @@ class Screen:
         if not self._console.is_terminal:
             yield
             return
-        with MissionTable(self._console, story) as self._table:
+        with _MissionTable(self._console, story) as self._table:
             yield
         self._table = None
 

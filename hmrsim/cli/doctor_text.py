@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
-    from hmrsim_zenoh.wire.enclave import Enclave
 
 ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
 """Reads the value of ``--ros-domain-id``."""
@@ -46,7 +45,7 @@ def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
 
 def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
     """Return the findings and the problems as plain values."""
-    simulator = snapshot.simulator
+    simulator, enclave = snapshot.simulator, snapshot.enclave
     return {
         "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
         "prefixes": snapshot.prefixes,
@@ -58,14 +57,10 @@ def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
             "distros": _distros(snapshot.ros),
             "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
         },
-        **(_security(snapshot, snapshot.enclave) if snapshot.enclave else {}),
+        **({"security": enclave.member.to_json(), "connected": dict(snapshot.names)} if enclave else {}),
         "environment": dict(snapshot.environment),
         "problems": [asdict(problem) for problem in problems],
     }
-
-
-def _security(snapshot: Snapshot, enclave: Enclave) -> dict[str, Any]:
-    return {"security": enclave.member.to_json(), "connected": dict(snapshot.names)}
 
 
 def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
@@ -110,7 +105,9 @@ def _domain(domain: Domain) -> list[dict[str, Any]]:
 
 def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     simulator = snapshot.simulator
-    who = "the simulator is the router" if simulator and simulator.session in snapshot.routers else _answering(snapshot)
+    who = "a router" if snapshot.routers else "a peer, no router"
+    if simulator and simulator.session in snapshot.routers:
+        who = "the simulator is the router"
     yield "network", f"{snapshot.where}: {who}"
     if (enclave := snapshot.enclave) is not None:
         yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
@@ -124,10 +121,6 @@ def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     if others:
         yield "others", f"simulators with the prefix {some(others)}"
     yield from _of_ros(snapshot)
-
-
-def _answering(snapshot: Snapshot) -> str:
-    return "a router" if snapshot.routers else "a peer, no router"
 
 
 def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:

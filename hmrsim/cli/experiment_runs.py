@@ -209,7 +209,7 @@ def again(args: argparse.Namespace) -> int:
         (source,) = of_trace(lambda: row.trace.splitlines(keepends=True), section=1)
         write_text("--report", args.report, page_of(report_of(source), source.definition))
     now = _outcome(plan, row)
-    different = [] if before is None else _different(before, now)
+    different = [name for name, value in now.items() if before and name != "cause" and before[name] != value]
     facts = {"run": args.run, **now, "same": not different}
     show_result(facts, (f"{name}: {value}" for name, value in now.items()), as_json=args.json)
     if before is None:
@@ -260,7 +260,3 @@ def _outcome(plan: Plan, row: Row) -> dict[str, Any]:
     levels = plan.scenarios[row.run.scenario]
     judged = {"ending": row.ending, "cause": row.cause, "at": row.at}
     return {"treatment": row.run.treatment, "seed": row.run.seed, **levels, **judged, **row.measures}
-
-
-def _different(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
-    return [name for name, value in now.items() if name != "cause" and before[name] != value]

@@ -73,10 +73,10 @@ def read_goal(data: object, kind: type[Message]) -> Message:
         return kind.model_validate(data)
     except ValidationError as error:
         details = [(each["loc"], each["msg"], each["input"]) for each in error.errors(include_url=False)]
-        raise WrongUse("\n".join(error_line("goal", *each, kind) for each in details)) from None
+        raise WrongUse("\n".join(_error_line("goal", *each, kind) for each in details)) from None
 
 
-def error_line(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
+def _error_line(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
     """Return one line about a validation error, found here or by the simulator."""
     where = ": ".join(part for part in (noun, dotted(path)) if part)
     if message == _UNKNOWN and value is None and ":" in str(path[-1]):
@@ -108,7 +108,7 @@ def errors_of_reply(
         path = tuple(int(step) if step.isdecimal() else step for step in field.split(".")) if field else ()
         value = _at(data, path, item.get("value"))
         lines.append(
-            error_line(noun, path[path[:1] == (noun,) :], message, value, kind) if field else f"{noun}: {message}"
+            _error_line(noun, path[path[:1] == (noun,) :], message, value, kind) if field else f"{noun}: {message}"
         )
     return WrongUse("\n".join(lines) or f"{noun}: {error}")
 

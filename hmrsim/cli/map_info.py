@@ -55,7 +55,7 @@ def info(args: argparse.Namespace) -> int:
 def facts(loaded: LoadedWorld) -> dict[str, Any]:
     """Return the contents and statistics of a world, as plain values."""
     world = loaded.world
-    network = lane_facts(world)
+    network = _lane_facts(world)
     kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
     return {
         "name": world.name,
@@ -99,7 +99,7 @@ def _robot(world: World, name: str) -> dict[str, Any]:
     }
 
 
-def lane_facts(world: World) -> dict[str, Any]:
+def _lane_facts(world: World) -> dict[str, Any]:
     """Return the analysis of a map's lanes as plain values, with lists of at most `MAX_LISTED` entries."""
     graph, speeds = world.graph, speeds_of(world)
     speed = next(iter(speeds))

@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2.publishing.parts import FIRST
 from hmrsim_zenoh.ros2.type_compat import difference, known
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.doctor.snapshot import Domain, Snapshot
+    from hmrsim_zenoh.doctor.snapshot import Snapshot
 
 
 _PARTS: Final = {
@@ -160,12 +160,8 @@ def different_types(snapshot: Snapshot) -> Iterator[Problem]:
 
 def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
     """Return the part of a message about other domains that serve the names; empty if there are none."""
-    found = [str(number) for number, domain in snapshot.domains.items() if _serves(domain, names)]
-    return f" in domain {snapshot.domain}, but in domain {', '.join(found)}" if found else ""
-
-
-def _serves(domain: Domain, names: list[str]) -> bool:
-    return not set(whole(domain.types)).isdisjoint(names)
+    domains = [str(n) for n, domain in snapshot.domains.items() if not set(whole(domain.types)).isdisjoint(names)]
+    return f" in domain {snapshot.domain}, but in domain {', '.join(domains)}" if domains else ""
 
 
 def _advice(missing: list[str], there: Iterable[str]) -> str:
