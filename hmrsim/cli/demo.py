@@ -61,7 +61,7 @@ class _Interrupted(Exception):
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim demo``."""
     parser.description = (
-        "Run a mission of a fleet in a hospital: a simulator and a controller with behaviour trees, two processes\n"
+        "Run a mission of a fleet in a hospital: a simulator and a controller with behavior trees, two processes\n"
         "that communicate over Zenoh. Prints events as they happen, and a summary at the end."
     )
     parser.epilog = """\

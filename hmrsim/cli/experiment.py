@@ -70,7 +70,7 @@ examples:
     parser.add_argument(
         "-o", "--output", metavar="DIR", type=Path, help="the folder of the results (the experiment's name)"
     )
-    parser.add_argument("-j", "--jobs", metavar="N", type=jobs, help="processes at once (one a processor)")
+    parser.add_argument("-j", "--jobs", metavar="N", type=jobs, help="number of parallel processes (one per processor)")
     parser.add_argument(
         "--executor",
         metavar="WHERE",
@@ -78,7 +78,7 @@ examples:
         help="pool or pool:N processes of this machine, dask, dask://HOST:PORT, or MODULE:FACTORY, which returns a "
         "concurrent.futures.Executor (pool)",
     )
-    add_json(parser, "print how far it is as JSON, one object a line")
+    add_json(parser, "print the progress as JSON, one object per line")
     parser.set_defaults(function=Later("hmrsim.cli.experiment_runs", "run"))
 
 
@@ -124,7 +124,7 @@ def _configure_show(parser: argparse.ArgumentParser) -> None:
     _add_results(parser)
     parser.add_argument("run", metavar="RUN", type=int, nargs="?", help="the number of a run")
     parser.add_argument(
-        "--by", metavar="FACTOR", action="append", default=[], help="a row for each level of a factor; may be repeated"
+        "--by", metavar="FACTOR", action="append", default=[], help="a row for each level of a factor; repeatable"
     )
     parser.add_argument("--file", action="store_true", help="print the file of the experiment as it was")
     add_json(parser)
@@ -155,7 +155,7 @@ examples:
 
 def _configure_export(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Write the table of runs, a row each. The results themselves are SQLite, which pandas and polars read, too:\n"
+        "Write the table of runs, with one row per run. The results are SQLite, which pandas and polars also read:\n"
         "pandas.read_sql('SELECT * FROM runs', sqlite3.connect('results/results.sqlite'))"
     )
     parser.epilog = (
@@ -174,7 +174,7 @@ def _configure_export(parser: argparse.ArgumentParser) -> None:
 def _add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="the file of an experiment, YAML or JSON")
     parser.add_argument(
-        "--variant", action="append", default=[], metavar="NAME", help="lay a variant of the file over it; repeatable"
+        "--variant", action="append", default=[], metavar="NAME", help="apply a variant of the file; repeatable"
     )
 
 

@@ -142,7 +142,7 @@ examples:
   hmrsim map render arena.map --robot wall_e@3,4 --no-legend -o arena.svg"""
     add_world_options(parser)
     parser.add_argument("-o", "--output", default="-", metavar="OUT", help="the file to write (SVG on stdout)")
-    parser.add_argument("--theme", choices=("light", "dark"), default="light", help="colours (light)")
+    parser.add_argument("--theme", choices=("light", "dark"), default="light", help="colors (light)")
     parser.add_argument(
         "--width",
         type=Later("hmrsim.cli.map_export", "width"),

@@ -40,7 +40,7 @@ examples:
             "create": ("create a keystore: an authority, and an enclave for each role", _configure_create),
             "add": ("add an enclave to a keystore", _configure_add),
             "renew": ("create new certificates, which are valid for longer", _configure_renew),
-            "revoke": ("take all rights from an enclave", _configure_revoke),
+            "revoke": ("revoke all rights of an enclave", _configure_revoke),
             "explain": ("explain who may do what on a key, and by which rule", _configure_explain),
             "check": ("verify that a running simulator enforces the policy", _configure_check),
         },
@@ -125,8 +125,8 @@ def _configure_renew(parser: argparse.ArgumentParser) -> None:
 
 def _configure_revoke(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Take all rights from an enclave, as when its key is lost. A simulator that is running, and a page\n"
-        "that is served, know the old policy: restart them."
+        "Revoke all rights of an enclave, for example when its key is lost. Restart running simulators and pages,\n"
+        "which still use the old policy."
     )
     _add_keystore(parser)
     parser.add_argument("name", metavar="NAME", help="the enclave")
@@ -136,8 +136,8 @@ def _configure_revoke(parser: argparse.ArgumentParser) -> None:
 
 def _configure_explain(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Explain who may do what on a key or a key expression, and by which rule of the policy. To ask is to get a\n"
-        "value, to send a goal or to call a service."
+        "Explain who may do what on a key or a key expression, and by which rule of the policy. To `ask` is to\n"
+        "get a value, to send a goal or to call a service."
     )
     parser.epilog = """\
 examples:

@@ -45,7 +45,7 @@ _CANCEL_WAIT: Final = 2.0
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim action send-goal``."""
     parser.description = (
-        "Send a goal and follow it to its end; Ctrl-C cancels it. Fields that are empty are not shown; --json has all."
+        "Send a goal and follow it to its end; Ctrl-C cancels it. Empty fields are omitted; --json shows all."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")

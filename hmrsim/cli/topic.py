@@ -72,7 +72,7 @@ examples:
 
 def _configure_echo(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Print the messages of a topic until Ctrl-C; the latest one first, where the simulator keeps it."
+        "Print the messages of a topic until Ctrl-C, starting with the latest one if the topic is latched."
     )
     parser.epilog = """\
 examples:
@@ -82,7 +82,7 @@ examples:
   hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'"""
     _add_name(parser)
     parser.add_argument(
-        "--field", type=field_path, metavar="FIELD", help="print this field alone, such as pose.pose.position"
+        "--field", type=field_path, metavar="FIELD", help="print only this field, such as pose.pose.position"
     )
     parser.add_argument("--once", action="store_true", help="print one message and exit")
     add_json(parser, "print one JSON object per line instead of YAML")
@@ -121,7 +121,7 @@ examples:
     parser.add_argument(
         "--window", type=count, default=10_000, metavar="N", help="the latest N messages (default: %(default)s)"
     )
-    add_json(parser, "print one JSON object a line")
+    add_json(parser, "print one JSON object per line")
     parser.set_defaults(function=_hz)
     add_connection_options(parser)
 

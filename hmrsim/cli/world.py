@@ -28,7 +28,7 @@ _SEEDS: Final = 25
 
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim world``."""
-    parser.description = "List the worlds that are shipped, write new ones, and print the schema of world files."
+    parser.description = "List the shipped worlds, write new ones, and print the schema of world files."
     parser.epilog = """\
 examples:
   hmrsim world list
@@ -38,8 +38,8 @@ examples:
     add_commands(
         parser,
         {
-            "list": ("list the worlds that are shipped", _configure_list),
-            "new": ("write a commented world to begin with", _configure_new),
+            "list": ("list the shipped worlds", _configure_list),
+            "new": ("write a commented starter world", _configure_new),
             "generate": ("write a small random fleet with orders", _configure_generate),
             "schema": ("print the schema of world files, for editors", _configure_schema),
         },
@@ -47,7 +47,7 @@ examples:
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
-    parser.description = "List the worlds that are shipped: names that stand for WORLD everywhere."
+    parser.description = "List the shipped worlds, whose names can be used for WORLD in every command."
     parser.epilog = "examples:\n  hmrsim world list\n  hmrsim world list --json | jq -r '.cafe.file'"
     add_json(parser, "print one JSON object: a world's text and file, by name")
     parser.set_defaults(function=_list)
@@ -70,7 +70,7 @@ def _first_sentence(path: Path) -> str:
 
 def _configure_new(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Write a world to begin with: two rooms, a robot that carries things, and a comment on each part. The schema "
+        "Write a starter world: two rooms, a robot that carries things, and a comment on each part. The schema "
         f"is written beside it, as {SCHEMA}, so that editors complete keys and mark errors."
     )
     parser.epilog = """\
@@ -137,7 +137,7 @@ examples:
   hmrsim world generate fleet.yaml --seed 7 --solvable && hmrsim run fleet.yaml --view
   hmrsim world generate --seed 3 --robots 6 | less"""
     parser.add_argument("file", metavar="FILE", nargs="?", type=_world_file, help="the file to write (default: stdout)")
-    parser.add_argument("--seed", metavar="N", type=_seed, default=0, help="decides everything that is drawn (0)")
+    parser.add_argument("--seed", metavar="N", type=_seed, default=0, help="the seed of all random choices (0)")
     parser.add_argument(
         "--robots", metavar="N", type=_robots, help=f"number of robots, {_FEWEST} to {_MOST} (5 to 12 at random)"
     )

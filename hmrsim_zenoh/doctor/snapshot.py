@@ -39,7 +39,7 @@ class Simulator:
         watched: Wall seconds between the two.
         alive: The robots that have a liveliness token.
         tokens: The participants in lockstep that have a liveliness token.
-        trees: The states of behaviour trees by robot, as controllers publish them.
+        trees: The states of behavior trees by robot, as controllers publish them.
     """
 
     info: Mapping[str, Any]
