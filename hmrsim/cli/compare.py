@@ -127,7 +127,7 @@ def _compare_traces(args: argparse.Namespace) -> int:
     same, difference = compared(_lines(args.a), _lines(args.b))
     if difference is None:
         facts: dict[str, Any] = {"identical": True, "line": None, "a": None, "b": None}
-        show_result(facts, (f"identical: {same} lines",), as_json=args.json)
+        show_result(facts, f"identical: {same} lines", as_json=args.json)
         return ExitCode.DONE
     facts = {"identical": False, "line": difference.line, "a": difference.was, "b": difference.now}
     lines = (f"line {difference.line} differs", f"- {_cut(difference.was)}", f"+ {_cut(difference.now)}")

@@ -38,7 +38,7 @@ _PERIOD: Final = 60.0
 def check(args: argparse.Namespace) -> int:
     """Check an experiment; return the exit code."""
     plan = _checked(args)
-    show_result(_facts(plan), (_summary(plan),), as_json=args.json)
+    show_result(_facts(plan), _summary(plan), as_json=args.json)
     return ExitCode.DONE
 
 

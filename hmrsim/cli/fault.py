@@ -83,7 +83,7 @@ def _inject(args: argparse.Namespace) -> int:
         raise WrongUse(f"no fault {shown(args.type)}{instead(args.type, registry(), verb='there are:')}")
     with connected(args, OPERATOR) as (client, _):
         name = call(client, "inject_fault", type=args.type, settings=json.dumps(keys))["name"]
-    show_result({"name": name}, (f"{name} is injected; `hmrsim fault clear {name}` ends it",), as_json=args.json)
+    show_result({"name": name}, f"{name} is injected; `hmrsim fault clear {name}` ends it", as_json=args.json)
     return ExitCode.DONE
 
 
@@ -103,7 +103,7 @@ def _list(args: argparse.Namespace) -> int:
     with connected(args) as (client, _):
         faults = call(client, "get_faults")["faults"]
     table = columns([("name", "fault", "state", "settings"), *map(_row, faults)])
-    show_result(faults, table if faults else ("no fault is active or scheduled",), as_json=args.json)
+    show_result(faults, table if faults else "no fault is active or scheduled", as_json=args.json)
     return ExitCode.DONE
 
 

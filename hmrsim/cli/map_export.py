@@ -56,7 +56,7 @@ def convert(args: argparse.Namespace) -> int:
     write_whole(out, text.encode())
     facts = {"file": args.out, "format": to, "world": loaded.world.name, "hash": loaded.hash, "left_out": left}
     facts["warnings"] = [str(problem) for problem in loaded.warnings]
-    show_result(facts, (f"{args.out}: {loaded.world.name!r} as {to}",), as_json=args.json)
+    show_result(facts, f"{args.out}: {loaded.world.name!r} as {to}", as_json=args.json)
     return ExitCode.DONE
 
 

@@ -42,12 +42,12 @@ def show_json(data: object) -> None:
     show(json.dumps(data, allow_nan=False))
 
 
-def show_result(data: object, lines: Iterable[str], *, as_json: bool) -> None:
-    """Print a result as one JSON value, or else as lines of text."""
+def show_result(data: object, text: str | Iterable[str], *, as_json: bool) -> None:
+    """Print a result as one JSON value, or else as text or lines of text."""
     if as_json:
         show_json(data)
         return
-    for line in lines:
+    for line in (text,) if isinstance(text, str) else text:
         show(line)
 
 

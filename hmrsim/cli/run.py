@@ -225,7 +225,7 @@ def _show_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, view: 
     }
     words = ["ready", *(host.endpoints or options.connect), f"world={shlex.quote(printable(world.name))}"]
     words += [f"robots={len(world.robots)}", *((f"view={url}",) if url else ())]
-    show_result(ready, (" ".join(words),), as_json=as_json)
+    show_result(ready, " ".join(words), as_json=as_json)
 
 
 def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:

@@ -70,7 +70,7 @@ def add(args: argparse.Namespace) -> int:
     member = store.members[args.name]
     show_result(
         _as_json(store),
-        (f"added {described(member)}, valid until {_until([member])}; restart the simulator",),
+        f"added {described(member)}, valid until {_until([member])}; restart the simulator",
         as_json=args.json,
     )
     return ExitCode.DONE
@@ -82,7 +82,7 @@ def renew(args: argparse.Namespace) -> int:
     names = store.renew(args.names, args.days)
     show_result(
         _as_json(store),
-        (f"renewed {', '.join(names)}; valid until {_until(store.members[name] for name in names)}",),
+        f"renewed {', '.join(names)}; valid until {_until(store.members[name] for name in names)}",
         as_json=args.json,
     )
     return ExitCode.DONE
@@ -94,7 +94,7 @@ def revoke(args: argparse.Namespace) -> int:
     store.revoke(args.name)
     show_result(
         _as_json(store),
-        (f"revoked {args.name}; restart the simulator and `hmrsim view`, which know the old policy",),
+        f"revoked {args.name}; restart the simulator and `hmrsim view`, which know the old policy",
         as_json=args.json,
     )
     return ExitCode.DONE

@@ -152,7 +152,7 @@ def _call(args: argparse.Namespace) -> int:
                 raise
             raise _unknown(name, known, info) from None
     response = plain_values("the response", answer)
-    show_result(response, (yaml_text(response).rstrip("\n"),), as_json=args.json)
+    show_result(response, yaml_text(response).rstrip("\n"), as_json=args.json)
     return ExitCode.FAILED if _failed(response) else ExitCode.DONE
 
 

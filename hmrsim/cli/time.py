@@ -104,7 +104,7 @@ def _do(args: argparse.Namespace, do: Callable[[Client, argparse.Namespace], obj
     with connected(args, OPERATOR) as (client, _):
         do(client, args)
         state: dict[str, Any] = json.loads(client.get(client.keys.world("time/state")))
-    show_result(state, (", ".join(_described(state)),), as_json=getattr(args, "json", False))
+    show_result(state, ", ".join(_described(state)), as_json=getattr(args, "json", False))
     return ExitCode.DONE
 
 

@@ -247,7 +247,7 @@ def _show_rate(arrivals: Sequence[float], last: float, *, as_json: bool) -> floa
         f"average rate: {rate['average_rate']:.3f}\n\tmin: {rate['min']:.3f}s max: {rate['max']:.3f}s "
         f"std dev: {rate['std_dev']:.5f}s window: {rate['window']}"
     )
-    show_result(rate, (text,), as_json=as_json)
+    show_result(rate, text, as_json=as_json)
     return arrivals[-1]
 
 

@@ -96,7 +96,7 @@ def _view(args: argparse.Namespace) -> int:
         source = recording or _simulator(options, enclave, stack)
         if signals.empty():
             server = stack.enter_context(ViewServer(source, host=args.host, port=args.port, enclave=enclave))
-            show_result({"ready": True, "url": server.url}, (f"ready {server.url}",), as_json=args.json)
+            show_result({"ready": True, "url": server.url}, f"ready {server.url}", as_json=args.json)
             if args.open:
                 webbrowser.open(server.url)
         signals.get()
