@@ -110,7 +110,7 @@ def _check(args: argparse.Namespace) -> Check:
             "expected a world or the file of a check, --repro FILE or --trace TRACE; see hmrsim check --help"
         )
     if _is_check(args.world):
-        _check_options_of_search(args)
+        _reject_options_of_file(args)
         return _overridden(read_check(args.world), args)
     if len(controllers) != 1:
         raise WrongUse(f"{args.world}: expected one of --tree, --python and --command, or the file of a check")
@@ -126,7 +126,7 @@ def _check(args: argparse.Namespace) -> Check:
     return check_of(file_of(values))
 
 
-def _check_options_of_search(args: argparse.Namespace) -> None:
+def _reject_options_of_file(args: argparse.Namespace) -> None:
     """Raise WrongUse for an option that the file of a check sets itself."""
     given = [f"--{name}" for name in (*CONTROLLERS, "robots", "properties") if getattr(args, name) is not None]
     given += ["--set"] if args.changes else []

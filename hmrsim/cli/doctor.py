@@ -45,10 +45,10 @@ examples:
 
 def _examine(args: argparse.Namespace) -> int:
     from hmrsim.cli.doctor_text import as_json, as_text
-    from hmrsim_zenoh.doctor import Problem, asked_for, gather, problems
+    from hmrsim_zenoh.doctor import Problem, gather, problems, requested
 
     given, options = args.ros_domain_id, session_options(args, VIEWER)
-    asked = asked_for(
+    asked = requested(
         options,
         domain=given if given is not None else _domain_of_environment(),
         environment=os.environ,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable
 from hmrsim.settings.arguments import reader_of
-from hmrsim_zenoh.doctor.problem import some
+from hmrsim_zenoh.doctor.problem import first_few
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
@@ -112,14 +112,17 @@ def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     if (enclave := snapshot.enclave) is not None:
         yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
     if names := Counter(snapshot.names.values()):
-        yield "connected", some(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items()))
+        yield (
+            "connected",
+            first_few(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items())),
+        )
     others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
     if simulator is not None:
         yield from _of_simulator(snapshot, simulator)
     else:
         yield "simulator", "none"
     if others:
-        yield "others", f"simulators with the prefix {some(others)}"
+        yield "others", f"simulators with the prefix {first_few(others)}"
     yield from _of_ros(snapshot)
 
 
@@ -131,17 +134,17 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
         f"hmrsim {info.get('hmrsim')}, contract {info.get('contract')}, prefix {snapshot.prefix}, world {world!r}",
     )
     yield "time", ", ".join(_of_time(time))
-    yield "robots", "; ".join((some(_groups(simulator)) or "none", *_alive(simulator)))
+    yield "robots", "; ".join((first_few(_groups(simulator)) or "none", *_alive(simulator)))
     if time.get("participants") or time.get("waiting_for"):
-        waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
-        yield "lockstep", f"{some(time.get('participants', ())) or 'no participants'}{waiting}"
+        waiting = f"; time waits for {first_few(time['waiting_for'])}" if time.get("waiting_for") else ""
+        yield "lockstep", f"{first_few(time.get('participants', ())) or 'no participants'}{waiting}"
     # A simulator takes another simulator with its prefix for a planner.
     if info.get("planner_present") and not simulator.twins:
         yield "planner", "an external one is available"
     if simulator.trees:
         yield (
             "trees",
-            some(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
+            first_few(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
         )
 
 
@@ -152,7 +155,7 @@ def _groups(simulator: Simulator) -> Iterator[str]:
         groups[tuple(actions)].append(robot)
     for served, names in groups.items():
         plural, each = "s" * (len(served) != 1), " each" * (len(names) > 1)
-        yield f"{some(names)} ({len(served)} action{plural}{each})"
+        yield f"{first_few(names)} ({len(served)} action{plural}{each})"
 
 
 def _alive(simulator: Simulator) -> Iterator[str]:
@@ -215,7 +218,7 @@ def _nodes(tokens: Iterable[Token]) -> str:
         counts = has[token.node.full_name]
         if token.endpoint is not None:
             counts[_KINDS[token.endpoint.kind]] += 1
-    nodes = some(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
+    nodes = first_few(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
     return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {nodes}"
 
 

@@ -194,7 +194,7 @@ def _to_stderr(line: str) -> None:
 
 
 class LogDisplay:
-    """Log lines."""
+    """The display of a run as log lines."""
 
     def __init__(self, world: str, level: int) -> None:
         self._world = printable(world)

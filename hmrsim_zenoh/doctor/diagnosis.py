@@ -39,7 +39,7 @@ _ANY_SIMULATOR: Final = "**/_world/alive"
 _OURS: Final = ("ROS_", "RMW_", "ZENOH_")
 
 
-def asked_for(
+def requested(
     options: SessionOptions, *, domain: int, environment: Mapping[str, str], wants_ros: bool = False
 ) -> Snapshot:
     """Return the snapshot before any query, with the options only.

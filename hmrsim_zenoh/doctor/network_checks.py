@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import meant
-from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.doctor.snapshot import WANT, endpoints, whole
+from hmrsim_zenoh.doctor.problem import Problem, first_few
+from hmrsim_zenoh.doctor.snapshot import WANT, collapsed, endpoints
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.codec.distros import DISTROS
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN, Kind
@@ -34,7 +34,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
         are = "is" if len(snapshot.prefixes) == 1 else "are"
         yield Problem(
             "other_prefix",
-            f"no simulator has the prefix {snapshot.prefix!r}; there {are} {some(map(repr, snapshot.prefixes))}",
+            f"no simulator has the prefix {snapshot.prefix!r}; there {are} {first_few(map(repr, snapshot.prefixes))}",
             f"use --prefix {meant(snapshot.prefix, snapshot.prefixes) or snapshot.prefixes[0]}",
         )
     else:
@@ -47,7 +47,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
 
 def no_router(snapshot: Snapshot) -> Iterator[Problem]:
     """Report that ROS nodes can't discover each other without a router."""
-    if snapshot.peers and not snapshot.routers and snapshot.has_to_do_with_ros:
+    if snapshot.peers and not snapshot.routers and snapshot.uses_ros:
         yield Problem(
             "no_router",
             f"only a peer answers at {snapshot.where}, but ROS nodes need a router to discover each other",
@@ -136,7 +136,7 @@ def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem(
             "unreadable_tokens",
             f"{len(snapshot.unreadable)} liveliness tokens are not in rmw_zenoh's format: "
-            f"{some(repr(text[:100]) for text in snapshot.unreadable)}",
+            f"{first_few(repr(text[:100]) for text in snapshot.unreadable)}",
             "update rmw_zenoh_cpp on the machines that declare them",
             "warning",
         )
@@ -177,9 +177,10 @@ def denied(snapshot: Snapshot) -> Iterator[Problem]:
             found[token.node.full_name, name, str(decision)].append((endpoint.name, key))
     for (node, name, why), wanted in sorted(found.items()):
         others = [each for each in policy.rules if all(policy.may_query(each, key).allowed for _, key in wanted)]
+        names = first_few(collapsed(each for each, _ in wanted))
         yield Problem(
             "denied",
-            f"{node}, with the certificate of {name!r}, may not use {some(whole(each for each, _ in wanted))}: {why}",
+            f"{node}, with the certificate of {name!r}, may not use {names}: {why}",
             f"use the enclave of {' or '.join(others) or 'an operator'}, or `hmrsim security add` one that may",
         )
 

@@ -7,8 +7,8 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
-from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, endpoints, whole
+from hmrsim_zenoh.doctor.problem import Problem, first_few
+from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, collapsed, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.publishing.parts import FIRST
 from hmrsim_zenoh.ros2.type_compat import difference, known
@@ -61,7 +61,7 @@ def _missing(snapshot: Snapshot) -> dict[str, list[str]]:
     return found
 
 
-def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
+def not_served(snapshot: Snapshot) -> Iterator[Problem]:
     """Report that the simulator is not in the domain: it has no ROS 2 wire, or is in another domain."""
     if snapshot.simulator is None or snapshot.ros.ours:
         return
@@ -72,16 +72,16 @@ def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
             f"the simulator is in ROS domain {elsewhere[0]}, not in {snapshot.domain}",
             f"`export ROS_DOMAIN_ID={elsewhere[0]}`, or start it with --ros-domain-id {snapshot.domain}",
         )
-    elif snapshot.has_to_do_with_ros:
+    elif snapshot.uses_ros:
         yield Problem("no_ros2", "the simulator does not serve ROS 2", "start `hmrsim run` with --ros2")
 
 
-def not_whole(snapshot: Snapshot) -> Iterator[Problem]:
+def missing_parts(snapshot: Snapshot) -> Iterator[Problem]:
     """Report actions that are incomplete in ROS."""
     incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
     if incomplete and snapshot.simulator is not None:
         most, every = len(_PARTS), len(snapshot.simulator.names.actions)
-        listed = some(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
+        listed = first_few(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
         yield Problem(
             "incomplete_actions",
             f"{len(incomplete)} of {every} actions are missing or incomplete: {listed}",
@@ -99,7 +99,7 @@ def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
     if strange:
         yield Problem(
             "unknown_types",
-            f"the simulator has types whose hashes this hmrsim does not know: {some(sorted(strange))}",
+            f"the simulator has types whose hashes this hmrsim does not know: {first_few(sorted(strange))}",
             "install the same version on both sides",
         )
 
@@ -118,7 +118,7 @@ def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
         ours = snapshot.simulator is not None and snapshot.simulator.session in programs
         yield Problem(
             "two_servers",
-            f"{len(programs)} programs serve {some(whole(names))} (nodes {some(sorted(nodes))}): "
+            f"{len(programs)} programs serve {first_few(collapsed(names))} (nodes {first_few(sorted(nodes))}): "
             f"{'both' if len(programs) == 2 else 'all'} execute each goal and request",  # noqa: PLR2004 - both are two
             f"end one of them, or {_APART if ours else 'give it another ROS_DOMAIN_ID or other names'}",
         )
@@ -135,11 +135,11 @@ def without_server(snapshot: Snapshot) -> Iterator[Problem]:
         wanted[token.node.full_name].append(endpoint.name)
     there = {endpoint.name for _, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE)}
     for node, names in sorted(wanted.items()):
-        missing = whole(name for name in names if name not in there)
+        missing = collapsed(name for name in names if name not in there)
         if missing:
             yield Problem(
                 "no_server",
-                f"{node} waits for {some(missing)}, which has no server{_elsewhere(snapshot, missing)}",
+                f"{node} waits for {first_few(missing)}, which has no server{_elsewhere(snapshot, missing)}",
                 _advice(missing, there),
                 "error" if all(name not in there for name in names) else "warning",
             )
@@ -155,17 +155,17 @@ def different_types(snapshot: Snapshot) -> Iterator[Problem]:
             ours = endpoint.name in snapshot.ros.simulator_types
             found[token.node.full_name, *difference(theirs, types, simulator=ours)].append(endpoint.name)
     for (node, what, remedy), names in sorted(found.items()):
-        yield Problem("different_types", f"{node} is incompatible with {some(sorted(names))}: {what}", remedy)
+        yield Problem("different_types", f"{node} is incompatible with {first_few(sorted(names))}: {what}", remedy)
 
 
 def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
     """Return the part of a message about other domains that serve the names; empty if there are none."""
-    domains = [str(n) for n, domain in snapshot.domains.items() if not set(whole(domain.types)).isdisjoint(names)]
+    domains = [str(n) for n, domain in snapshot.domains.items() if not set(collapsed(domain.types)).isdisjoint(names)]
     return f" in domain {snapshot.domain}, but in domain {', '.join(domains)}" if domains else ""
 
 
 def _advice(missing: list[str], there: Iterable[str]) -> str:
-    served = whole(there)
+    served = collapsed(there)
     # The node may have been started without a namespace.
     namespaces = sorted(
         {
@@ -176,7 +176,7 @@ def _advice(missing: list[str], there: Iterable[str]) -> str:
         }
     )
     if namespaces:
-        return f"give it a namespace: {some(namespaces)}"
+        return f"give it a namespace: {first_few(namespaces)}"
     close = (difflib.get_close_matches(name, served, n=1, cutoff=_CLOSE) for name in missing)
     meant = next((matches[0] for matches in close if matches), None)
     return f"did you mean {meant}?" if meant else "start the server, or correct the name, namespace or ROS_DOMAIN_ID"
@@ -196,15 +196,15 @@ def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
         if nodes:
             yield Problem(
                 "client_in_other_domain",
-                f"{some(sorted(nodes))} in ROS domain {number} waits for services that the simulator has in domain "
-                f"{snapshot.domain}",
+                f"{first_few(sorted(nodes))} in ROS domain {number} waits for services that the simulator has in "
+                f"domain {snapshot.domain}",
                 f"start them with ROS_DOMAIN_ID={snapshot.domain}, or the simulator with --ros-domain-id {number}",
             )
 
 
 CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
-    not_spoken,
-    not_whole,
+    not_served,
+    missing_parts,
     unknown_types,
     two_servers,
     without_server,
