@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any, Final
 
-from hmrsim.cli.output import counted
+from hmrsim.cli.output import columns, counted
 from hmrsim.errors import printable
 
 _MAX_LINES: Final = 10
@@ -136,7 +136,7 @@ def _trip_lines(values: dict[str, Any], units: str) -> Iterator[str]:
             seconds = (f"{entry['seconds']:.1f} s" for entry in trip["seconds"])
             name = f"{trip['from']} {arrow} {trip['to']}"
             rows.append(("" if number else kind.replace("_", " "), name, f"{trip['length']:.1f} {units}", *seconds))
-    yield from _table(rows, right=2)
+    yield from _table(rows, right=range(2, len(head)))
 
 
 def _is_redundant(trips: dict[str, Any], kind: str) -> bool:
@@ -158,16 +158,10 @@ def _traffic_lines(values: dict[str, Any], units: str) -> Iterator[str]:
     between = f"from {sample}{ends} to all of them" if sample else f"between {ends}"
     yield f"traffic: share of the quickest trips {between} at {traffic['speed']:g} {units}/s"
     yield from _table(
-        [(" - ".join(entry["lane"]), f"{entry['share']:.1%}") for entry in traffic["shares"][:_MAX_LINES]], right=1
+        [(" - ".join(entry["lane"]), f"{entry['share']:.1%}") for entry in traffic["shares"][:_MAX_LINES]], right=(1,)
     )
 
 
-def _table(rows: Sequence[tuple[str, ...]], *, right: int = 99) -> Iterator[str]:
-    """Return rows as lines of aligned columns; those from *right* on are right-aligned."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
-    for row in rows:
-        cells = [
-            cell.rjust(width) if i >= right else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        yield f"  {'  '.join(cells)}".rstrip()
+def _table(rows: Sequence[tuple[str, ...]], *, right: Container[int] = ()) -> Iterator[str]:
+    """Yield rows as indented lines of aligned columns."""
+    return (f"  {line}" for line in columns(rows, right=right))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.output import show_result
+from hmrsim.cli.output import columns, show_result
 from hmrsim.cli.worlds import read_world
 from hmrsim.diagnostics import instead
 from hmrsim.errors import HmrsimError, NoRoute
@@ -157,11 +157,9 @@ def _lines(trip: Trip, names: dict[Point, str], units: str) -> list[str]:
         (_label(leg.end, names), f"{_rounded(leg.length)} {units}", f"{seconds:.1f} s", _remark(leg, units))
         for leg, seconds in zip(legs, trip.seconds, strict=True)
     ]
-    widths = [max((len(row[i]) for row in rows), default=0) for i in range(3)]
-    table = [f"{a:<{widths[0]}}  {b:>{widths[1]}}  {c:>{widths[2]}}  {d}".rstrip() for a, b, c, d in rows]
     turning = f", of which {trip.turning:.1f} s are for turning" if trip.turning else ""
     total = f"{_rounded(trip.route.length)} {units} in {trip.duration:.1f} s at up to {trip.base.speed:g} {units}/s"
-    return [*table, f"{total}{turning}"]
+    return [*columns(rows, right=(1, 2)), f"{total}{turning}"]
 
 
 def _rounded(length: float) -> str:

@@ -56,12 +56,16 @@ def warn(text: str) -> None:
     print("\n".join(map(printable, text.split("\n"))), file=sys.stderr, flush=True)
 
 
-def columns(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield one line per row, with aligned columns; all rows have the same number of cells."""
+def columns(rows: Sequence[Sequence[str]], *, right: Container[int] = ()) -> Iterator[str]:
+    """Yield one line per row with aligned columns, of which those with an index in *right* are right-aligned."""
     cells = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in cells:
-        yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        padded = (
+            cell.rjust(width) if i in right else cell.ljust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        )
+        yield "  ".join(padded).rstrip()
 
 
 def show_table(headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *, left: Container[str]) -> None:
