@@ -10,7 +10,7 @@ import gymnasium
 
 from benchmarks._report import Row
 from benchmarks._spread import Spread
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks import _mission
 from benchmarks._report import Row
 from benchmarks._spread import Spread
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.testing import simulation
 from hmrsim.world.model import Base
 from hmrsim.world_checks import load_world

@@ -16,7 +16,7 @@ from benchmarks._processes import Child, child, processor_seconds
 from benchmarks._report import Row
 from benchmarks._timing import Variant, interleaved
 from benchmarks._wire import Served, served
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim_zenoh.wire.options import SessionOptions

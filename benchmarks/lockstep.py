@@ -16,8 +16,8 @@ from benchmarks._report import Row
 from benchmarks._spread import Spread
 from benchmarks._timing import Rounds, Variant, interleaved
 from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
-from hmrsim.cli.tracing import TraceFile
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.cli.trace_file import TraceFile
+from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world

@@ -15,7 +15,7 @@ from typing import Any
 from benchmarks._fleet import LANE_SECONDS, SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from benchmarks._timing import Rounds, microseconds
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 

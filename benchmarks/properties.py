@@ -15,7 +15,7 @@ from benchmarks._report import Row
 from benchmarks._spread import Spread
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.properties import Ended, Monitor, Properties, properties_of
 from hmrsim.properties.temporal import Above, Always, Eventually, Implies, OnlineMonitor
 from hmrsim.report.sink import ReportSink

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
-from hmrsim.cli.rosout import told
+from hmrsim.cli.recording import rosout
 from hmrsim.protocol.time import LOCKSTEP, TimeState
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
@@ -54,7 +54,7 @@ def _of(robots: int, seconds: float, side: int) -> list[Row]:
         with RecordingFile(path, reproducible=True) as file:
 
             def recording(simulator: Simulator) -> list[_Timed]:
-                sinks.append(_Timed(simulator, Recorder(file, told), lambda: _TIME, clock_rate=10.0))
+                sinks.append(_Timed(simulator, Recorder(file, rosout), lambda: _TIME, clock_rate=10.0))
                 return sinks
 
             simulator = Simulator(world, RunSettings(keep_results=10), [crowd], watchers=recording)

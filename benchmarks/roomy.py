@@ -12,7 +12,7 @@ from typing import Any
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
 from benchmarks._timing import Rounds
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.traffic.policies import registry

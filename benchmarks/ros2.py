@@ -15,7 +15,7 @@ from benchmarks._wire import GoalSender, served
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 from hmrsim.protocol.answers import GoalEntry
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, StatusChanged

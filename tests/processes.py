@@ -118,8 +118,11 @@ def _loaded() -> dict[str, Callable[[], int]]:
     import bt_controller.__main__  # noqa: PLC0415
     import bt_controller.cli.run_trees  # noqa: PLC0415
     import hmrsim.cli  # noqa: PLC0415
-    import hmrsim.cli.run_world  # noqa: PLC0415
-    import hmrsim.cli.send_goal  # noqa: PLC0415
+    import hmrsim.cli.event_log  # noqa: PLC0415
+    import hmrsim.cli.goal_text  # noqa: PLC0415
+    import hmrsim.cli.names  # noqa: PLC0415
+    import hmrsim.cli.run  # noqa: PLC0415
+    import hmrsim.cli.trace_file  # noqa: PLC0415
     from hmrsim.simulation.simulator import Simulator  # noqa: PLC0415
     from hmrsim.world_checks import load_world  # noqa: PLC0415
 

@@ -106,11 +106,11 @@ def _value(action: argparse.Action) -> str:
 
 def _session(program: argparse.ArgumentParser) -> Iterator[str]:
     """Yield the section about the options of sessions, from a command that has them."""
-    command = _commands(program)["robot"][0]
+    command = _commands(program)["doctor"][0]
     if isinstance(command, LazyParser):
         command.load()
     yield "## Options of a session\n\n| option | |\n|---|---|"
-    yield from _arguments(_commands(command)["list"][0], of=_EVERYWHERE)
+    yield from _arguments(command, of=_EVERYWHERE)
     yield ""
 
 

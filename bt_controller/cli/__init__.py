@@ -11,7 +11,7 @@ from typing import Final
 from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
 from hmrsim import __version__
 from hmrsim.errors import printable
-from hmrsim.program.command_line import LazyParser, add_commands, autocomplete, run_program
+from hmrsim.program.command_line import Later, LazyParser, add_commands, autocomplete, run_program
 
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
@@ -19,7 +19,7 @@ _COMMANDS: Final = {
     "coverage": "show what runs of trees have covered",
     "nodes": "list the nodes of XML trees",
 }
-"""Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
+"""The subcommands and their help; each is a module of this package with a function *configure*."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -57,5 +57,6 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
     parser.add_argument("--version", action="version", version=f"bt-controller {__version__}")
-    add_commands(parser, _COMMANDS, f"{__name__}.", title="commands")
+    commands = {name: (text, Later(f"{__name__}.{name}", "configure")) for name, text in _COMMANDS.items()}
+    add_commands(parser, commands, title="commands")
     return parser

@@ -15,7 +15,7 @@ from bt_controller.watching.display import JsonDisplay, PlainDisplay
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
 from bt_controller.watching.transitions import Transitions
-from hmrsim.program.outputs import STDOUT, TextOutput, check_outputs, unwritable
+from hmrsim.program.files import STDOUT, TextOutput, check_outputs, unwritable
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

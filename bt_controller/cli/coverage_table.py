@@ -16,7 +16,7 @@ from bt_controller.coverage.files import check_format, read_coverage, write_cove
 from bt_controller.coverage.outcomes import ABORTED, ENDINGS, WORDS
 from bt_controller.coverage.summary import goal_ends, share_of, summary
 from hmrsim.errors import printable
-from hmrsim.program.outputs import check_outputs
+from hmrsim.program.files import check_outputs
 
 if TYPE_CHECKING:
     from bt_controller.coverage import NodeCoverage

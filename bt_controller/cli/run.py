@@ -10,13 +10,13 @@ from bt_controller.cli._codes import EXAMPLES, EXIT_CODES
 from bt_controller.cli._tree_options import add_robot_option, add_tree_options, add_watching_options
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
-from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options, seconds
+from hmrsim_zenoh.wire.options import add_session_options, seconds
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bt-controller run``."""
     parser.description = "Run a tree for each robot until all have ended."
-    parser.epilog = f"{EXAMPLES}\n\n{ENVIRONMENT}\n\n{EXIT_CODES}"
+    parser.epilog = f"{EXAMPLES}\n\n{EXIT_CODES}"
     add_tree_options(parser)
     add_robot_option(parser, "the robots to drive; repeatable")
     parser.add_argument(

@@ -26,7 +26,7 @@ from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.diagnostics import known_name
 from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.program.users_code import mistakes_in
+from hmrsim.program.users_code import field_errors
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import ResultExpired
@@ -152,7 +152,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             try:
                 self._checked(self._goal)
             except ValidationError as error:
-                mistakes = "\n".join(f"{self.name!r}: goal: {each}" for each in mistakes_in(error))
+                mistakes = "\n".join(f"{self.name!r}: goal: {each}" for each in field_errors(error))
                 raise TreeError(mistakes) from None
             except ValueError as error:
                 raise NotServed(f"{self.name!r}: {error}") from None

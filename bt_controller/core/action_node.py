@@ -15,7 +15,7 @@ from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
 from bt_controller.world.directory import Directory
 from hmrsim.errors import GoalRejected
-from hmrsim.program.users_code import mistakes_in
+from hmrsim.program.users_code import field_errors
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
 
@@ -107,7 +107,7 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
             return super()._next_goal()
         except ValidationError as error:
             goal = f"{self.located}: the goal of {self.ACTION!r}"
-            raise PortError("\n".join(f"{goal}: {each}" for each in mistakes_in(error))) from None
+            raise PortError("\n".join(f"{goal}: {each}" for each in field_errors(error))) from None
 
     def should_replace_goal(self) -> bool:
         """Return whether to replace the active goal by the one that `goal` returns now."""

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 from bt_controller.coverage.lcov import lcov, outline_beside
 from bt_controller.coverage.tree_coverage import CoverageError, TreeCoverage
 from hmrsim.errors import OutputError, reason_of
-from hmrsim.program.inputs import check_regular
-from hmrsim.program.outputs import TextOutput, unwritable
+from hmrsim.program.files import TextOutput, check_regular, unwritable
 
 if TYPE_CHECKING:
     from pathlib import Path

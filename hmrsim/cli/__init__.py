@@ -1,8 +1,8 @@
-"""The command ``hmrsim``: one file per command.
+"""The command ``hmrsim``: one file for each of its commands.
 
-Commands convert options to settings, and pass these to a host, a simulator or a client; no package imports them.
+A command turns options into settings, and passes them to a host, a simulator or a client.
 """
 
-from hmrsim.cli.start import main
+from hmrsim.cli.entry import main
 
 __all__ = ["main"]

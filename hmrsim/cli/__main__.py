@@ -1,4 +1,4 @@
-"""``python -m hmrsim.cli`` is ``hmrsim``."""
+"""Runs ``hmrsim`` as ``python -m hmrsim.cli``."""
 
 import sys
 

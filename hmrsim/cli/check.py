@@ -1,22 +1,45 @@
-"""``hmrsim check``: find the schedule of faults that breaks a controller, and shrink it to the smallest one."""
+"""``hmrsim check``: find the faults that break a controller, repeat a failure, or apply properties to a trace."""
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.experiment_run import jobs
-from hmrsim.cli.numbers import count
+from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.options import add_json, count, jobs
+from hmrsim.cli.output import columns, show_result, warn
+from hmrsim.errors import CheckError, Problem, printable
 from hmrsim.program.command_line import Later
-from hmrsim.program.log_options import add_log_options
+from hmrsim.program.files import check_outputs
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.file.reading import Repro
+    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.properties import Checked, Properties, Verdict, Violation
 
-_EXAMPLES: Final = """\
-exit codes: 0 no property was violated; 1 one was; 2 wrong use or unreadable input; 130 Ctrl-C, with what was found
+_MAX_VIOLATIONS: Final = 50
+"""Violations to print."""
+CONTROLLERS: Final = ("tree", "python", "command")
+"""The options that name a controller, of which only one is given."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim check``."""
+    parser.description = (
+        "Find what breaks a controller: run it again and again with faults, changes of the world and disturbances of\n"
+        "the wire until a property is violated, then shrink the schedule to a minimal reproducer and write a file\n"
+        "that repeats it. Or apply properties to a trace or a recording."
+    )
+    parser.epilog = """\
+exit codes: 0 no property was violated; 1 a property was violated; 2 wrong use or unreadable input; 130 Ctrl-C
 
 examples:
   hmrsim check hospital --tree bt_controller.examples.hospital:mission --budget 1m
@@ -25,58 +48,47 @@ examples:
   hmrsim check check.yaml
   hmrsim check --repro results/failures/mission_ends_it_does_not_end.yaml
   hmrsim check --trace run.jsonl --properties properties.yaml"""
-
-
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``hmrsim check``."""
-    parser.description = (
-        "Search for what breaks a controller: run it again and again with faults, changes of the world and\n"
-        "disturbances of the wire, until a property is violated; then shrink that to the smallest schedule, and\n"
-        "write a file that repeats it. Or apply properties to a trace or a recording."
-    )
-    parser.epilog = _EXAMPLES
     parser.add_argument(
-        "world", metavar="WORLD", nargs="?", help="a world, or the file of a check, which has all that follows"
+        "world", metavar="WORLD", nargs="?", help="a world, or the file of a check, which contains everything else"
     )
-    what = parser.add_argument_group("what is checked")
-    what.add_argument("--tree", metavar="TREE", help="a behaviour tree: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION")
-    what.add_argument("--python", metavar="FUNCTION", help="a function that is given a client: MODULE:FUNCTION")
+    what = parser.add_argument_group("subject")
+    what.add_argument("--tree", metavar="TREE", help="a behavior tree: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION")
+    what.add_argument("--python", metavar="FUNCTION", help="a function that takes a client: MODULE:FUNCTION")
     what.add_argument("--command", metavar="COMMAND", help="any program, over Zenoh; started for each run")
     what.add_argument("--robots", metavar="NAME", nargs="+", help="the robots of a tree (all)")
-    what.add_argument("--properties", metavar="FILE", help="the properties that have to hold, beside the built-in ones")
-    what.add_argument("--set", dest="changes", metavar="PATH=VALUE", action="append", default=[], help=_SET)
-    search = parser.add_argument_group("how it is searched")
-    search.add_argument("--budget", metavar="TIME", help="how long: 90s, 10m, 1h (10m)")
-    search.add_argument("--runs", metavar="N", type=count, help="at most so many runs")
+    what.add_argument("--properties", metavar="FILE", help="the properties to check, in addition to the built-in ones")
+    what.add_argument(
+        "--set",
+        dest="changes",
+        metavar="PATH=VALUE",
+        action="append",
+        default=[],
+        help="a change of the world, such as robots.*.base.speed=0.5; repeatable",
+    )
+    search = parser.add_argument_group("search")
+    search.add_argument("--budget", metavar="TIME", help="how long to search: 90s, 10m, 1h (10m)")
+    search.add_argument("--runs", metavar="N", type=count, help="the maximum number of runs")
     search.add_argument("--seed", metavar="N", type=int, help="the seed of the search (0)")
-    search.add_argument("--at-most", metavar="N", type=count, help="things in one schedule (3)")
-    search.add_argument("--only", metavar="KIND", nargs="+", help="the kinds of things that happen (all)")
-    search.add_argument("--without", metavar="KIND", nargs="+", help="kinds that do not happen")
+    search.add_argument("--at-most", metavar="N", type=count, help="the maximum number of things in one schedule (3)")
+    search.add_argument("--only", metavar="KIND", nargs="+", help="the kinds of things to try (all)")
+    search.add_argument("--without", metavar="KIND", nargs="+", help="kinds of things to leave out")
     search.add_argument("--also", metavar="KIND", nargs="+", help="item_lost, second_controller, simulation_reset")
-    search.add_argument("--spare", metavar="NAME", nargs="+", help="robots, doors, … to which nothing happens")
-    search.add_argument("--first", action="store_true", help="end with the first failure")
-    search.add_argument("-j", "--jobs", metavar="N", type=jobs, help="processes at once (one a processor)")
-    search.add_argument("--executor", metavar="WHERE", default="pool", help="as of `hmrsim experiment run` (pool)")
+    search.add_argument("--spare", metavar="NAME", nargs="+", help="robots, doors, … to leave undisturbed")
+    search.add_argument("--first", action="store_true", help="stop at the first failure")
+    search.add_argument("-j", "--jobs", metavar="N", type=jobs, help="number of parallel processes (one per processor)")
+    search.add_argument("--executor", metavar="WHERE", default="pool", help="as for `hmrsim experiment run` (pool)")
     other = parser.add_argument_group("instead of a search")
     other.add_argument("--repro", metavar="FILE", type=Path, help="repeat a failure that was found")
-    other.add_argument("--folder", metavar="DIR", type=Path, help="where the controller's files are, for --repro")
+    other.add_argument("--folder", metavar="DIR", type=Path, help="the folder of the controller's files, for --repro")
     other.add_argument("--record", metavar="FILE.mcap", type=Path, help="record the run of --repro")
     other.add_argument("--trace", metavar="TRACE", type=Path, help="apply properties to a trace or a recording")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="the folder of the results (NAME_check)")
-    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    add_json(parser, "print the summary as JSON")
     add_log_options(parser)
-    parser.set_defaults(function=_chosen)
+    parser.set_defaults(function=_check)
 
 
-_SET: Final = "a change of the world, such as robots.*.base.speed=0.5; repeatable"
-
-
-CONTROLLERS: Final = ("tree", "python", "command")
-"""The options of which one says what is checked."""
-
-
-def _chosen(args: argparse.Namespace) -> int:
-    """Do what is asked for; return the exit code."""
+def _check(args: argparse.Namespace) -> int:
     if args.repro is not None and args.trace is not None:
         raise WrongUse("--repro and --trace: each is a command of its own; leave one out")
     for option, value in (("--folder", args.folder), ("--record", args.record)):
@@ -89,10 +101,175 @@ def _chosen(args: argparse.Namespace) -> int:
     if option and controllers:
         raise WrongUse(f"{option}: its file says what was run; leave out {', '.join(controllers)}")
     if args.trace is not None:
-        module, function = "check_trace", "check_trace"
-    elif args.repro is not None:
-        module, function = "check_repro", "repeat"
+        return check_trace(args)
+    if args.repro is not None:
+        return _repeat(args)
+    code: int = Later("hmrsim.cli.check_search", "search")(args)
+    return code
+
+
+def _repeat(args: argparse.Namespace) -> int:
+    """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
+    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.running.single import Wanted, run_case
+    from hmrsim.program.memory import collect_rarely
+    from hmrsim.trials.endings import ERROR
+
+    check_outputs([("--record", args.record)], [args.repro])
+    if args.folder is not None and not args.folder.is_dir():
+        raise WrongUse(f"--folder {args.folder}: no such folder")
+    repro = read_repro(args.repro, args.folder)
+    # The file may come from someone else, and it names a program that is run.
+    warn(f"{args.repro}: runs {repro.check.file.controller.described}")
+    collect_rarely()
+    with ExitStack() as stack:
+        wanted = Wanted(trace=True, story=True)
+        if args.record:
+            from hmrsim.cli.recording import recorded
+            from hmrsim.settings.run import RunSettings
+
+            further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
+            wanted = Wanted(trace=True, story=True, further=further)
+        outcome = run_case(_compared(repro.check), repro.case, wanted)
+    if outcome.ending == ERROR:
+        raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
+    show_result(_repro_facts(repro, outcome), _repro_lines(args, repro, outcome), as_json=args.json)
+    return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _compared(check: Check) -> Check:
+    """Return the check with its run without faults, which is made here if a property compares runs with it."""
+    from hmrsim.fault_search.running.single import run_case
+    from hmrsim.fault_search.schedules.case import Case
+
+    if not check.compares:
+        return check
+    nominal = run_case(check, Case())
+    return replace(check, reference=nominal.items if nominal.ending == "succeeded" else None)
+
+
+def _trace_of(path: Path, folder: Path | None) -> str:
+    """Repeat a failure and return its trace."""
+    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.running.single import Wanted, run_case
+
+    repro = read_repro(path, folder)
+    return run_case(repro.check, repro.case, Wanted(trace=True)).trace
+
+
+def _same(repro: Repro, outcome: Outcome) -> bool:
+    from hmrsim.fault_search.running.outcome import Failure
+
+    return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
+
+
+def _same_trace(repro: Repro, outcome: Outcome) -> bool | None:
+    """Return whether the trace is the same; None if there was none, as for a controller that hangs."""
+    return hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace if repro.trace else None
+
+
+def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
+    return {
+        "failed": outcome.failure is not None,
+        "same_failure": _same(repro, outcome),
+        "same_trace": _same_trace(repro, outcome),
+        "ending": outcome.ending,
+        "cause": outcome.cause,
+        "at": outcome.at,
+        "violations": [violation.as_dict() for violation in outcome.violations],
+    }
+
+
+def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
+    from hmrsim.cli.trace_file import difference_from
+    from hmrsim.fault_search.results.finding import by_begin
+    from hmrsim.fault_search.results.story import LONG, events_of
+
+    schedule = repro.case.schedule
+    for number, i in enumerate(by_begin(schedule, outcome), 1):
+        yield f"{number}. {schedule[i].describe()}"
+    yield ""
+    for at, text in events_of(outcome, LONG):
+        yield f"{at:10.3f} s  {text}"
+    cause = f" ({outcome.cause})" if outcome.cause else ""
+    yield f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}"
+    yield ""
+    same_trace = _same_trace(repro, outcome)
+    if outcome.failure is None:
+        yield f"it passes: {repro.failure.property} is not violated any more"
+    elif _same(repro, outcome):
+        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[same_trace]
+        yield f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}"
     else:
-        module, function = "check_search", "search"
-    later: Callable[[argparse.Namespace], int] = Later(f"hmrsim.cli.{module}", function)
-    return later(args)
+        yield f"it fails otherwise: {outcome.failure}"
+    if same_trace is False:
+        yield difference_from("", outcome.trace, _trace_of, args.repro, args.folder)
+
+
+def check_trace(args: argparse.Namespace) -> int:
+    """Apply the properties to the run; return the exit code: 1 if one is violated.
+
+    Raises:
+        TraceError: The file is neither a trace nor a recording.
+        PropertyError: The properties are not valid, or refer to something that the world lacks.
+    """
+    from hmrsim.program.memory import collect_rarely
+    from hmrsim.properties import Properties, read_properties
+
+    properties = Properties() if args.properties is None else read_properties(args.properties)
+    collect_rarely()
+    with logging_to_stderr(args):
+        checked = _checked(args.trace, properties)
+    for note in checked.notes:
+        warn(f"{args.trace}: {printable(note)}")
+    monitor = checked.monitor
+    lines = (*_verdict_lines(monitor.verdicts()), *_violation_lines(monitor.violations))
+    show_result(_trace_facts(checked), lines, as_json=args.json)
+    return ExitCode.FAILED if monitor.violations else ExitCode.DONE
+
+
+def _checked(path: Path, properties: Properties) -> Checked:
+    from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
+    from hmrsim.cli.worlds import show_findings
+    from hmrsim.properties import check_recording
+    from hmrsim.properties import check_trace as check_lines
+    from hmrsim_zenoh.recording import open_recording
+
+    # Misspelled names are reported before a long run is replayed.
+    on_findings = partial(show_findings, properties)
+    with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
+        if is_recording(path):
+            return check_recording(open_recording(path), properties, on_findings)
+        return check_lines(lambda: lines_of(path), properties, on_findings)
+
+
+def _trace_facts(checked: Checked) -> dict[str, Any]:
+    monitor = checked.monitor
+    return {
+        "violated": bool(monitor.violations),
+        "verdicts": [verdict.as_dict() for verdict in monitor.verdicts()],
+        "violations": [violation.as_dict() for violation in monitor.violations],
+        "notes": list(checked.notes),
+    }
+
+
+def _verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """Return a line for each property."""
+    rows = [("property", "verdict", "robustness", "")]
+    for verdict in verdicts:
+        robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""
+        rows.append((verdict.property, verdict.state.replace("_", " "), robustness, verdict.text))
+    return columns(rows)
+
+
+def _violation_lines(violations: Sequence[Violation]) -> Iterator[str]:
+    """Yield a line for each of the first violations, in order of time."""
+    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+    if not violations:
+        return
+    yield ""
+    for violation in violations[:_MAX_VIOLATIONS]:
+        yield f"{violation.at / NANOSECONDS:9.3f} s  {violation.property}: {printable(violation.text)}"
+    if len(violations) > _MAX_VIOLATIONS:
+        yield f"... and {len(violations) - _MAX_VIOLATIONS} more"

@@ -1,20 +1,21 @@
-"""Searching for failures of a controller from the command line."""
+"""The search of ``hmrsim check`` for failures of a controller."""
 
 from __future__ import annotations
 
 import argparse
+import shlex
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.check import CONTROLLERS
-from hmrsim.cli.check_text import progress_text, summary_text
 from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.output import show, show_json, warn
-from hmrsim.cli.terminal_line import TerminalLine
+from hmrsim.cli.output import ProgressLine, counted, show_result, warn
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
+from hmrsim.fault_search.results.story import passes
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.outcome import Failure
 from hmrsim.fault_search.schedules.case import Case
@@ -33,10 +34,12 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.results.summary import Summary
     from hmrsim.fault_search.running.outcome import Outcome
 
-_LOOK: Final = 0.2
-"""Wall seconds between two updates of the line on a terminal."""
-_QUIET: Final = 30.0
-"""Wall seconds between two lines where there is no terminal."""
+_ENOUGH: Final = 500
+"""Runs below which a search is too short to mean much."""
+_MINUTES: Final = 120.0
+"""Seconds from which a time is shown in minutes."""
+_PERIOD: Final = 30.0
+"""Wall seconds between two lines without a terminal."""
 
 
 def search(args: argparse.Namespace) -> int:
@@ -46,7 +49,7 @@ def search(args: argparse.Namespace) -> int:
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
-    line = TerminalLine(quiet=args.json)
+    line = ProgressLine(_PERIOD, quiet=args.json)
     began = time.monotonic()
     with Evaluator(check, make, workers) as evaluator:
         try:
@@ -64,57 +67,54 @@ def search(args: argparse.Namespace) -> int:
         _warn_of(nominal)
         check = limited(check, nominal)
         evaluator.take(check, nominal)
-        teller = _Teller(check, results, line, quiet=args.json)
+        display = _Display(check, results, line, quiet=args.json)
         earlier = _earlier(results)
         options = Options(
             first_only=args.first,
             earlier=[(case, failure) for _, case, failure in earlier],
             set_aside=lambda case, why: _set_aside(earlier, case, why),
-            tell=teller.tell,
-            on_finding=teller.on_finding,
+            tell=display.update,
+            on_finding=display.on_finding,
         )
         with line.showing("searching"):
             summary = Campaign(check, evaluator, nominal, options, began).run()
     if summary.complete and not summary.tried.singles:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
-    summary.files.update(teller.files)
+    summary.files.update(display.files)
     results.finish(check, summary, evaluator.covered)
     return _conclude(args, summary, results)
 
 
 def _warn_of(nominal: Outcome) -> None:
-    """Say so if the controller does not succeed without faults: then there may be little to break."""
+    """Warn if the controller does not succeed even without faults: there may be little to break."""
     if nominal.ending != "succeeded":
-        said = nominal.cause or nominal.output.rpartition("\n")[2]
-        why = f": {said}" if said else ""
+        cause = nominal.cause or nominal.output.rpartition("\n")[2]
+        why = f": {cause}" if cause else ""
         if nominal.ending == TIMEOUT:
             why += "; for a controller that never ends, put `built_in: {mission_ends: false}` into its properties"
         warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")
 
 
 def _conclude(args: argparse.Namespace, summary: Summary, results: ResultsFolder) -> int:
-    if args.json:
-        show_json(summary.to_json())
-    else:
-        show("\n".join(summary_text(summary, results.folder)))
+    show_result(summary.to_json(), _summary_lines(summary, results.folder), as_json=args.json)
     if not summary.complete:
         return ExitCode.INTERRUPTED
     return ExitCode.FAILED if summary.findings else ExitCode.DONE
 
 
 def _check(args: argparse.Namespace) -> Check:
-    """Return the check of a file, or of the options."""
-    said = [name for name in CONTROLLERS if getattr(args, name) is not None]
+    """Return the check from a file, or from the options."""
+    controllers = [name for name in CONTROLLERS if getattr(args, name) is not None]
     if args.world is None:
         raise WrongUse(
             "expected a world or the file of a check, --repro FILE or --trace TRACE; see hmrsim check --help"
         )
     if _is_check(args.world):
-        _only_search(args)
-        return _over(read_check(args.world), args)
-    if len(said) != 1:
+        _reject_options_of_file(args)
+        return _overridden(read_check(args.world), args)
+    if len(controllers) != 1:
         raise WrongUse(f"{args.world}: expected one of --tree, --python and --command, or the file of a check")
-    controller: dict[str, Any] = {said[0]: getattr(args, said[0])}
+    controller: dict[str, Any] = {controllers[0]: getattr(args, controllers[0])}
     if args.robots:
         controller["robots"] = args.robots
     overlay: dict[str, Any] = {}
@@ -126,8 +126,8 @@ def _check(args: argparse.Namespace) -> Check:
     return check_of(file_of(values))
 
 
-def _only_search(args: argparse.Namespace) -> None:
-    """Raise WrongUse for an option that says what the file of a check says itself."""
+def _reject_options_of_file(args: argparse.Namespace) -> None:
+    """Raise WrongUse for an option that the file of a check sets itself."""
     given = [f"--{name}" for name in (*CONTROLLERS, "robots", "properties") if getattr(args, name) is not None]
     given += ["--set"] if args.changes else []
     if given:
@@ -135,7 +135,7 @@ def _only_search(args: argparse.Namespace) -> None:
 
 
 def _is_check(source: str) -> bool:
-    """Return whether a file is that of a check, and not of a world."""
+    """Return whether a file describes a check rather than a world."""
     path = Path(source)
     try:
         data, _, _ = read(read_text(path, source)) if path.suffix in {".yaml", ".yml", ".json"} else (None, None, None)
@@ -144,38 +144,26 @@ def _is_check(source: str) -> bool:
     return isinstance(data, dict) and "controller" in data
 
 
-def _over(check: Check, args: argparse.Namespace) -> Check:
-    """Return the check of a file, with what the command line says over it."""
+def _overridden(check: Check, args: argparse.Namespace) -> Check:
+    """Return the check of a file, overridden by the command line."""
     values = check.file.model_dump(mode="json", by_alias=True, exclude_unset=True)
     options = _options(args, values)
     return check_at(file_of({**values, **options}), check.folder) if options else check
 
 
 def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]:
-    """Return what options say of the search, over the values of a file."""
-    said: dict[str, Any] = {}
-    budget = {"time": args.budget, "runs": args.runs}
-    if any(value is not None for value in budget.values()):
-        said["budget"] = {**_as_mapping(values.get("budget")), **_given(budget)}
-    if args.seed is not None:
-        said["seed"] = args.seed
-    space = {
-        "at_most": args.at_most,
-        "only": args.only,
-        "without": args.without,
-        "also": args.also,
-        "spare": args.spare,
-    }
-    if _given(space):
-        said["space"] = {**values.get("space", {}), **_given(space)}
-    return said
+    """Return the settings of the search from the options, merged with the values of a file."""
+    settings: dict[str, Any] = {}
+    if budget := _given(time=args.budget, runs=args.runs):
+        of_file = values.get("budget") or {}
+        settings["budget"] = {**(of_file if isinstance(of_file, dict) else {"time": of_file}), **budget}
+    settings |= _given(seed=args.seed)
+    if space := _given(at_most=args.at_most, only=args.only, without=args.without, also=args.also, spare=args.spare):
+        settings["space"] = {**values.get("space", {}), **space}
+    return settings
 
 
-def _as_mapping(budget: Any) -> dict[str, Any]:
-    return budget if isinstance(budget, dict) else {} if budget is None else {"time": budget}
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
+def _given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
@@ -185,7 +173,7 @@ def _set_aside(earlier: Sequence[tuple[Path, Case, Failure]], case: Case, why: s
 
 
 def _earlier(results: ResultsFolder) -> list[tuple[Path, Case, Failure]]:
-    """Return the failures that were found earlier."""
+    """Return the failures that earlier searches have found."""
     cases = []
     for path in results.earlier():
         try:
@@ -198,31 +186,96 @@ def _earlier(results: ResultsFolder) -> list[tuple[Path, Case, Failure]]:
     return cases
 
 
-class _Teller:
-    """Tells how far a search is, and writes what it finds.
+class _Display:
+    """Shows the progress of a search, and writes the files of its failures.
 
     Attributes:
         files: The file of each failure, by its number from 1.
     """
 
-    def __init__(self, check: Check, results: ResultsFolder, line: TerminalLine, *, quiet: bool) -> None:
+    def __init__(self, check: Check, results: ResultsFolder, line: ProgressLine, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}
         self._check, self._results, self._line, self._quiet = check, results, line, quiet
-        self._told = time.monotonic()
 
-    def tell(self, progress: Progress) -> None:
-        """Tell, if it was not just told."""
-        if self._quiet or time.monotonic() - self._told < (_LOOK if self._line.shown else _QUIET):
-            return
-        self._told = time.monotonic()
-        self._line.tell(progress_text(progress))
+    def update(self, progress: Progress) -> None:
+        """Show the progress."""
+        self._line.report(lambda: _progress_text(progress))
 
     def on_finding(self, finding: Finding) -> None:
-        """Write the files of a failure, and say that it was found."""
+        """Write the files of a failure, and print that it was found."""
         path = self._results.keep(self._check, finding)
         self.files[len(self.files) + 1] = str(path)
         self._line.show()
         if not self._quiet:
-            things = len(finding.schedule)
-            count = f"{things} thing{'s' * (things != 1)}" if things else "without any fault"
+            count = counted(len(finding.schedule), "things") if finding.schedule else "without any fault"
             warn(f"found after {finding.seconds:.1f} s: {finding.failure.property}: {finding.text} ({count})")
+
+
+def _progress_text(progress: Progress) -> str:
+    """Return the progress of a search on one line."""
+    tried = progress.search.tried
+    pace = tried.runs / progress.seconds if progress.seconds else 0.0
+    singles = tried.singles - tried.singles_left
+    if progress.reducing:
+        effort = f"{progress.reduced_in:,} runs, at most {progress.left:.0f} s more"
+        return f"reducing a failure of {progress.reducing}: {effort}"
+    return (
+        f"searching: {tried.runs:,} runs, {pace:.0f}/s, {counted(len(progress.findings), 'failures')}, "
+        f"{singles:,} of {tried.singles:,} single things, {len(progress.search.guide.features):,} features, "
+        f"{progress.left:.0f} s left"
+    )
+
+
+def _summary_lines(summary: Summary, folder: Path) -> Iterator[str]:
+    """Yield the summary of a search."""
+    tried = summary.tried
+    failures = counted(len(summary.findings), "failures") if summary.findings else "no failure"
+    pace = tried.runs / summary.seconds if summary.seconds else 0.0
+    ended = "" if summary.complete else ", interrupted"
+    yield f"{summary.name}: {failures} in {tried.runs:,} runs ({summary.seconds:.1f} s, {pace:,.1f} runs/s{ended})"
+    for number, finding in enumerate(summary.findings, 1):
+        yield ""
+        yield from _finding(number, finding, summary.files.get(number, ""))
+    yield ""
+    singles = tried.singles - summary.unreached.singles
+    yield f"tried: {singles:,} of {tried.singles:,} single things at their moments, and schedules of several"
+    if summary.covered:
+        yield f"of the tree: {summary.covered}; see `bt-controller coverage {folder / 'coverage.json'}`"
+    if tried.gave_up and summary.nominal.ending == "succeeded":
+        first = "; ".join(summary.gave_up_first)
+        share = f"{tried.gave_up:,} of {tried.transient:,}"
+        yield f"gave up in {share} schedules with transient faults only, first: {first}"
+    if summary.too_few:
+        yield _too_few(summary)
+    if summary.unreached.untried and not summary.too_few:
+        yield f"not tried: {', '.join(summary.unreached.untried)}"
+    if summary.unreached.kinds:
+        yield f"never began: {', '.join(summary.unreached.kinds)}"
+    if summary.unreached.properties:
+        yield f"never exercised: {', '.join(summary.unreached.properties)}"
+    yield f"report: {folder / 'report.html'}"
+
+
+def _too_few(summary: Summary) -> str:
+    """Return a warning that there were far too few runs, and why."""
+    tried, unreached = summary.tried, summary.unreached
+    per_run = summary.seconds / max(1, tried.runs)
+    text = f"{tried.runs:,} runs in {_time(summary.seconds)} are far too few for this mission ({per_run:.2g} s each)"
+    if unreached.untried:
+        text += f"; {len(unreached.untried)} kinds of things had no turn"
+    return f"{text}; allow it {_time(per_run * _ENOUGH)} or more"
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < _MINUTES else f"{seconds / 60:.0f} minutes"
+
+
+def _finding(number: int, finding: Finding, file: str) -> Iterator[str]:
+    yield f"{number}. {finding.failure.property}: {finding.text}"
+    if not finding.schedule:
+        yield "   It fails without any fault."
+    for thing, outcome in finding.in_order:
+        yield f"   - {thing.describe()}"
+        yield f"     without it {passes(outcome)}"
+    if file:
+        yield f"   hmrsim check --repro {shlex.quote(file)}"

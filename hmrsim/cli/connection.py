@@ -1,23 +1,26 @@
-"""The connection of a command to a simulator."""
+"""The connection of a command to a simulator, and its requests."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import logging
 import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.cli.exits import Refused
 from hmrsim.program.log_options import logging_to_stderr
-from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
-    from hmrsim.cli.names import Info
-    from hmrsim_zenoh.client.client import ClockChoice
+    from hmrsim_zenoh.client.client import Client, ClockChoice
+
+Info = dict[str, Any]
+"""The message of ``_world/info``, which describes a simulator."""
 
 VIEWER: Final = "viewer"
 """The role of commands that only read."""
@@ -25,24 +28,32 @@ OPERATOR: Final = "operator"
 """The role of commands that change something."""
 
 _RUN: Final = "HMRSIM_RUN"
-"""The variable that a controller has which was started for a run."""
+"""The environment variable that is set in controllers that were started for a run."""
 _MIN_WAIT: Final = 0.1
 _GRACE: Final = 3.0
-"""Wall seconds that a simulator may be out of reach, as when a router is restarted."""
+"""Wall seconds that a simulator may be unreachable, as when a router is restarted."""
+_OK: Final = 1
+_REQUEST_SECONDS: Final = 60.0
+"""Wall seconds that a request may take, such as steps of a large world."""
 
 _log = logging.getLogger(__name__)
 
 
 @contextmanager
 def connected(args: argparse.Namespace, role: str = VIEWER, *, name: str = "") -> Iterator[tuple[Client, Info]]:
-    """Connect to a simulator and get its description, within ``--timeout``.
+    """Connect to a simulator within ``--timeout``, and yield the client and the simulator's description.
 
-    *role* is that of the command, where ``--secure`` is given without ``--role``. With a *name* it takes part in
-    lockstep where it is a part of the controller of a run, as the environment says.
+    Args:
+        args: The command line.
+        role: The role to use with ``--secure`` without ``--role``.
+        name: The participant's name in lockstep, if the command runs as part of a controller that was started for a
+            run; empty to take no part.
 
     Raises:
         SimulatorNotFound: No simulator answers.
     """
+    from hmrsim_zenoh.client.client import Client
+
     options = session_options(args, role)
     begin = time.monotonic()
 
@@ -63,7 +74,7 @@ def connected(args: argparse.Namespace, role: str = VIEWER, *, name: str = "") -
 
 
 def in_run() -> bool:
-    """Return whether this is a process of the controller of an experiment's run, or of a search for faults."""
+    """Return whether this process belongs to the controller of an experiment's run or of a search for faults."""
     return _RUN in os.environ
 
 
@@ -81,3 +92,18 @@ def look_for_simulator(client: Client) -> Callable[[], None]:
             raise SimulatorGone("the simulator is gone")
 
     return look
+
+
+def call(client: Client, service: str, **request: Any) -> dict[str, Any]:
+    """Call a service of the world and return its response.
+
+    Raises:
+        Refused: The result is not success.
+        HmrsimError: As `Client.get`.
+    """
+    answer = client.get(client.keys.world(service), _REQUEST_SECONDS, payload=json.dumps(request).encode())
+    response: dict[str, Any] = json.loads(answer)
+    result = response.get("result", {"result": _OK})
+    if result["result"] != _OK:
+        raise Refused(result["error_message"] or f"{service} failed with result {result['result']}")
+    return response

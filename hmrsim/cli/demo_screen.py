@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import IO, TYPE_CHECKING, Final, Protocol
+from typing import IO, TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hmrsim.cli.demo_story import RobotSum
+from hmrsim.cli.demo_story import RobotSummary
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.robot_table import Column, RobotTable
 
@@ -27,92 +27,70 @@ _COLUMNS: Final = (
 )
 
 
-class Audience(Protocol):
-    """The output of a demo."""
-
-    def opened(self, story: Story) -> AbstractContextManager[object]:
-        """Return a context to enter for the duration of the mission."""
-
-    def say(self, text: str) -> None:
-        """Show a line that is not part of the mission."""
-
-    def log(self, text: str) -> None:
-        """Show a line of the log; from any thread."""
-
-    def tell(self, line: Line) -> None:
-        """Show a line of the story."""
-
-    def refresh(self) -> None:
-        """Show the current state."""
-
-    def summary(self, story: Story, wall_seconds: float, units: str, *, succeeded: bool) -> None:
-        """Show the summary."""
-
-
 class JsonLines:
-    """Writes each line as a JSON object, the summary as the last; everything else goes to stderr."""
+    """Prints each line, and finally the summary, as a JSON object; everything else goes to stderr."""
 
     def opened(self, _story: Story) -> AbstractContextManager[object]:
         """Return a context that does nothing."""
         return nullcontext()
 
-    def say(self, text: str) -> None:
-        """Show a line that is not part of the mission."""
+    def note(self, text: str) -> None:
+        """Show a line that does not belong to the mission."""
         warn(text)
 
     def log(self, text: str) -> None:
         """Show a line of the log."""
         warn(text)
 
-    def tell(self, line: Line) -> None:
-        """Write a line of the story."""
+    def show(self, line: Line) -> None:
+        """Print a line of the story."""
         show_json(line.to_json())
 
     def refresh(self) -> None:
         """Do nothing: JSON output has no live state."""
 
     def summary(self, story: Story, wall_seconds: float, _units: str, *, succeeded: bool) -> None:
-        """Write the summary."""
+        """Print the summary."""
         times = {"simulated_seconds": round(story.sim_time, 3), "wall_seconds": round(wall_seconds, 3)}
         show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
-class MissionTable(RobotTable[RobotSum]):
-    """Shows the state of each robot of a mission; it disappears at the end, when the summary is shown."""
+class _MissionTable(RobotTable[RobotSummary]):
+    """A table of the robots of a mission, which disappears at the end when the summary is printed."""
 
     def __init__(self, console: Console, story: Story) -> None:
         super().__init__(console, story.robots, _COLUMNS, transient=True)
         self._story = story
 
     def title(self) -> str:
-        """Return the world's name and the time."""
+        """Return the name of the world, and the time."""
         return f"hospital   {self._story.sim_time:.1f} s"
 
-    def row(self, name: str, robot: RobotSum) -> Sequence[str]:
+    def row(self, name: str, robot: RobotSummary) -> Sequence[str]:
         """Return the activity of a robot."""
         return name, robot.type, robot.does, f"{robot.distance:.1f}", robot.carries
 
 
 class Screen:
-    """Shows lines as they arrive, and on a terminal the state of each robot."""
+    """Prints lines as they arrive, and shows the state of each robot on a terminal."""
 
     def __init__(self, out: IO[str]) -> None:
         self._console = Console(file=out, highlight=False)
         self._out = out
-        self._table: MissionTable | None = None
+        self._table: _MissionTable | None = None
 
     @contextmanager
     def opened(self, story: Story) -> Iterator[None]:
-        """Show the live table meanwhile, on a terminal."""
+        """Show the live table during the context, on a terminal."""
         if not self._console.is_terminal:
             yield
             return
-        with MissionTable(self._console, story) as self._table:
+        with _MissionTable(self._console, story) as self._table:
             yield
         self._table = None
 
-    def say(self, text: str) -> None:
-        """Show a line that is not part of the mission."""
+    def note(self, text: str) -> None:
+        """Show a line that does not belong to the mission."""
         if self._table is None:
             print(text, file=self._out, flush=True)
         else:
@@ -125,7 +103,7 @@ class Screen:
         else:
             self._table.print(text)
 
-    def tell(self, line: Line) -> None:
+    def show(self, line: Line) -> None:
         """Show a line of the story."""
         if self._table is None:
             print(line, file=self._out, flush=True)
@@ -151,4 +129,8 @@ class Screen:
         self._console.print()
         self._console.print(table)
         verdict = "succeeded" if succeeded else "failed"
-        self.say(f"the mission {verdict}: {story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
+        self.note(f"the mission {verdict}: {story.sim_time:.1f} s of simulated time in {wall_seconds:.1f} s")
+
+
+Display = JsonLines | Screen
+"""The output of a demo."""

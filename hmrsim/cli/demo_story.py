@@ -1,4 +1,4 @@
-"""The story of a demo's mission: a line for each event, and a summary at the end."""
+"""The story of a demo's mission: a line for each event in causal order, and a summary."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.cli.telling import text_of
+from hmrsim.cli.event_log import text_of
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.items import ItemPicked, ItemPlaced
 from hmrsim.events.robots import MotionBegan, Stopped
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.geometry import Point
 
+
 _INSTANT: Final = 1e-6
-"""Seconds by which a rounded time may be too early."""
+"""Maximum error of a rounded time, in seconds."""
 
 _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
 
@@ -27,9 +28,9 @@ class Line(NamedTuple):
     """One line of the story.
 
     Attributes:
-        sim_time: In simulated seconds; None where it is not known.
+        sim_time: In simulated seconds; None if unknown.
         source: ``world`` for the simulator, ``tree`` for the controller.
-        hands_over: Whether the robot's next line comes from the other source.
+        hands_over: Whether the robot's next line is expected from the other source.
     """
 
     sim_time: float | None
@@ -50,16 +51,17 @@ class Line(NamedTuple):
 
 
 @dataclass
-class RobotSum:
-    """The account of one robot.
+class RobotSummary:
+    """The summary of one robot.
 
     Attributes:
         succeeded: Goals that succeeded.
-        distance: Driven, in the world's unit.
-        moved: The items that it has put down.
-        carries: The item that it holds.
-        does: The running behaviour of its tree, or the last one.
-        way: The segments that it drives: for each when it ends, in simulated seconds, and from where to where it leads.
+        failed: Goals that ended otherwise.
+        distance: The driven distance, in the world's unit.
+        moved: The items that the robot has put down.
+        carries: The item that the robot holds.
+        does: The running behavior of the robot's tree, or the last one.
+        segments: The current motion: the end of each segment in simulated seconds, and the points that it connects.
     """
 
     type: str
@@ -69,7 +71,7 @@ class RobotSum:
     moved: list[str] = field(default_factory=list)
     carries: str = ""
     does: str = ""
-    way: Sequence[tuple[float, Point, Point]] = ()
+    segments: Sequence[tuple[float, Point, Point]] = ()
 
 
 class Story:
@@ -80,12 +82,12 @@ class Story:
     """
 
     def __init__(self, robots: dict[str, str]) -> None:
-        self.robots = {name: RobotSum(kind) for name, kind in robots.items()}
+        self.robots = {name: RobotSummary(kind) for name, kind in robots.items()}
         self.sim_time = 0.0
         self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
 
     def on_event(self, at: float, event: Event) -> Iterator[Line]:
-        """Process an event of the simulation and its time; yield the lines to show."""
+        """Process an event of the simulation; yield the lines to show."""
         self.sim_time = at
         name = event.subject
         ended = False
@@ -98,7 +100,7 @@ class Story:
             yield Line(at, "world", name, text, hands_over=ended)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
-        """Process a tree of the controller; yield a line for each behaviour that began or ended."""
+        """Process a tree of the controller; yield a line for each behavior that began or ended."""
         robot = self.robots.get(tree.get("robot", ""))
         if robot is None:
             return
@@ -130,8 +132,8 @@ class Story:
         }
 
 
-def _follow(robot: RobotSum, event: Event, time: float) -> bool:
-    """Record what a robot does at a time; return whether a goal has ended."""
+def _follow(robot: RobotSummary, event: Event, time: float) -> bool:
+    """Update the summary of a robot; return whether a goal has ended."""
     match event:
         case GoalStatusChanged():
             status = GoalStatus(event.status)
@@ -144,12 +146,12 @@ def _follow(robot: RobotSum, event: Event, time: float) -> bool:
             robot.carries = ""
             robot.moved.append(event.item)
         case MotionBegan():
-            robot.distance -= _left(robot.way, time, event.from_[:2])
-            robot.way = [*_segments(event, time)]
-            robot.distance += math.fsum(math.dist(start, end) for _, start, end in robot.way)
+            robot.distance -= _left(robot.segments, time, event.from_[:2])
+            robot.segments = [*_segments(event, time)]
+            robot.distance += math.fsum(math.dist(start, end) for _, start, end in robot.segments)
         case Stopped():
-            robot.distance -= _left(robot.way, time, event.at)
-            robot.way = ()
+            robot.distance -= _left(robot.segments, time, event.at)
+            robot.segments = ()
     return False
 
 
@@ -160,14 +162,55 @@ def _segments(event: MotionBegan, time: float) -> Iterator[tuple[float, Point, P
         yield (time := time + each["duration"]), tuple(each["from"][:2]), tuple(each["to"][:2])
 
 
-def _left(way: Sequence[tuple[float, Point, Point]], time: float, at: Point) -> float:
-    """Return how much of a way is left for a robot that is somewhere on it at a time."""
-    ahead = [(start, end) for ends, start, end in way if ends > time + _INSTANT]
+def _left(segments: Sequence[tuple[float, Point, Point]], time: float, at: Point) -> float:
+    """Return the remaining distance of a motion for a robot at a point and a time."""
+    ahead = [(start, end) for ends, start, end in segments if ends > time + _INSTANT]
     return math.dist(at, ahead[0][1]) + math.fsum(math.dist(*segment) for segment in ahead[1:]) if ahead else 0.0
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the behaviours without children, which are the active ones."""
+    """Yield the behaviors without children, which are the active ones."""
     for node, after in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
         if after["depth"] <= node["depth"]:
             yield node
+
+
+_OTHER: Final = {"tree": "world", "world": "tree"}
+
+
+class CausalOrder:
+    """Puts lines of the world and of the trees in the order of cause and effect.
+
+    The lines arrive over different paths, and the controller reads a clock that ticks, so neither arrival nor time
+    gives the order. But a robot's behavior begins, then its goal executes, then the behavior ends: a line waits for
+    its source's turn.
+
+    Args:
+        patience: The maximum wall seconds that a line waits.
+    """
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._waiting: list[tuple[float, Line]] = []
+        self._turns: dict[str, str] = {}
+        self._times: dict[str, float] = {}
+
+    def add(self, line: Line, now: float) -> None:
+        """Add a line that arrives *now*, in wall seconds."""
+        self._waiting.append((now + self._patience, line))
+
+    def ready(self, now: float) -> Iterator[Line]:
+        """Yield the lines whose turn it is *now*, in wall seconds; the times of a robot never decrease."""
+        while (i := self._next(now)) is not None:
+            _, line = self._waiting.pop(i)
+            self._turns[line.robot] = _OTHER[line.source] if line.hands_over else line.source
+            time = max(line.sim_time or 0.0, self._times.get(line.robot, 0.0))
+            self._times[line.robot] = time
+            yield line._replace(sim_time=time or None)
+
+    def _next(self, now: float) -> int | None:
+        """Return the index of the first line that need not wait; None if all have to."""
+        for i, (until, line) in enumerate(self._waiting):
+            if not line.robot or line.source == self._turns.get(line.robot, "tree") or until <= now:
+                return i
+        return None

@@ -8,18 +8,22 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable
-from hmrsim_zenoh.doctor.problem import some
+from hmrsim.settings.arguments import reader_of
+from hmrsim_zenoh.doctor.problem import first_few
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.liveliness import MAX_TOKENS
+from hmrsim_zenoh.settings import Ros2Settings
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
-    from hmrsim_zenoh.wire.enclave import Enclave
+
+ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
+"""Reads the value of ``--ros-domain-id``."""
 
 _KINDS: Final = {
     Kind.PUBLISHER: "publisher",
@@ -29,19 +33,19 @@ _KINDS: Final = {
 }
 _MAX_DOMAINS: Final = 8
 _LABEL: Final = 11
-"""Width of the heading of a line, in characters."""
+"""Width of a line's label, in characters."""
 
 
-def as_text(snapshot: Snapshot, found: Sequence[Problem]) -> str:
-    """Return the findings, one line per kind, and the problems, one line each."""
+def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
+    """Return the lines of the findings, one per kind, and of the problems."""
     facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
-    told = [f"{one.severity}: {one.text}; {one.remedy}" for one in found]
-    return "\n".join(printable(line) for line in (*facts, "", *(told or ["nothing is wrong"])))
+    lines = [f"{problem.severity}: {problem.text}; {problem.remedy}" for problem in problems]
+    return map(printable, (*facts, "", *(lines or ["nothing is wrong"])))
 
 
-def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
-    """Return everything as plain values."""
-    simulator = snapshot.simulator
+def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
+    """Return the findings and the problems as plain values."""
+    simulator, enclave = snapshot.simulator, snapshot.enclave
     return {
         "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
         "prefixes": snapshot.prefixes,
@@ -53,14 +57,10 @@ def as_json(snapshot: Snapshot, found: Sequence[Problem]) -> dict[str, Any]:
             "distros": _distros(snapshot.ros),
             "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
         },
-        **(_security(snapshot, snapshot.enclave) if snapshot.enclave else {}),
+        **({"security": enclave.member.to_json(), "connected": dict(snapshot.names)} if enclave else {}),
         "environment": dict(snapshot.environment),
-        "problems": [asdict(one) for one in found],
+        "problems": [asdict(problem) for problem in problems],
     }
-
-
-def _security(snapshot: Snapshot, enclave: Enclave) -> dict[str, Any]:
-    return {"security": enclave.member.to_json(), "connected": dict(snapshot.names)}
 
 
 def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
@@ -86,14 +86,14 @@ def _domain(domain: Domain) -> list[dict[str, Any]]:
     for token in domain.tokens:
         has = nodes.setdefault((token.session, token.node.full_name), [])
         if token.endpoint is not None:
-            one = token.endpoint
+            endpoint = token.endpoint
             has.append(
                 {
-                    "kind": _KINDS[one.kind],
-                    "name": one.name,
-                    "type": ros_name(one.type),
-                    "hash": one.hash,
-                    "qos": one.qos,
+                    "kind": _KINDS[endpoint.kind],
+                    "name": endpoint.name,
+                    "type": ros_name(endpoint.type),
+                    "hash": endpoint.hash,
+                    "qos": endpoint.qos,
                 }
             )
     ours = {token.session for token in domain.ours}
@@ -105,24 +105,25 @@ def _domain(domain: Domain) -> list[dict[str, Any]]:
 
 def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     simulator = snapshot.simulator
-    who = "the simulator is the router" if simulator and simulator.session in snapshot.routers else _answering(snapshot)
+    who = "a router" if snapshot.routers else "a peer, no router"
+    if simulator and simulator.session in snapshot.routers:
+        who = "the simulator is the router"
     yield "network", f"{snapshot.where}: {who}"
     if (enclave := snapshot.enclave) is not None:
         yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
     if names := Counter(snapshot.names.values()):
-        yield "connected", some(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items()))
+        yield (
+            "connected",
+            first_few(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items())),
+        )
     others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
     if simulator is not None:
         yield from _of_simulator(snapshot, simulator)
     else:
         yield "simulator", "none"
     if others:
-        yield "others", f"simulators with the prefix {some(others)}"
+        yield "others", f"simulators with the prefix {first_few(others)}"
     yield from _of_ros(snapshot)
-
-
-def _answering(snapshot: Snapshot) -> str:
-    return "a router" if snapshot.routers else "a peer, no router"
 
 
 def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:
@@ -133,17 +134,17 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
         f"hmrsim {info.get('hmrsim')}, contract {info.get('contract')}, prefix {snapshot.prefix}, world {world!r}",
     )
     yield "time", ", ".join(_of_time(time))
-    yield "robots", "; ".join((some(_groups(simulator)) or "none", *_alive(simulator)))
+    yield "robots", "; ".join((first_few(_groups(simulator)) or "none", *_alive(simulator)))
     if time.get("participants") or time.get("waiting_for"):
-        waiting = f"; time waits for {some(time['waiting_for'])}" if time.get("waiting_for") else ""
-        yield "lockstep", f"{some(time.get('participants', ())) or 'no participants'}{waiting}"
-    # A simulator takes another simulator beside it for a planner.
+        waiting = f"; time waits for {first_few(time['waiting_for'])}" if time.get("waiting_for") else ""
+        yield "lockstep", f"{first_few(time.get('participants', ())) or 'no participants'}{waiting}"
+    # A simulator takes another simulator with its prefix for a planner.
     if info.get("planner_present") and not simulator.twins:
         yield "planner", "an external one is available"
     if simulator.trees:
         yield (
             "trees",
-            some(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
+            first_few(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
         )
 
 
@@ -154,15 +155,15 @@ def _groups(simulator: Simulator) -> Iterator[str]:
         groups[tuple(actions)].append(robot)
     for served, names in groups.items():
         plural, each = "s" * (len(served) != 1), " each" * (len(names) > 1)
-        yield f"{some(names)} ({len(served)} action{plural}{each})"
+        yield f"{first_few(names)} ({len(served)} action{plural}{each})"
 
 
 def _alive(simulator: Simulator) -> Iterator[str]:
     if len(simulator.robots) > MAX_TOKENS:
         yield "too many for liveliness tokens"
     elif simulator.robots:
-        there = len(simulator.alive & simulator.robots.keys())
-        yield f"{there} of {len(simulator.robots)} with a liveliness token"
+        alive = len(simulator.alive & simulator.robots.keys())
+        yield f"{alive} of {len(simulator.robots)} with a liveliness token"
 
 
 def _of_time(time: Any) -> Iterator[str]:
@@ -194,16 +195,16 @@ def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
 
 def _offer(snapshot: Snapshot, domain: Domain) -> str:
     nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
-    told = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
+    text = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
     if domain is snapshot.ros and snapshot.simulator is not None:
         names, lost = snapshot.simulator.names.actions, set(snapshot.simulator.lost)
         gone = sum(robot in lost for robot, _ in names.values())
         later = len(later_actions(snapshot))
         whole = len(names) - gone - later - len(incomplete_actions(snapshot))
-        told += f"; {whole} of {len(names)} action names whole"
+        text += f"; {whole} of {len(names)} action names whole"
         if later:
-            told += f", {later} when a client looks for them"
-    return f"{told}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
+            text += f", {later} when a client looks for them"
+    return f"{text}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
 
 
 def _distros(domain: Domain) -> tuple[str, ...]:
@@ -217,8 +218,8 @@ def _nodes(tokens: Iterable[Token]) -> str:
         counts = has[token.node.full_name]
         if token.endpoint is not None:
             counts[_KINDS[token.endpoint.kind]] += 1
-    told = some(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
-    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {told}"
+    nodes = first_few(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
+    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {nodes}"
 
 
 def _counts(counts: Counter[str]) -> str:

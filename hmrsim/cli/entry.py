@@ -1,16 +1,20 @@
-"""From a command line to an exit code: the only place that ends the process with an error."""
+"""The program ``hmrsim``: from a command line to an exit code."""
 
 from __future__ import annotations
 
-import argparse
+import os
 import sys
 from collections.abc import Sequence
-from typing import Final
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Final
 
-from hmrsim import __version__
-from hmrsim.errors import HmrsimError
-from hmrsim.program.command_line import ENVIRONMENT, LazyParser, add_commands, autocomplete, run_program
-from hmrsim.program.garbage import raise_thresholds
+from hmrsim.program.signals import INTERRUPTED, leave, must_leave, on_signals
+
+if TYPE_CHECKING:
+    import argparse
+
+_SERVING: Final = ("run", "view", "record")
+"""Commands that a signal ends successfully, whenever it arrives."""
 
 _COMMANDS: Final = {
     "run": "serve a world over Zenoh until Ctrl-C",
@@ -21,24 +25,24 @@ _COMMANDS: Final = {
     "action": "list the robots' actions, show one, send a goal",
     "topic": "list topics, print their messages, measure their rate",
     "service": "list services, and call them",
-    "fault": "let something go wrong in a running simulation, list faults, end them",
+    "fault": "inject faults into a running simulation, list them, clear them",
     "time": "show the time of a running simulation, pause it, step it, change its speed",
-    "security": "let only those drive robots who have a certificate for it: make it, check it, explain it",
+    "security": "restrict who may drive robots, with certificates: create, check and explain them",
     "doctor": "diagnose the network: simulators, clients, ROS nodes",
     "view": "show a simulation in a browser, live or recorded",
     "record": "record what is published to an MCAP file, for Foxglove and `hmrsim view`",
     "report": "report on a trace or a recording, as a page, as JSON or as tables",
-    "experiment": "run a world many times, and say what came of it",
+    "experiment": "run a world many times and summarize the results",
     "check": "find the faults that break a controller, or apply properties to a trace",
     "compare": "compare two controllers run by run, or two traces line by line",
-    "world": "list the worlds that are shipped, begin a world, print the schema",
+    "world": "list the shipped worlds, create a world, print the schema",
     "map": "check, inspect, convert and draw world files; plan routes on them",
     "explain": "explain an error code, a reason, a cause or an exit code",
     "completion": "print a script for shell completion",
 }
-"""Each is a module of this package with a function *configure*, which adds arguments to the command's parser."""
+"""The commands and their help; each is a module of this package with a function *configure*."""
 
-_EPILOG: Final = f"""\
+_EPILOG: Final = """\
 exit codes:
   0  done
   1  it ran, but did not succeed: goal rejected, aborted or canceled, unknown robot or action, errors found
@@ -50,44 +54,72 @@ exit codes:
 examples:
   hmrsim demo
   hmrsim run scenario1
-  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: counter}}'
-
-{ENVIRONMENT}"""
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: counter}'
+"""
 
 _DONE: Final = 0
-
-
-def make_parser() -> argparse.ArgumentParser:
-    """Return the parser of the program, whose commands have their arguments when they are asked for."""
-    parser = LazyParser(
-        prog="hmrsim", description="A mission-level simulator of robots, driven over Zenoh.", epilog=_EPILOG
-    )
-    parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
-    add_commands(parser, _COMMANDS, f"{__package__}.")
-    return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
     Args:
-        argv: What stands behind ``hmrsim`` on the command line; that of this process if None.
+        argv: The arguments after ``hmrsim``; those of this process if None.
     """
-    return run_program("hmrsim", lambda: _run(argv))
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        # Signals are handled before anything slow is imported.
+        with on_signals(_end) if words and words[0] in _SERVING else nullcontext():
+            from hmrsim.program.command_line import run_program
+
+            code = run_program("hmrsim", lambda: _run(argv))
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    if argv is None and must_leave(code):
+        leave(code)
+    return code
+
+
+def _end(_number: int) -> None:
+    """End the process at once: no client is served yet.
+
+    Python would ignore an exception in some places, such as its own callbacks during an import.
+    """
+    os._exit(_DONE)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the program; each command adds its arguments when it is used."""
+    from hmrsim import __version__
+    from hmrsim.program.command_line import ENVIRONMENT, Later, LazyParser, add_commands
+
+    parser = LazyParser(
+        prog="hmrsim",
+        description="A mission-level simulator of robots, driven over Zenoh.",
+        epilog=f"{_EPILOG}\n{ENVIRONMENT}",
+    )
+    parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
+    add_commands(
+        parser, {name: (text, Later(f"{__package__}.{name}", "configure")) for name, text in _COMMANDS.items()}
+    )
+    return parser
 
 
 def _run(argv: Sequence[str] | None) -> int:
+    from hmrsim.errors import HmrsimError
+    from hmrsim.program.command_line import autocomplete
+    from hmrsim.program.memory import raise_thresholds
+
     raise_thresholds()
     try:
         parser = make_parser()
-        autocomplete(parser, f"{__package__}.completers")
+        autocomplete(parser, f"{__package__}.completion")
         args = parser.parse_args(argv)
         code: int = args.function(args)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else _DONE
     except HmrsimError as error:
-        # Imports Zenoh, which the code that raised the error has imported already.
-        from hmrsim.cli import exits  # noqa: PLC0415
+        from hmrsim.cli import exits
 
         print(exits.text_of(error), file=sys.stderr)
         return exits.code_of(error)

@@ -1,8 +1,7 @@
-"""The exit codes, and the errors that lead to them."""
+"""The exit codes of commands, and the errors behind them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
@@ -46,44 +45,46 @@ class WrongUse(HmrsimError):
 
 
 class UnknownName(HmrsimError):
-    """There is no such robot, action or topic; the text lists those that exist."""
+    """There is no robot, action or topic of this name; the text lists those that exist."""
 
 
-_CODES: Final[Mapping[type[HmrsimError], ExitCode]] = {
-    WrongUse: ExitCode.WRONG_USE,
-    WorldError: ExitCode.WRONG_USE,
-    SettingsError: ExitCode.WRONG_USE,
-    ExperimentError: ExitCode.WRONG_USE,
-    CheckError: ExitCode.WRONG_USE,
-    PropertyError: ExitCode.WRONG_USE,
-    ResultsError: ExitCode.WRONG_USE,
-    TraceError: ExitCode.WRONG_USE,
-    OutputError: ExitCode.WRONG_USE,
-    RecordingError: ExitCode.WRONG_USE,
-    BadOptions: ExitCode.WRONG_USE,
-    PortTaken: ExitCode.WRONG_USE,
-    PrefixTaken: ExitCode.WRONG_USE,
-    ConnectionDenied: ExitCode.FAILED,
-    SimulatorNotFound: ExitCode.NO_SIMULATOR,
-    SimulatorGone: ExitCode.NO_SIMULATOR,
-    Unreachable: ExitCode.NO_SIMULATOR,
-    RequestTimeout: ExitCode.NO_SIMULATOR,
-}
+class Refused(HmrsimError):
+    """The simulator refused a request; the text says why."""
+
+
+_WRONG_USE: Final = (
+    WrongUse,
+    WorldError,
+    SettingsError,
+    ExperimentError,
+    CheckError,
+    PropertyError,
+    ResultsError,
+    TraceError,
+    OutputError,
+    RecordingError,
+    BadOptions,
+    PortTaken,
+    PrefixTaken,
+)
+_NO_SIMULATOR: Final = (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)
+_WITH_PLACE: Final = (WorldError, SettingsError, ExperimentError, CheckError, PropertyError, WrongUse)
+"""Errors whose text begins with a file or a field."""
 
 
 def code_of(error: HmrsimError) -> ExitCode:
-    """Return the exit code of a command that ended with *error*; 1 for errors without a code of their own."""
-    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), ExitCode.FAILED)
+    """Return the exit code of a command that ended with *error*."""
+    if isinstance(error, ConnectionDenied):
+        return ExitCode.FAILED
+    if isinstance(error, _WRONG_USE):
+        return ExitCode.WRONG_USE
+    return ExitCode.NO_SIMULATOR if isinstance(error, _NO_SIMULATOR) else ExitCode.FAILED
 
 
 def text_of(error: HmrsimError) -> str:
-    """Return the message of *error* for the terminal; one that begins with a file or a field gets no other prefix.
+    """Return the message of *error* for the terminal, prefixed with ``hmrsim:`` unless it begins with a file or field.
 
-    Control characters are escaped: parts of it may be from a file or from another process.
+    Control characters are escaped, since parts of the message may come from a file or another process.
     """
-    prefix = (
-        ""
-        if isinstance(error, (WorldError, SettingsError, ExperimentError, CheckError, PropertyError, WrongUse))
-        else "hmrsim: "
-    )
+    prefix = "" if isinstance(error, _WITH_PLACE) else "hmrsim: "
     return "\n".join(f"{prefix}{printable(line)}" for line in str(error).rstrip("\n").split("\n"))

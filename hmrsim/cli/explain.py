@@ -1,4 +1,4 @@
-"""``hmrsim explain``: what a code means, why it comes, and what to do."""
+"""``hmrsim explain``: the meaning of a code, its causes, and what to do."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.columns import columns
 from hmrsim.cli.exits import ExitCode, UnknownName
-from hmrsim.cli.output import show, show_json
+from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
-from hmrsim.explanations import explanations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,7 +22,7 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim explain 208
   hmrsim explain not_ready
-  hmrsim explain              # all codes, a line each"""
+  hmrsim explain              # all codes, one per line"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -40,37 +38,32 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _explain(args: argparse.Namespace) -> int:
+    from hmrsim.explanations import explanations
+
     known = explanations()
     if args.code is None:
-        if args.json:
-            show_json([asdict(each) for each in known.values()])
-        else:
-            for line in columns([(each.code, each.name, each.means) for each in known.values()]):
-                show(line)
+        rows = [(each.code, each.name, each.means) for each in known.values()]
+        show_result([asdict(each) for each in known.values()], columns(rows), as_json=args.json)
         return ExitCode.DONE
-    found = known.get(args.code)
-    if found is None:
-        # A number is not misspelled; an action of a package has its own.
+    explanation = known.get(args.code)
+    if explanation is None:
+        # Numbers are not misspelled, but may be defined by an action of another package.
         of_package = "; `hmrsim action info` lists those of an action of a package"
         other = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
         raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain` lists all")
-    if args.json:
-        show_json(asdict(found))
-    else:
-        show(_text(found))
+    show_result(asdict(explanation), _lines(explanation), as_json=args.json)
     return ExitCode.DONE
 
 
-def _text(found: Explanation) -> str:
-    parts = (("Why", found.why), ("What to do", found.do))
-    told = [f"{found.code} {found.name} ({found.of})", *textwrap.wrap(found.means, _WIDTH)]
-    for title, text in parts:
-        told += ["", f"{title}:", *_wrapped(text)]
-    return "\n".join(told)
+def _lines(explanation: Explanation) -> Iterator[str]:
+    yield f"{explanation.code} {explanation.name} ({explanation.of})"
+    yield from textwrap.wrap(explanation.means, _WIDTH)
+    for title, text in (("Why", explanation.why), ("What to do", explanation.do)):
+        yield from ("", f"{title}:", *_wrapped(text))
 
 
 def _wrapped(text: str) -> Iterator[str]:
-    """Yield the lines of a text, indented; each of its own lines is a paragraph or an entry of a list, or empty."""
+    """Yield the wrapped and indented lines of a text; each line of it is a paragraph, an entry of a list, or empty."""
     for line in text.splitlines():
         hanging = "    " if line.startswith("- ") else "  "
         yield from textwrap.wrap(line, _WIDTH, initial_indent="  ", subsequent_indent=hanging) or [""]

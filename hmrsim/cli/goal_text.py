@@ -1,24 +1,36 @@
-"""A goal as typed on a command line: YAML on one line, checked against the action's goal message."""
+"""Goals on the command line: parsing YAML, error messages, examples, and short forms of messages."""
 
 from __future__ import annotations
 
+import json
+from contextlib import suppress
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from pydantic import ValidationError
 
 from hmrsim.cli.exits import WrongUse
 from hmrsim.diagnostics import dotted, shown
+from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.builtin_interfaces import Duration, Time
+from hmrsim.interfaces.geometry_msgs import Point, Pose
+from hmrsim.interfaces.message import Message
 from hmrsim.world import yaml_text
+from hmrsim_zenoh.client.places import with_names
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pydantic import BaseModel
 
+    from hmrsim.actions import AnyAction
     from hmrsim.diagnostics import Path
-    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.errors import RequestError
 
-# By pydantic's texts, which the simulator's error replies have, too.
-_WANTED: Final = {
+
+# The keys are pydantic's texts, which are also in the simulator's error replies.
+_EXPECTED: Final = {
     "Field required": "required field is missing",
     "Input should be a valid number": "expected a number",
     "Input should be a finite number": "expected a finite number",
@@ -37,10 +49,10 @@ _UNKNOWN: Final = "Extra inputs are not permitted"
 
 
 def read_yaml(text: str, noun: str = "goal") -> object:
-    """Return the plain values that a goal's text stands for, in the YAML of world files: ``1e3`` is a number.
+    """Parse a goal or request, in the YAML of world files: ``1e3`` is a number.
 
     Raises:
-        WrongUse: It is not YAML, or has a key twice.
+        WrongUse: The text is not YAML, or has a duplicate key.
     """
     try:
         data, _, findings = yaml_text.read(text)
@@ -52,43 +64,43 @@ def read_yaml(text: str, noun: str = "goal") -> object:
 
 
 def read_goal(data: object, kind: type[Message]) -> Message:
-    """Return the goal that plain values stand for; integers will do for floats.
+    """Return plain values as a goal message; integers are accepted as floats.
 
     Raises:
-        WrongUse: They are not of this *kind*; one line per error.
+        WrongUse: The values don't fit the message; the text has one line per error.
     """
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        mistakes = [(details["loc"], details["msg"], details["input"]) for details in error.errors(include_url=False)]
-        raise WrongUse("\n".join(mistake("goal", *found, kind) for found in mistakes)) from None
+        details = [(each["loc"], each["msg"], each["input"]) for each in error.errors(include_url=False)]
+        raise WrongUse("\n".join(_error_line("goal", *each, kind) for each in details)) from None
 
 
-def mistake(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
-    """Return one line about an error that pydantic found, here or in the simulator."""
+def _error_line(noun: str, path: Path, message: str, value: object, kind: type[BaseModel] | None = None) -> str:
+    """Return one line about a validation error, found here or by the simulator."""
     where = ": ".join(part for part in (noun, dotted(path)) if part)
     if message == _UNKNOWN and value is None and ":" in str(path[-1]):
         return f"{where}: put a space after the colon, as in '{str(path[-1]).replace(':', ': ', 1)}'"
     if message == _UNKNOWN:
-        there = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
-        return f"{where}: unknown field; {there}"
-    wanted = "expected a mapping" if message.startswith(_MAPPING) else _WANTED.get(message)
-    text = wanted or message[:1].lower() + message[1:]
+        remedy = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
+        return f"{where}: unknown field; {remedy}"
+    expected = "expected a mapping" if message.startswith(_MAPPING) else _EXPECTED.get(message)
+    text = expected or message[:1].lower() + message[1:]
     if message == _MISSING or repr(value) in text:
         return f"{where}: {text}"
     return f"{where}: {text}, got {shown(value)}"
 
 
-def mistakes_in_reply(
+def errors_of_reply(
     noun: str, error: RequestError, data: object = None, kind: type[BaseModel] | None = None
 ) -> WrongUse:
-    """Return the error of a simulator's error reply, one line per problem.
+    """Return the error for a simulator's error reply, one line per problem.
 
     Args:
-        noun: The part with the errors; it is not repeated where a field begins with it.
+        noun: The noun for the request, such as ``goal``; it is not repeated if a field begins with it.
         error: The reply.
-        data: The plain values that were sent, where they are at hand: a reply has lists and mappings as text only.
-        kind: The expected type.
+        data: The plain values that were sent, if known: a reply has lists and mappings only as text.
+        kind: The expected message.
     """
     lines = []
     for item in error.details:
@@ -96,13 +108,13 @@ def mistakes_in_reply(
         path = tuple(int(step) if step.isdecimal() else step for step in field.split(".")) if field else ()
         value = _at(data, path, item.get("value"))
         lines.append(
-            mistake(noun, path[path[:1] == (noun,) :], message, value, kind) if field else f"{noun}: {message}"
+            _error_line(noun, path[path[:1] == (noun,) :], message, value, kind) if field else f"{noun}: {message}"
         )
     return WrongUse("\n".join(lines) or f"{noun}: {error}")
 
 
 def _at(data: Any, path: Path, default: object) -> object:
-    """Return the value at *path*."""
+    """Return the value at *path*, or *default*."""
     try:
         for step in path:
             data = data[step]
@@ -112,7 +124,7 @@ def _at(data: Any, path: Path, default: object) -> object:
 
 
 def _fields(kind: type[BaseModel], path: Path) -> list[str]:
-    """Return the names of the fields of the message at *path*; none if the simulator's has another form than ours."""
+    """Return the field names of the message at *path*; none if the simulator's message differs from ours."""
     here: Any = kind
     try:
         for step in path:
@@ -120,3 +132,58 @@ def _fields(kind: type[BaseModel], path: Path) -> list[str]:
         return list(here.model_fields)
     except (LookupError, AttributeError):
         return []
+
+
+def example_of(client: Client, action: AnyAction, robot: str) -> Mapping[str, Any] | None:
+    """Return an example of a goal in plain values, with names of the running world if the simulator tells them.
+
+    Returns:
+        None if the action has no example.
+    """
+    if not action.example:
+        return action.example
+    with suppress(HmrsimError):
+        places, choices = _names_in(client, robot)
+        example: dict[str, Any] = with_names(dict(action.example), action.goal, iter(places))
+        for field, given in (action.inputs or {}).items():
+            if field in example and (names := choices.get(given.choices)):
+                example[field] = names[0]
+        return example
+    return action.example
+
+
+def _names_in(client: Client, robot: str) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the names of places to drive to, and those for each kind of choices in `hmrsim.actions._inputs.Input`."""
+    scene = json.loads(client.get(client.keys.world("scene")))
+    docks = [one["name"] for one in scene["fixtures"] if one["kind"] == "dock"]
+    items = [one["name"] for one in scene["items"]]
+    held = [one["name"] for one in scene["items"] if one["carrier"] == robot]
+    places = [name for name in client.places.load() if name not in docks]
+    return places, {"docks": docks, "items": items, "held": list(chain(held, items))}
+
+
+_MEANINGFUL_AT_ZERO: Final = (Duration, Time, Point, Pose)
+"""Messages that are meaningful even if all their fields are zero."""
+
+
+def without_defaults(message: Message) -> dict[str, Any]:
+    """Return the plain values of a message without fields that have default values.
+
+    Numbers and *error_code* are always included, since 0 may be of interest.
+    """
+    fields = {name: getattr(message, name) for name in type(message).model_fields}
+    return {name: _value(value) for name, value in fields.items() if name == "error_code" or _is_shown(value)}
+
+
+def _is_shown(value: object) -> bool:
+    if isinstance(value, Message):
+        return isinstance(value, _MEANINGFUL_AT_ZERO) or value != type(value)()
+    return not isinstance(value, (str, list)) or bool(value)
+
+
+def _value(value: object) -> object:
+    if isinstance(value, Message):
+        return without_defaults(value)
+    if isinstance(value, list):
+        return [_value(part) for part in value]
+    return value

@@ -1,26 +1,29 @@
-"""ROS names, such as ``/mocha/odom``, and their topics, actions and services in a running simulation."""
+"""The actions, services and topics of a running simulation, by their ROS names such as ``/mocha/odom``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import argparse
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
-from hmrsim.cli.exits import UnknownName, WrongUse
+from hmrsim.cli.connection import Info, connected
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
+from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.output import show_result
 from hmrsim.diagnostics import instead
 from hmrsim.protocol.goal import WORLD
+from hmrsim_zenoh.wire.keys import TREE, Verb
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
-
-Info = dict[str, Any]
-"""The message of ``_world/info``."""
+    from hmrsim_zenoh.wire.keys import Keys
 
 
 @dataclass(frozen=True)
 class ActionName:
-    """An action of a robot, and the name by which it was requested.
+    """The name of an action of a robot, which may be an alias.
 
     Attributes:
         name: Such as ``/mocha/pickup``, or an alias such as ``/mocha/grab``.
@@ -32,7 +35,7 @@ class ActionName:
 
     @property
     def ros_type(self) -> str:
-        """The ROS name of the action; empty for an action that is not installed here."""
+        """The ROS type of the action; empty if the action is not installed here."""
         known = registry().get(self.action)
         return known.ros_type if known else ""
 
@@ -40,7 +43,7 @@ class ActionName:
         """Return the action.
 
         Raises:
-            UnknownName: The simulator has it, but it is not installed here.
+            UnknownName: The simulator has the action, but it is not installed here.
         """
         known = registry().get(self.action)
         if known is None:
@@ -54,19 +57,19 @@ def robots(info: Info) -> dict[str, list[str]]:
 
 
 def aliases(info: Info) -> Mapping[str, str]:
-    """Return the further names of actions: alias to ``robot/action``."""
-    found: Mapping[str, str] = info.get("aliases", {})
-    return found
+    """Return the aliases of actions, mapped to ``robot/action``."""
+    names: Mapping[str, str] = info.get("aliases", {})
+    return names
 
 
 def _owners(info: Info) -> dict[str, list[str]]:
-    """Return the names of the actions of each robot, and of the world if it has any."""
+    """Return the names of the actions of each robot, and of the world if it has actions."""
     of_world = list(info.get("actions", ()))
     return robots(info) | ({WORLD: of_world} if of_world else {})
 
 
 def actions(info: Info) -> Iterator[ActionName]:
-    """Yield all names of all actions: the robots', the world's, and aliases."""
+    """Yield the names of all actions: the robots', the world's, and aliases."""
     for robot, names in _owners(info).items():
         for name in names:
             yield ActionName(f"/{robot}/{name}", robot, name)
@@ -79,29 +82,182 @@ def find_action(info: Info, name: str) -> ActionName:
     """Return the action that a name or an alias stands for.
 
     Raises:
-        WrongUse: *name* is not two words with a slash between.
+        WrongUse: *name* is not of the form ``/ROBOT/ACTION``.
         UnknownName: There is no such robot or action.
     """
     first, second = split(name)
     robot, _, action = aliases(info).get(f"{first}/{second}", f"{first}/{second}").partition("/")
-    there = _owners(info)
-    if robot not in there:
+    owners = _owners(info)
+    if robot not in owners:
         raise UnknownName(f"no robot {robot!r}{instead(robot, robots(info), verb='there are:')}")
-    if action not in there[robot]:
+    if action not in owners[robot]:
         known = registry().get(action)
         if known is not None and known.component is not None:
             raise UnknownName(f"{robot} has no action {action!r}, which needs the component {known.component!r}")
-        raise UnknownName(f"{robot} has no action {action!r}{instead(action, there[robot], verb='it has:')}")
+        raise UnknownName(f"{robot} has no action {action!r}{instead(action, owners[robot], verb='it has:')}")
     return ActionName(f"/{first}/{second}", robot, action)
 
 
 def split(name: str) -> tuple[str, str]:
-    """Return the two words of a name; the slash before the first may be left out.
+    """Return the robot and the action of a name; its first slash is optional.
 
     Raises:
-        WrongUse: *name* has another form.
+        WrongUse: *name* is not of the form ``/ROBOT/ACTION``.
     """
     first, slash, second = name.removeprefix("/").partition("/")
     if not (first and slash and second) or "/" in second:
         raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /mocha/navigate_to_pose")
     return first, second
+
+
+_WORLD_SERVICES: Final = {"info": "hmrsim/WorldInfo", "route_graph": "hmrsim/RouteGraph"}
+_SERVICES_OF_ACTIONS: Final = {
+    Verb.SEND_GOAL: "{action}_SendGoal",
+    Verb.CANCEL_GOAL: "action_msgs/srv/CancelGoal",
+    Verb.GET_RESULT: "{action}_GetResult",
+    Verb.EXECUTE: "hmrsim/Execute",
+}
+
+
+@dataclass(frozen=True)
+class Service:
+    """A service.
+
+    Attributes:
+        name: As in ROS, such as ``/_world/info`` or ``/wall_e/wait/_action/send_goal``.
+        ros_type: The type of its requests and replies; empty if unknown.
+        hidden: Whether it belongs to an action; ROS 2 lists such services only on request.
+    """
+
+    name: str
+    ros_type: str
+    hidden: bool = False
+
+
+def services(info: Info) -> Iterator[Service]:
+    """Yield all services: the world's, then those of actions under all their names."""
+    described = {one["name"]: one.get("type", "") for one in info.get("services", ())}
+    for name, ros_type in ({f"{WORLD}/{name}": kind for name, kind in _WORLD_SERVICES.items()} | described).items():
+        yield Service(f"/{name.removeprefix('/')}", ros_type)
+    for action in actions(info):
+        for verb, pattern in _SERVICES_OF_ACTIONS.items():
+            ros_type = pattern.format(action=action.ros_type) if action.ros_type else ""
+            yield Service(f"{action.name}/_action/{verb.value}", ros_type, hidden=True)
+
+
+_WORLD_TOPICS: Final = {
+    "clock": ("rosgraph_msgs/msg/Clock", True),
+    "events": ("hmrsim/Event", False),
+    "log": ("hmrsim/Event", False),
+    "info": ("hmrsim/WorldInfo", True),
+    "route_graph": ("hmrsim/RouteGraph", True),
+    "demand": ("hmrsim/Demand", True),
+    "scene": ("hmrsim/Scene", True),
+    "view": ("hmrsim/View", True),
+}
+_ROBOT_TOPICS: Final = {
+    "odom": ("nav_msgs/msg/Odometry", True),
+    "battery_state": ("sensor_msgs/msg/BatteryState", True),
+    "detections": ("vision_msgs/msg/Detection3DArray", True),
+}
+_NEEDED_COMPONENTS: Final = {"battery_state": {"battery"}, "detections": {"camera", "proximity"}}
+"""The components that publish a topic, of which a robot needs one; topics that are not listed need none."""
+_TOPICS_OF_ACTIONS: Final = {
+    Verb.FEEDBACK: ("{action}_FeedbackMessage", False),
+    Verb.STATUS: ("action_msgs/msg/GoalStatusArray", True),
+}
+"""The type of each topic, and whether the simulator answers a ``get`` with the latest message."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A published topic.
+
+    Attributes:
+        name: As in ROS, such as ``/wall_e/odom`` or ``/wall_e/wait/_action/status``.
+        latched: Whether the simulator answers a ``get`` with the latest message.
+    """
+
+    name: str
+    ros_type: str
+    latched: bool
+
+    @property
+    def hidden(self) -> bool:
+        """Whether the topic belongs to an action; ROS 2 lists such topics only on request."""
+        return "/_action/" in self.name
+
+    def key(self, keys: Keys) -> str:
+        """Return the Zenoh key."""
+        return f"{keys.prefix}{self.name}"
+
+
+def topics(info: Info) -> Iterator[Topic]:
+    """Yield all topics: each robot's, its actions', and the world's."""
+    carried = {robot["name"]: robot.get("components", ()) for robot in info.get("robots", ())}
+    for robot, actions in robots(info).items():
+        for topic, (ros_type, latched) in _ROBOT_TOPICS.items():
+            if topic not in _NEEDED_COMPONENTS or not _NEEDED_COMPONENTS[topic].isdisjoint(carried[robot]):
+                yield Topic(f"/{robot}/{topic}", ros_type, latched)
+        for action in actions:
+            yield from _topics_of(robot, action)
+    for topic, (ros_type, latched) in _WORLD_TOPICS.items():
+        yield Topic(f"/{WORLD}/{topic}", ros_type, latched)
+
+
+def find_topic(info: Info, name: str) -> Topic:
+    """Return the topic of a name; its first slash is optional, and an action may be named by its alias.
+
+    Raises:
+        UnknownName: There is no such robot or topic.
+    """
+    words = name.removeprefix("/").split("/")
+    if words[1:] == [TREE] and words[0] in robots(info):
+        # The topic belongs to a controller, which may start later.
+        return Topic(f"/{words[0]}/{TREE}", "hmrsim/Tree", latched=True)
+    if len(words) > 2:  # noqa: PLR2004 - an action's name has two words
+        words[:2] = aliases(info).get("/".join(words[:2]), "/".join(words[:2])).split("/")
+    full_name = "/" + "/".join(words)
+    known = {topic.name: topic for topic in topics(info)}
+    if full_name in known:
+        return known[full_name]
+    owner = words[0]
+    if (of_world := f"/{WORLD}{full_name}") in known:
+        raise UnknownName(f"no topic {name!r}; did you mean {of_world!r}?")
+    if owner != WORLD and owner not in robots(info):
+        rest = instead(owner, robots(info), verb="there are:")
+        raise UnknownName(f"no topic {name!r}: there is no robot {owner!r}{rest}")
+    names = [topic.removeprefix(f"/{owner}/") for topic in known if topic.startswith(f"/{owner}/")]
+    rest = instead("/".join(words[1:]), names, verb=f"{owner} has:")
+    raise UnknownName(f"no topic {name!r}{rest}")
+
+
+def _topics_of(robot: str, action: str) -> Iterator[Topic]:
+    ros_type = ActionName("", robot, action).ros_type
+    for verb, (pattern, latched) in _TOPICS_OF_ACTIONS.items():
+        yield Topic(f"/{robot}/{action}/_action/{verb.value}", pattern.format(action=ros_type), latched)
+
+
+def add_list_arguments(
+    parser: argparse.ArgumentParser, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]
+) -> None:
+    """Add the arguments of a command that lists names, one per line or with their ROS types.
+
+    Args:
+        parser: The parser of the command.
+        find: Returns the entries for ``--json`` of a running simulator, with at least ``name`` and ``type``.
+    """
+    parser.add_argument("-t", "--show-types", action="store_true", help="show the ROS type after each name")
+    add_json(parser, "print one JSON list")
+    parser.set_defaults(function=lambda args: _print_names(args, find))
+    add_connection_options(parser)
+
+
+def _print_names(
+    args: argparse.Namespace, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]
+) -> int:
+    with connected(args) as (_, info):
+        entries = [dict(entry) for entry in find(args, info)]
+    names = (f"{entry['name']} [{entry['type']}]" if args.show_types else entry["name"] for entry in entries)
+    show_result(entries, names, as_json=args.json)
+    return ExitCode.DONE

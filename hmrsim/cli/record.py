@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import argparse
 import math
+import queue
+import time
+from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli import numbers
-from hmrsim.cli.connection_options import add_connection_options
-from hmrsim.program.command_line import Later
-from hmrsim_zenoh.wire.options import ENVIRONMENT
+from hmrsim.cli.connection import connected
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.options import add_connection_options, add_json, positive
+from hmrsim.cli.output import show_json, warn
+from hmrsim.program.files import check_outputs
+from hmrsim.program.signals import on_signals
+from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.wire.options import session_options
 
-_EXAMPLES: Final = f"""\
-examples:
-  hmrsim record run.mcap
-  hmrsim record run.mcap --duration 60 --connect tcp/10.0.0.7:7447
-  hmrsim record run.mcap && hmrsim view run.mcap
+if TYPE_CHECKING:
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.recording.listener import Listener
+    from hmrsim_zenoh.recording.recorder import Recorder
 
-{ENVIRONMENT}"""
+_LOOK: Final = 0.2
+_GRACE: Final = 5.0
+"""Wall seconds within which a simulator may come back, as when it is restarted."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,15 +34,81 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Record everything that a simulator publishes to an MCAP file until Ctrl-C, or until the simulator is gone."
     )
-    parser.epilog = _EXAMPLES
+    parser.epilog = """\
+examples:
+  hmrsim record run.mcap
+  hmrsim record run.mcap --duration 60 --connect tcp/10.0.0.7:7447
+  hmrsim record run.mcap && hmrsim view run.mcap"""
     parser.add_argument("file", type=Path, metavar="OUT.mcap", help="an existing file is overwritten")
     parser.add_argument(
         "--duration",
-        type=numbers.positive,
+        type=positive,
         default=math.inf,
         metavar="S",
         help="end after this many simulated seconds (default: never)",
     )
-    parser.add_argument("--json", action="store_true", help="print how much was recorded as one JSON object")
+    add_json(parser, "print how much was recorded as one JSON object")
     add_connection_options(parser)
-    parser.set_defaults(function=Later("hmrsim.cli.record_file", "record"))
+    parser.set_defaults(function=_record)
+
+
+def _record(args: argparse.Namespace) -> int:
+    from hmrsim.cli.recording import rosout, summary
+    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+    from hmrsim_zenoh.recording.listener import Listener
+    from hmrsim_zenoh.recording.recorder import Recorder
+    from hmrsim_zenoh.recording.writer import RecordingFile
+
+    check_outputs([("OUT.mcap", args.file)], [session_options(args).zenoh_config])
+    signals: list[int] = []
+    with on_signals(signals.append), connected(args) as (client, _), RecordingFile(args.file) as file:
+        recorder = Recorder(file, rosout)
+        with Listener(client, recorder) as listener:
+            _follow(client, listener, recorder, signals, args)
+    if listener.lost:
+        warn(f"{listener.lost} messages came faster than they could be written, and are not in it")
+    if args.json:
+        begin, end = recorder.time.begin, recorder.time.now
+        written = {"messages": file.messages, "bytes": args.file.stat().st_size, "lost": listener.lost}
+        show_json({"file": str(args.file), **written, "begin": begin / NANOSECONDS, "end": end / NANOSECONDS})
+    else:
+        warn(summary(args.file, file, recorder))
+    return ExitCode.DONE
+
+
+def _follow(
+    client: Client, listener: Listener, recorder: Recorder, signals: list[int], args: argparse.Namespace
+) -> None:
+    """Record until a signal arrives, the duration is over, or the simulator is gone.
+
+    Raises:
+        Unreachable: The simulator does not describe its world.
+    """
+    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+    began = looked = seen = time.monotonic()
+    announced = False
+    while not signals:
+        with suppress(queue.Empty):
+            listener.work(_LOOK)
+        if listener.begun and not announced:
+            announced = True
+            warn(f"recording to {args.file}")
+        if recorder.time.now - recorder.time.begin >= args.duration * NANOSECONDS:
+            recorder.settle()
+            return
+        now = time.monotonic()
+        if now - looked < _LOOK:
+            continue
+        looked = now
+        if not listener.begun and now - began > _GRACE:
+            raise Unreachable("the simulator answers, but does not describe its world")
+        if not client.alive:
+            if now - seen > _GRACE:
+                warn("the simulator is gone")
+                break
+            continue
+        seen = now
+        if listener.interrupted:
+            listener.query_again()
+    listener.drain()

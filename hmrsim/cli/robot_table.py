@@ -1,31 +1,45 @@
-"""A live table of robots for a terminal: one line per robot, as wide and as long as there is room."""
+"""Live tables of robots on a terminal, with one line per robot."""
 
 from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Generic, Literal, NamedTuple, Self, TypeVar
 
 from rich import box
+from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from hmrsim.actions import error_of
+from hmrsim.cli.event_log import EventLog, LogLines, log_policy
+from hmrsim.errors import printable
+from hmrsim.events import Severity
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.protocol.topics import Topic
+from hmrsim.robots.robot import Robot
 
-Robot = TypeVar("Robot")
+if TYPE_CHECKING:
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim_zenoh.hosting.host import Host
+
+
+RobotT = TypeVar("RobotT")
 
 _PERIOD: Final = 0.25
 _LINES_AROUND: Final = 5
-"""Lines of the terminal that are not robots: title, heading and its rule, what is left out, the cursor's."""
+"""Lines of the terminal around the robots: title, heading, rule, number of omitted robots, and the cursor."""
 
 _GAP: Final = 2
-"""Columns of the terminal between two of the table."""
+"""Characters between two columns."""
 
 _ECHO: Final = 2
-"""Columns of the terminal right of the table."""
+"""Characters to the right of the table."""
 
 _MAX_NAME: Final = 16
 """Maximum characters of a name; longer ones are truncated."""
@@ -35,8 +49,8 @@ class Column(NamedTuple):
     """A column of the table.
 
     Attributes:
-        width: Characters that it needs; the last column takes all that is left.
-        rank: If there is no room for all columns, those of the highest rank are omitted.
+        width: The width in characters; the last column takes the remaining width.
+        rank: If there is no room for all columns, those with the highest rank are omitted.
         justify: The alignment.
     """
 
@@ -46,16 +60,18 @@ class Column(NamedTuple):
     justify: Literal["left", "right"] = "left"
 
 
-class RobotTable(ABC, Generic[Robot]):
-    """Shows the state of robots until it is closed.
+class RobotTable(ABC, Generic[RobotT]):
+    """A live table of robots.
 
     Args:
-        robots: The robots by name; robots may be added and removed.
-        transient: Whether the table disappears when it is closed; else the last one stays.
+        console: The terminal.
+        robots: The robots by name, which may be added and removed.
+        columns: The columns, of which the first has the names.
+        transient: Whether the table disappears when it is closed.
     """
 
     def __init__(
-        self, console: Console, robots: Mapping[str, Robot], columns: Sequence[Column], *, transient: bool = False
+        self, console: Console, robots: Mapping[str, RobotT], columns: Sequence[Column], *, transient: bool = False
     ) -> None:
         self._console = console
         self._robots = robots
@@ -70,16 +86,16 @@ class RobotTable(ABC, Generic[Robot]):
         """Return the title."""
 
     @abstractmethod
-    def row(self, name: str, robot: Robot) -> Sequence[str | Text]:
+    def row(self, name: str, robot: RobotT) -> Sequence[str | Text]:
         """Return the cells of a robot, one for each column; the last ones may be omitted."""
 
     def __enter__(self) -> Self:
-        """Begin to show."""
+        """Show the table."""
         self._live.start()
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Show the table a last time, and stop."""
+        """Show the table a last time, and close it."""
         self._live.update(self.table(), refresh=True)
         self._live.stop()
 
@@ -106,7 +122,7 @@ class RobotTable(ABC, Generic[Robot]):
             pad_edge=False,
             padding=(0, 1, 0, 0),
             expand=True,
-            # What the terminal echoes, such as ^C, stays on the last line, and the next table is where this one was.
+            # The terminal's echo, such as ^C, fits on the last line, so that the next table replaces this one.
             width=available,
         )
         columns = _fitting(self._columns, available)
@@ -125,8 +141,114 @@ class RobotTable(ABC, Generic[Robot]):
 
 
 def _fitting(columns: Sequence[Column], width: int) -> list[Column]:
-    """Return the columns for which a terminal has room: those of the lowest ranks, at least one."""
+    """Return the columns that fit into a width: those with the lowest ranks, at least one."""
     fitting = list(columns)
     while len(fitting) > 1 and sum(column.width + _GAP for column in fitting) - _GAP > width:
         fitting.remove(max(fitting, key=lambda column: column.rank))
     return fitting
+
+
+_TRIES: Final = 5
+_STYLES: Final = {GoalStatus.SUCCEEDED: "green", GoalStatus.ABORTED: "red", GoalStatus.CANCELED: "yellow"}
+_HOST_COLUMNS: Final = (
+    Column("robot", 8, 0),
+    Column("type", 8, 6),
+    Column("x, y", 15, 4, "right"),
+    Column("yaw", 5, 7, "right"),
+    Column("does", 16, 1),
+    Column("remaining", 9, 3, "right"),
+    Column("carries", 12, 5),
+    Column("last goal", 21, 2),
+)
+
+
+class LastGoals:
+    """A sink that records how each robot's last goal ended; it wants the clock, so that the displayed time advances."""
+
+    def __init__(self) -> None:
+        self.verdicts: dict[str, Text] = {}
+
+    def emit(self, output: Output) -> None:
+        """Record how a goal ended."""
+        if isinstance(output, GoalChanged) and output.status.terminal:
+            self.verdicts[output.robot] = _verdict(output)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is the clock."""
+        return topic is Topic.CLOCK
+
+
+class HostTable(RobotTable[Robot]):
+    """A live table of the robots of a host.
+
+    Args:
+        host: The host.
+        world: The name of the world.
+        goals: The sink with the last goals.
+        console: The terminal; None for stderr.
+    """
+
+    def __init__(self, host: Host, world: str, goals: LastGoals, console: Console | None = None) -> None:
+        super().__init__(console or Console(stderr=True), host.simulator.robots, _HOST_COLUMNS)
+        self._host = host
+        self._world = world
+        self._last = goals.verdicts
+
+    def title(self) -> str:
+        """Return the world's name, and the time."""
+        pacing = self._host.pacing
+        factor = f"at {pacing.real_time_factor:g} x" if pacing.real_time_factor else "as fast as possible"
+        lag = f"   {pacing.lag:.1f} s behind" if pacing.lag else ""
+        return f"{printable(self._world)}   {self._host.simulator.now:.1f} s   {factor}{lag}"
+
+    def row(self, name: str, robot: Robot) -> Sequence[str | Text]:
+        """Return the cells of a robot; read them again if the simulation's thread has changed the robot meanwhile."""
+        for _ in range(_TRIES):
+            try:
+                pose, remaining = robot.pose(), robot.distance_remaining
+            except AttributeError:
+                continue
+            goal = self._host.simulator.dispatcher.goal_of(name)
+            return (
+                name,
+                robot.type,
+                f"{pose.x:.2f} {pose.y:.2f}",
+                f"{pose.yaw:.2f}",
+                goal[0] if goal else "-",
+                f"{remaining:.2f}" if remaining else "",
+                _carried(robot),
+                self._last.get(name, ""),
+            )
+        return name, robot.type
+
+
+class TableDisplay:
+    """A live table of robots with log lines above it."""
+
+    def __init__(self, world: str, level: int) -> None:
+        self._world = world
+        self._level = level
+        self._goals = LastGoals()
+        self.sinks: Sequence[Sink] = (self._goals, EventLog(Severity.WARNING, goals=False))
+        self.on_wait: Sequence[Callable[[], None]] = ()
+        self.preparations: Iterable[object] = ()
+
+    @contextmanager
+    def shown(self, host: Host) -> Iterator[Callable[[], None]]:
+        """Show the table, and yield the function that refreshes it."""
+        with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
+            log_policy(host.simulator)
+            yield table.refresh
+
+
+def _verdict(event: GoalChanged) -> Text:
+    """Return how a goal ended, and why if it failed."""
+    why = error_of(event.result) if event.status is GoalStatus.ABORTED and event.result is not None else ""
+    text = f"{event.status.name}: {printable(why)}" if why else f"{event.status.name} {event.action}"
+    return Text(text, style=_STYLES.get(event.status, ""))
+
+
+def _carried(robot: Robot) -> str:
+    """Return the names of the items that a robot holds."""
+    items = [getattr(component, "item", None) for component in robot.components.values()]
+    return ", ".join(item.name for item in items if item is not None)

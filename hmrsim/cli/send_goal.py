@@ -11,39 +11,30 @@ from dataclasses import dataclass, field
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli import names
-from hmrsim.cli.asking import Refused
 from hmrsim.cli.connection import OPERATOR, connected, in_run
-from hmrsim.cli.connection_options import add_connection_options
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.goal_examples import example_of
-from hmrsim.cli.goal_text import mistakes_in_reply, read_goal, read_yaml
+from hmrsim.cli.exits import ExitCode, Refused, WrongUse
+from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_flow, yaml_text
-from hmrsim.cli.plain import plain
 from hmrsim.errors import HmrsimError
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
-from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
+    from hmrsim.cli.names import ActionName
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
-_EXAMPLES: Final = f"""\
+_EXAMPLES: Final = """\
 examples:
-  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: counter}}' --feedback
-  hmrsim action send-goal /mocha/navigate_to_pose '{{pose: {{pose: {{position: {{x: 2, y: 3}}}}}}}}'
-  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{{target_name: coffee}}'
-  hmrsim action send-goal /mocha/wait '{{time: {{sec: 3}}}}' --json
-  hmrsim action send-goal /mocha/undock_robot
-
-{ENVIRONMENT}"""
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: counter}' --feedback
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: {pose: {position: {x: 2, y: 3}}}}'
+  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{target_name: coffee}'
+  hmrsim action send-goal /mocha/wait '{time: {sec: 3}}' --json
+  hmrsim action send-goal /mocha/undock_robot"""
 
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _LOOK: Final = 1.0
@@ -54,7 +45,7 @@ _CANCEL_WAIT: Final = 2.0
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim action send-goal``."""
     parser.description = (
-        "Send a goal and follow it to its end; Ctrl-C cancels it. Fields that are empty are not shown; --json has all."
+        "Send a goal and follow it to its end; Ctrl-C cancels it. Empty fields are omitted; --json shows all."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
@@ -66,21 +57,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="the goal as YAML; omitted fields have their ROS defaults, and a pose may be the name of a place",
     )
     parser.add_argument("-f", "--feedback", action="store_true", help="show feedback, too")
-    parser.add_argument(
-        "--json", action="store_true", help="print the outcome as one JSON object, after one line of JSON per feedback"
-    )
+    add_json(parser, "print the outcome as one JSON object, after one line of JSON per feedback")
     parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; generated if not given")
     parser.set_defaults(function=_send_goal)
     add_connection_options(parser)
 
 
 def _send_goal(args: argparse.Namespace) -> int:
+    from hmrsim.cli.goal_text import read_goal, read_yaml
+    from hmrsim.cli.names import find_action
+
     ros_type, text = _type_and_goal(args)
     data = None if text is None else read_yaml(text)
     goal_id = _goal_id(args.goal_id)
     participant = re.sub(r"\W+", "_", args.name).strip("_")
     with connected(args, OPERATOR, name=participant) as (client, info):
-        name = names.find_action(info, args.name)
+        name = find_action(info, args.name)
         action = name.definition()
         if ros_type is not None and ros_type != action.ros_type:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {ros_type}")
@@ -90,60 +82,66 @@ def _send_goal(args: argparse.Namespace) -> int:
         report = _Report(as_json=args.json, feedback=args.feedback)
         if info.get("clock") == LOCKSTEP:
             if in_run():
-                return _take_part(client, name, goal, goal_id=goal_id, report=report)
+                return _send_in_lockstep(client, name, goal, goal_id=goal_id, report=report)
             _check_that_time_moves(client)
         return _follow(client, name, goal, goal_id=goal_id, report=report)
 
 
 def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return the type and the goal; where one of the two is given, its form says which."""
+    """Return the type and the goal; if only one is given, its form tells which it is."""
     if args.goal is None and args.type is not None and not _TYPE.fullmatch(args.type):
         return None, args.type
     return args.type, args.goal
 
 
 def _with_poses(client: Client, data: object, action: AnyAction) -> object:
-    """Return the plain values of a goal with a pose for each name of a place.
+    """Return the plain values of a goal, with names of places replaced by their poses.
 
     Raises:
         WrongUse: There is no such place.
     """
+    from hmrsim_zenoh.client.places import with_poses
+
     try:
         return with_poses(data, action.goal, client.places.pose)
     except ValueError as error:
         raise WrongUse(str(error)) from None
 
 
-def _empty(client: Client, name: names.ActionName) -> dict[str, Any]:
-    """Return a goal without fields, where that can be meant.
+def _empty(client: Client, name: ActionName) -> dict[str, Any]:
+    """Return an empty goal, for an action that needs no fields.
 
     Raises:
-        WrongUse: The action needs some.
+        WrongUse: The action needs fields.
     """
+    from hmrsim.cli.goal_text import example_of
+
     action = name.definition()
     example = example_of(client, action, name.robot)
     if action.goal.model_fields and example != {}:
-        such = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
-        raise WrongUse(f"{name.name}: the goal is missing; give it as YAML{such}")
+        hint = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
+        raise WrongUse(f"{name.name}: the goal is missing; give it as YAML{hint}")
     return {}
 
 
 def _check_that_time_moves(client: Client) -> None:
-    """Say who lets time go on in lockstep.
+    """Print which participants advance time in lockstep.
 
     Raises:
-        Refused: No controller takes part, so that the goal would never end.
+        Refused: There are none, so the goal would never end.
     """
     participants = json.loads(client.get(client.keys.world("time/state")))["participants"]
     if not participants:
         raise Refused(
             "time stands, as in lockstep no controller takes part: start one, run the world without --clock lockstep, "
-            "or let time go on by itself: hmrsim service call /_world/time/set '{clock: realtime}'"
+            "or let time advance by itself: hmrsim service call /_world/time/set '{clock: realtime}'"
         )
     warn(f"in lockstep, time advances only as far as {', '.join(participants)} allow{'s' * (len(participants) == 1)}")
 
 
 def _goal_id(text: str | None) -> str | None:
+    from hmrsim.protocol.goal_ids import parse_goal_id
+
     try:
         return None if text is None else parse_goal_id(text)
     except ValueError as error:
@@ -152,7 +150,7 @@ def _goal_id(text: str | None) -> str | None:
 
 @dataclass
 class _Report:
-    """Prints the course of a goal."""
+    """Prints the progress of a goal."""
 
     as_json: bool
     feedback: bool
@@ -165,16 +163,18 @@ class _Report:
         self._accepted = True
 
     def show_feedback(self, goal_id: str, message: Message) -> None:
-        """Print the feedback of the goal."""
+        """Print feedback."""
+        from hmrsim.cli.goal_text import without_defaults
+
         if self.as_json:
             show_json({"goal_id": goal_id, "feedback": values(message)})
         else:
-            show(f"Feedback:\n{indented(yaml_text(plain(message)))}")
+            show(f"Feedback:\n{indented(yaml_text(without_defaults(message)))}")
 
     def reject(self, goal_id: str, error: GoalRejectedError) -> None:
         """Print that the goal was rejected."""
         warn(f"Goal was rejected: {error}")
-        _point_to(error.reason)
+        _refer_to(error.reason)
         if self.as_json:
             show_json(
                 {
@@ -188,14 +188,16 @@ class _Report:
 
     def end(self, handle: GoalHandle[Any, Any]) -> None:
         """Print how the goal ended."""
+        from hmrsim.cli.goal_text import without_defaults
+
         if self.as_json:
             show_json(_outcome(handle))
         else:
-            result = indented(yaml_text(plain(handle.result())))
+            result = indented(yaml_text(without_defaults(handle.result())))
             show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
         if handle.status is GoalStatus.ABORTED:
             code = getattr(handle.result(), "error_code", "")
-            _point_to(str(getattr(code, "val", code)))
+            _refer_to(str(getattr(code, "val", code)))
 
     def interrupt(self, handle: GoalHandle[Any, Any]) -> None:
         """Print how the canceled goal ended, or the last known status."""
@@ -205,10 +207,9 @@ class _Report:
             show_json(_outcome(handle))
 
 
-def _point_to(code: str) -> None:
-    """Say where a code is explained."""
-    # Only for goals that have failed.
-    from hmrsim.explanations import explanations  # noqa: PLC0415
+def _refer_to(code: str) -> None:
+    """Print which command explains a code, if one does."""
+    from hmrsim.explanations import explanations
 
     if code in explanations():
         warn(f"`hmrsim explain {code}` says why that happens, and what to do")
@@ -225,8 +226,8 @@ def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
     }
 
 
-def _take_part(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
-    """Send a goal, let time go on until it has ended, and print its course."""
+def _send_in_lockstep(client: Client, name: ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal as a participant in lockstep, and print its progress once it has ended."""
     feedback = (lambda message: report.show_feedback("", message)) if report.feedback else None
     handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
         goal, goal_id=goal_id, on_feedback=feedback
@@ -238,8 +239,8 @@ def _take_part(client: Client, name: names.ActionName, goal: Message, *, goal_id
     return _ended(handle, report)
 
 
-def _follow(client: Client, name: names.ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
-    """Send a goal and print its course until it has ended; a signal cancels it."""
+def _follow(client: Client, name: ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal and print its progress until it has ended; a signal cancels it."""
     news: queue.SimpleQueue[Message | int | None] = queue.SimpleQueue()
     with on_signals(news.put):
         handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
@@ -268,14 +269,16 @@ def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
         report.reject(handle.goal_id, handle.error)
         return ExitCode.FAILED
     if isinstance(handle.error, RequestError) and not isinstance(handle.error, Denied):
-        raise mistakes_in_reply("goal", handle.error)
+        from hmrsim.cli.goal_text import errors_of_reply
+
+        raise errors_of_reply("goal", handle.error)
     handle.result()
     report.end(handle)
     return ExitCode.DONE if handle.status is GoalStatus.SUCCEEDED else ExitCode.FAILED
 
 
 def _cancel(handle: GoalHandle[Any, Any], signal: int, report: _Report) -> int:
-    """Cancel the goal and wait briefly for its end."""
+    """Cancel the goal, and wait briefly for it to end."""
     warn("Canceling goal…")
     handle.cancel()
     try:

@@ -10,113 +10,113 @@ import threading
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.actions import registry
-from hmrsim.cli import listing, names
 from hmrsim.cli.connection import OPERATOR, connected, look_for_simulator
-from hmrsim.cli.connection_options import add_connection_options
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.goal_text import mistakes_in_reply, read_yaml
-from hmrsim.cli.output import show, show_json, yaml_text
-from hmrsim.cli.services import services
+from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.output import show, show_result, yaml_text
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError
-from hmrsim.interfaces.simulation_interfaces import Result
+from hmrsim.program.command_line import add_commands
 from hmrsim_zenoh.errors import Denied, RequestError, Unreachable
-from hmrsim_zenoh.wire.descriptions import plain_values
-from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, ExecuteRequest, GetResultRequest, SendGoalRequest
 from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.options import ENVIRONMENT
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from hmrsim.cli.names import Info
+    from hmrsim.cli.connection import Info
+    from hmrsim.program.command_line import LazyParser
     from hmrsim_zenoh.client.client import Client
-
-_EXAMPLES: Final = f"""\
-examples:
-  hmrsim service list -t
-  hmrsim service call /_world/info
-
-{ENVIRONMENT}"""
-
-_LIST_EXAMPLES: Final = f"""\
-examples:
-  hmrsim service list
-  hmrsim service list --show-types --include-hidden-services
-  hmrsim service list --json | jq -r '.[].name'
-
-{ENVIRONMENT}"""
-
-_CALL_EXAMPLES: Final = f"""\
-exit codes: 0 the service did what was asked; 1 it did not, or there is no such service, robot or action;
-2 the request can't be read; 3 no simulator answers
-
-examples:
-  hmrsim service call /_world/info --json | jq -r '.robots[].name'
-  hmrsim service call /mocha/wait/_action/send_goal '{{goal: {{time: {{sec: 3}}}}}}'
-  hmrsim service call /mocha/wait/_action/execute '{{goal: {{time: {{sec: 3}}}}}}'
-  hmrsim service call /mocha/wait/_action/cancel_goal
-  hmrsim service call /mocha/wait/_action/get_result '{{goal_id: 0123456789abcdef0123456789abcdef}}'
-
-The answer is waited for as long as the simulator is there: get_result and execute answer when the goal has ended.
---timeout is for reaching the simulator. Ctrl-C gives up; the request may be carried out all the same.
-
-{ENVIRONMENT}"""
-
-_TYPE_EXAMPLES: Final = f"""\
-examples:
-  hmrsim service type /_world/inject_fault
-  hmrsim service type /mocha/wait/_action/send_goal
-
-{ENVIRONMENT}"""
 
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
 _ACTION: Final = "/_action/"
 _LOOK: Final = 0.5
-_FOR_EVER: Final = 1e6
+_FOREVER: Final = 1e6
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``hmrsim service``."""
+def configure(parser: LazyParser) -> None:
+    """Add the commands of ``hmrsim service``."""
     parser.description = "Call the simulator's services, as with `ros2 service`."
-    parser.epilog = _EXAMPLES
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    lister = commands.add_parser(
-        "list", help="list all services", description="List all services, one a line.", epilog=_LIST_EXAMPLES
+    parser.epilog = """\
+examples:
+  hmrsim service list -t
+  hmrsim service call /_world/info"""
+    add_commands(
+        parser,
+        {
+            "list": ("list all services", _configure_list),
+            "call": ("call a service", _configure_call),
+            "type": ("print the type of a service", _configure_type),
+        },
     )
-    lister.add_argument(
+
+
+def _configure_list(parser: argparse.ArgumentParser) -> None:
+    from hmrsim.cli.names import add_list_arguments
+
+    parser.epilog = """\
+examples:
+  hmrsim service list
+  hmrsim service list --show-types --include-hidden-services
+  hmrsim service list --json | jq -r '.[].name'"""
+    parser.add_argument(
         "-a", "--include-hidden-services", action="store_true", help="list the services of actions, too"
     )
-    listing.configure(lister, _names)
-    call = commands.add_parser(
-        "call", help="call a service", description="Call a service and print its response.", epilog=_CALL_EXAMPLES
-    )
-    call.add_argument("name", metavar="NAME", help="such as /_world/info")
-    call.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as for `ros2 service call`")
-    call.add_argument("request", metavar="REQUEST", nargs="?", help="the request as YAML (default: {})")
-    call.add_argument("--json", action="store_true", help="print one JSON object instead of YAML")
-    call.set_defaults(function=_call)
-    add_connection_options(call)
-    kind = commands.add_parser(
-        "type", help="print the type of a service", description="Print the type of a service.", epilog=_TYPE_EXAMPLES
-    )
-    kind.add_argument("name", metavar="NAME", help="such as /_world/info")
-    kind.set_defaults(function=_type)
-    add_connection_options(kind)
+    add_list_arguments(parser, _names)
+
+
+def _configure_call(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Call a service and print its response."
+    parser.epilog = """\
+exit codes: 0 the service succeeded; 1 it did not, or there is no such service, robot or action;
+2 the request can't be read; 3 no simulator answers
+
+examples:
+  hmrsim service call /_world/info --json | jq -r '.robots[].name'
+  hmrsim service call /mocha/wait/_action/send_goal '{goal: {time: {sec: 3}}}'
+  hmrsim service call /mocha/wait/_action/execute '{goal: {time: {sec: 3}}}'
+  hmrsim service call /mocha/wait/_action/cancel_goal
+  hmrsim service call /mocha/wait/_action/get_result '{goal_id: 0123456789abcdef0123456789abcdef}'
+
+The command waits for the response as long as the simulator is running: get_result and execute respond when the goal
+has ended. --timeout is for reaching the simulator. Ctrl-C stops waiting; the request may still be carried out."""
+    parser.add_argument("name", metavar="NAME", help="such as /_world/info")
+    parser.add_argument("type", metavar="TYPE", nargs="?", help="the service's type, as for `ros2 service call`")
+    parser.add_argument("request", metavar="REQUEST", nargs="?", help="the request as YAML (default: {})")
+    add_json(parser, "print one JSON object instead of YAML")
+    parser.set_defaults(function=_call)
+    add_connection_options(parser)
+
+
+def _configure_type(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = """\
+examples:
+  hmrsim service type /_world/inject_fault
+  hmrsim service type /mocha/wait/_action/send_goal"""
+    parser.add_argument("name", metavar="NAME", help="such as /_world/info")
+    parser.set_defaults(function=_type)
+    add_connection_options(parser)
 
 
 def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
-    for one in services(info):
-        if args.include_hidden_services or not one.hidden:
-            yield {"name": one.name, "type": one.ros_type, "hidden": one.hidden}
+    from hmrsim.cli.names import services
+
+    for service in services(info):
+        if args.include_hidden_services or not service.hidden:
+            yield {"name": service.name, "type": service.ros_type, "hidden": service.hidden}
+
+
+def _types(info: Info) -> dict[str, str]:
+    """Return the type of each service."""
+    from hmrsim.cli.names import services
+
+    return {service.name: service.ros_type for service in services(info)}
 
 
 def _type(args: argparse.Namespace) -> int:
     name = f"/{args.name.removeprefix('/')}"
     with connected(args) as (_, info):
-        known = {one.name: one.ros_type for one in services(info)}
+        known = _types(info)
         if name not in known:
             raise _unknown(name, known, info)
     show(known[name] or "unknown")
@@ -124,6 +124,9 @@ def _type(args: argparse.Namespace) -> int:
 
 
 def _call(args: argparse.Namespace) -> int:
+    from hmrsim.cli.goal_text import errors_of_reply, read_yaml
+    from hmrsim_zenoh.wire.descriptions import plain_values
+
     ros_type, request = args.type, args.request
     if ros_type is not None and request is None and not _TYPE.fullmatch(ros_type):
         ros_type, request = None, ros_type
@@ -133,7 +136,7 @@ def _call(args: argparse.Namespace) -> int:
     data = {} if request is None else read_yaml(request, "request")
     payload = _payload(data)
     with connected(args, OPERATOR) as (client, info):
-        known = {one.name: one.ros_type for one in services(info)}
+        known = _types(info)
         if ros_type is not None and known.get(name, ros_type) != ros_type:
             raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")
         try:
@@ -142,19 +145,21 @@ def _call(args: argparse.Namespace) -> int:
             raise
         except RequestError as error:
             if name in known:
-                raise mistakes_in_reply("request", error, data, _request_type(name, info)) from None
+                raise errors_of_reply("request", error, data, _request_type(name, info)) from None
             raise _unknown(name, known, info, str(error)) from None
         except (Unreachable, ValueError) as error:
             if name in known and isinstance(error, Unreachable):
                 raise
             raise _unknown(name, known, info) from None
     response = plain_values("the response", answer)
-    _print(response, as_json=args.json)
+    show_result(response, yaml_text(response).rstrip("\n"), as_json=args.json)
     return ExitCode.FAILED if _failed(response) else ExitCode.DONE
 
 
 def _failed(response: object) -> bool:
     """Return whether a response has a simulation_interfaces/msg/Result other than RESULT_OK."""
+    from hmrsim.interfaces.simulation_interfaces import Result
+
     result = response.get("result") if isinstance(response, dict) else None
     return isinstance(result, dict) and set(result) == set(Result.model_fields) and result["result"] != Result.RESULT_OK
 
@@ -172,13 +177,13 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
     """Return the response of a service, however long that takes.
 
     Raises:
-        SimulatorGone: The simulator has been out of reach for too long.
+        SimulatorGone: The simulator has been unreachable for too long.
     """
     answers: queue.SimpleQueue[bytes | Exception] = queue.SimpleQueue()
 
     def ask() -> None:
         try:
-            answers.put(client.get(key, _FOR_EVER, payload=payload))
+            answers.put(client.get(key, _FOREVER, payload=payload))
         except (HmrsimError, ValueError) as error:
             answers.put(error)
 
@@ -196,11 +201,15 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
 
 
 def _request_type(name: str, info: Info) -> type[BaseModel] | None:
-    """Return the message that a service of an action reads; None for all that are no such services."""
+    """Return the request message of an action's service; None for other services."""
+    from hmrsim.actions import registry
+    from hmrsim.cli.names import find_action
+    from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, ExecuteRequest, GetResultRequest, SendGoalRequest
+
     owner, _, verb = name.rpartition(_ACTION)
     envelopes: dict[str, type[BaseModel]] = {Verb.SEND_GOAL.value: SendGoalRequest, Verb.EXECUTE.value: ExecuteRequest}
     if verb in envelopes:
-        known = registry().get(names.find_action(info, owner).action)
+        known = registry().get(find_action(info, owner).action)
         return envelopes[verb][known.goal] if known else None  # type: ignore[index]  # generic; made as it runs
     others: dict[str, type[BaseModel]] = {
         Verb.CANCEL_GOAL.value: CancelGoalRequest,
@@ -210,24 +219,18 @@ def _request_type(name: str, info: Info) -> type[BaseModel] | None:
 
 
 def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> UnknownName:
-    owner, found, _ = name.rpartition(_ACTION)
+    """Return the error for an unknown service; *answer* is the simulator's reply to it."""
+    from hmrsim.cli.names import find_action
+
+    owner, is_action, _ = name.rpartition(_ACTION)
     try:
-        if found:
-            names.find_action(info, owner)
+        if is_action:
+            find_action(info, owner)
     except UnknownName as error:
         return error
     except WrongUse:
         pass
-    there = list(known)
-    near = [one for one in there if one.startswith(f"{owner or '/_world'}/")] or [
-        one for one in there if _ACTION not in one
-    ]
-    rest = instead(name, near)
+    names = list(known)
+    similar = [other for other in names if other.startswith(f"{owner or '/_world'}/")]
+    rest = instead(name, similar or [other for other in names if _ACTION not in other])
     return UnknownName(f"no service {name!r}{f': {answer}' if answer and not rest.endswith('?') else rest}")
-
-
-def _print(response: object, *, as_json: bool) -> None:
-    if as_json:
-        show_json(response)
-    else:
-        show(yaml_text(response).rstrip("\n"))

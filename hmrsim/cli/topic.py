@@ -4,139 +4,165 @@ from __future__ import annotations
 
 import argparse
 import queue
-from collections.abc import Iterator
+import re
+import statistics
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli import listing, topic_hz
 from hmrsim.cli.connection import connected, look_for_simulator
-from hmrsim.cli.connection_options import add_connection_options
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.message_fields import field_of, field_path
-from hmrsim.cli.output import show, show_json, yaml_text
-from hmrsim.cli.topics import find_topic, topics
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
+from hmrsim.cli.options import add_connection_options, add_json, count
+from hmrsim.cli.output import show, show_json, show_result, warn, yaml_text
+from hmrsim.diagnostics import instead
+from hmrsim.program.command_line import add_commands
 from hmrsim.program.signals import on_signals
 from hmrsim_zenoh.errors import Unreachable
-from hmrsim_zenoh.wire.descriptions import plain_values
-from hmrsim_zenoh.wire.options import ENVIRONMENT, session_options
+from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
-    from hmrsim.cli.names import Info
-    from hmrsim.cli.topics import Topic
+    from hmrsim.cli.names import Topic
+    from hmrsim.program.command_line import LazyParser
     from hmrsim_zenoh.client.client import Client
 
-_EXAMPLES: Final = f"""\
+_END: Final = "...\n"
+"""The end that YAML writes after a value that is neither a mapping nor a list."""
+_LOOK: Final = 0.5
+_PERIOD: Final = 1.0
+
+_STEP: Final = re.compile(r"(?P<name>\w+)|\[(?P<index>-?\d+)\]")
+_FIELD: Final = re.compile(r"\w+(\[-?\d+\])*(\.\w+(\[-?\d+\])*)*")
+
+
+def configure(parser: LazyParser) -> None:
+    """Add the commands of ``hmrsim topic``."""
+    parser.description = "Show the published topics, as `ros2 topic` does."
+    parser.epilog = """\
 examples:
   hmrsim topic list -t
-  hmrsim topic echo /mocha/odom --once
+  hmrsim topic echo /mocha/odom --once"""
+    add_commands(
+        parser,
+        {
+            "list": ("list all topics", _configure_list),
+            "echo": ("print the messages of a topic", _configure_echo),
+            "info": ("show the type of a topic, and whether it is latched", _configure_info),
+            "type": ("print the type of a topic", _configure_type),
+            "hz": ("measure how often a topic is published", _configure_hz),
+        },
+    )
 
-{ENVIRONMENT}"""
 
-_LIST_EXAMPLES: Final = f"""\
+def _configure_list(parser: argparse.ArgumentParser) -> None:
+    from hmrsim.cli.names import add_list_arguments, topics
+
+    parser.epilog = """\
 examples:
   hmrsim topic list
-  hmrsim topic list --json | jq -r '.[] | select(.latched).name'
+  hmrsim topic list --json | jq -r '.[] | select(.latched).name'"""
+    parser.add_argument("-a", "--include-hidden-topics", action="store_true", help="list the topics of actions, too")
+    add_list_arguments(
+        parser,
+        lambda args, info: (_entry(topic) for topic in topics(info) if args.include_hidden_topics or not topic.hidden),
+    )
 
-{ENVIRONMENT}"""
 
-_ECHO_EXAMPLES: Final = f"""\
+def _configure_echo(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Print the messages of a topic until Ctrl-C, starting with the latest one if the topic is latched."
+    )
+    parser.epilog = """\
 examples:
   hmrsim topic echo /mocha/odom
   hmrsim topic echo /mocha/odom --field pose.pose.position
   hmrsim topic echo /_world/info --once
-  hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'
+  hmrsim topic echo /mocha/navigate_to_pose/_action/status --json | jq '.status_list[-1].status'"""
+    _add_name(parser)
+    parser.add_argument(
+        "--field", type=field_path, metavar="FIELD", help="print only this field, such as pose.pose.position"
+    )
+    parser.add_argument("--once", action="store_true", help="print one message and exit")
+    add_json(parser, "print one JSON object per line instead of YAML")
+    parser.set_defaults(function=_echo)
+    add_connection_options(parser)
 
-{ENVIRONMENT}"""
 
-_INFO_EXAMPLES: Final = f"""\
+def _configure_info(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Show the type of a topic, and whether its latest message is kept."
+    parser.epilog = """\
 examples:
   hmrsim topic info /mocha/odom
-  hmrsim topic info /mocha/odom --json
+  hmrsim topic info /mocha/odom --json"""
+    _add_name(parser)
+    add_json(parser)
+    parser.set_defaults(function=_info)
+    add_connection_options(parser)
 
-{ENVIRONMENT}"""
 
-_TYPE_EXAMPLES: Final = f"""\
+def _configure_type(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = """\
 examples:
-  hmrsim topic type /mocha/odom
-
-{ENVIRONMENT}"""
-
-_END: Final = "...\n"
-"""What YAML writes after a value that is neither a mapping nor a list."""
-_LOOK: Final = 0.5
+  hmrsim topic type /mocha/odom"""
+    _add_name(parser)
+    parser.set_defaults(function=_type)
+    add_connection_options(parser)
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``hmrsim topic``."""
-    parser.description = "Show the published topics, as `ros2 topic` does."
-    parser.epilog = _EXAMPLES
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    lister = commands.add_parser(
-        "list", help="list all topics", description="List all topics, one a line.", epilog=_LIST_EXAMPLES
+def _configure_hz(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Measure how often a topic is published by the wall clock, each second until Ctrl-C."
+    parser.epilog = """\
+examples:
+  hmrsim topic hz /mocha/odom
+  hmrsim topic hz /_world/clock --window 100 --json"""
+    _add_name(parser)
+    parser.add_argument(
+        "--window", type=count, default=10_000, metavar="N", help="the latest N messages (default: %(default)s)"
     )
-    lister.add_argument("-a", "--include-hidden-topics", action="store_true", help="list the topics of actions, too")
-    listing.configure(lister, _names)
-    echo = commands.add_parser(
-        "echo",
-        help="print the messages of a topic",
-        description="Print the messages of a topic until Ctrl-C; the latest one first, where the simulator keeps it.",
-        epilog=_ECHO_EXAMPLES,
-    )
-    echo.add_argument("name", metavar="NAME", help="such as /mocha/odom")
-    echo.add_argument(
-        "--field", type=field_path, metavar="FIELD", help="print this field alone, such as pose.pose.position"
-    )
-    echo.add_argument("--once", action="store_true", help="print one message and exit")
-    echo.add_argument("--json", action="store_true", help="print one JSON object per line instead of YAML")
-    echo.set_defaults(function=_echo)
-    add_connection_options(echo)
-    info = commands.add_parser(
-        "info",
-        help="show the type of a topic, and whether it is latched",
-        description="Show the type of a topic, and whether its latest message is kept.",
-        epilog=_INFO_EXAMPLES,
-    )
-    info.add_argument("--json", action="store_true", help="print one JSON object")
-    info.set_defaults(function=_info)
-    kind = commands.add_parser(
-        "type", help="print the type of a topic", description="Print the type of a topic.", epilog=_TYPE_EXAMPLES
-    )
-    kind.set_defaults(function=_type)
-    for command in (info, kind):
-        command.add_argument("name", metavar="NAME", help="such as /mocha/odom")
-        add_connection_options(command)
-    topic_hz.configure(commands.add_parser("hz", help="measure how often a topic is published"))
+    add_json(parser, "print one JSON object per line")
+    parser.set_defaults(function=_hz)
+    add_connection_options(parser)
 
 
-def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
-    for one in topics(info):
-        if args.include_hidden_topics or not one.hidden:
-            yield {"name": one.name, "type": one.ros_type, "latched": one.latched, "hidden": one.hidden}
+def _add_name(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", metavar="NAME", help="such as /mocha/odom")
+
+
+def _entry(topic: Topic) -> dict[str, Any]:
+    return {"name": topic.name, "type": topic.ros_type, "latched": topic.latched, "hidden": topic.hidden}
 
 
 def _info(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
-        topic = find_topic(info, args.name)
-    if args.json:
-        show_json({"name": topic.name, "type": topic.ros_type, "latched": topic.latched, "hidden": topic.hidden})
-        return ExitCode.DONE
-    show(f"Topic: {topic.name}\nType: {topic.ros_type}\nPublisher count: 1")
-    show(f"Latched: {'yes, the latest message is there at once' if topic.latched else 'no'}")
+    topic = _find(args)
+    lines = (
+        f"Topic: {topic.name}\nType: {topic.ros_type}\nPublisher count: 1",
+        f"Latched: {'yes, the latest message is there at once' if topic.latched else 'no'}",
+    )
+    show_result(_entry(topic), lines, as_json=args.json)
     return ExitCode.DONE
 
 
 def _type(args: argparse.Namespace) -> int:
-    with connected(args) as (_, info):
-        show(find_topic(info, args.name).ros_type)
+    show(_find(args).ros_type)
     return ExitCode.DONE
 
 
+def _find(args: argparse.Namespace) -> Topic:
+    from hmrsim.cli.names import find_topic
+
+    with connected(args) as (_, info):
+        return find_topic(info, args.name)
+
+
 def _echo(args: argparse.Namespace) -> int:
+    from hmrsim.cli.names import find_topic
+
     samples: queue.SimpleQueue[bytes | int] = queue.SimpleQueue()
     with on_signals(samples.put), connected(args) as (client, info):
         topic = find_topic(info, args.name)
-        key = topic.key(client.keys)
-        with client.subscribe(key, lambda _key, payload: samples.put(payload)):
+        with client.subscribe(topic.key(client.keys), lambda _key, payload: samples.put(payload)):
             for payload in _payloads(client, topic, samples, timeout=session_options(args).timeout):
                 _print(payload, args.field or (), as_json=args.json)
                 if args.once:
@@ -147,14 +173,14 @@ def _echo(args: argparse.Namespace) -> int:
 def _payloads(
     client: Client, topic: Topic, samples: queue.SimpleQueue[bytes | int], *, timeout: float
 ) -> Iterator[bytes]:
-    """Yield the latest message of a topic, if it is latched, then those that are published; ends with a signal.
+    """Yield the latest message of a latched topic, then messages as they are published, until a signal arrives.
 
     Raises:
-        SimulatorGone: The simulator has been out of reach for too long.
+        SimulatorGone: The simulator has been unreachable for too long.
     """
     latest = None
     if topic.latched:
-        # A controller, unlike the simulator, need not be there.
+        # A controller, unlike the simulator, may not be running.
         with suppress(Unreachable):
             latest = client.get(topic.key(client.keys), timeout)
     if latest is not None:
@@ -168,15 +194,92 @@ def _payloads(
             continue
         if isinstance(sample, int):
             return
-        # A message that was published between the subscription and the query comes twice.
+        # A message published between the subscription and the query arrives twice.
         if sample != latest:
             yield sample
         latest = None
 
 
 def _print(payload: bytes, field: tuple[str | int, ...], *, as_json: bool) -> None:
+    from hmrsim_zenoh.wire.descriptions import plain_values
+
     data = field_of(plain_values("the message", payload), field)
     if as_json:
         show_json(data)
     else:
         show(f"{yaml_text(data).removesuffix(_END)}---")
+
+
+def _hz(args: argparse.Namespace) -> int:
+    from hmrsim.cli.names import find_topic
+
+    signals: queue.SimpleQueue[int] = queue.SimpleQueue()
+    arrivals: deque[float] = deque(maxlen=args.window + 1)
+    with on_signals(signals.put), connected(args) as (client, info):
+        topic = find_topic(info, args.name)
+        look = look_for_simulator(client)
+        with client.subscribe(topic.key(client.keys), lambda _key, _payload: arrivals.append(time.monotonic())):
+            last = 0.0
+            while True:
+                try:
+                    signals.get(timeout=_PERIOD)
+                except queue.Empty:
+                    look()
+                else:
+                    return ExitCode.DONE
+                last = _show_rate(list(arrivals), last, as_json=args.json)
+
+
+def _show_rate(arrivals: Sequence[float], last: float, *, as_json: bool) -> float:
+    """Print the rate if a message has arrived since *last*; return when the latest one arrived."""
+    if len(arrivals) < 2 or arrivals[-1] == last:  # noqa: PLR2004 - a rate needs two
+        warn("no new messages")
+        return last
+    gaps = [after - before for before, after in pairwise(arrivals)]
+    rate = {
+        "average_rate": 1.0 / statistics.fmean(gaps),
+        "min": min(gaps),
+        "max": max(gaps),
+        "std_dev": statistics.pstdev(gaps),
+        "window": len(gaps),
+    }
+    text = (
+        f"average rate: {rate['average_rate']:.3f}\n\tmin: {rate['min']:.3f}s max: {rate['max']:.3f}s "
+        f"std dev: {rate['std_dev']:.5f}s window: {rate['window']}"
+    )
+    show_result(rate, text, as_json=as_json)
+    return arrivals[-1]
+
+
+def field_path(text: str) -> tuple[str | int, ...]:
+    """Return the steps to a field: names of fields, and indices of lists.
+
+    Raises:
+        WrongUse: The text is not of a form such as ``pose.pose.position`` or ``status_list[-1].status``.
+    """
+    if not _FIELD.fullmatch(text):
+        raise WrongUse(f"--field: {text!r} is not a field; expected one such as pose.pose.position or poses[0].header")
+    return tuple(int(step["index"]) if step["index"] is not None else step["name"] for step in _STEP.finditer(text))
+
+
+def field_of(message: Any, path: tuple[str | int, ...]) -> Any:
+    """Return the value of a field in the plain values of a message.
+
+    Raises:
+        UnknownName: The message has no such field.
+    """
+    value, passed = message, ""
+    for step in path:
+        if isinstance(step, int):
+            if not isinstance(value, list):
+                raise UnknownName(f"field {passed!r} is not a list")
+            if not -len(value) <= step < len(value):
+                raise UnknownName(f"field {passed!r} has {len(value)} entries, and none at [{step}]")
+            value, passed = value[step], f"{passed}[{step}]"
+            continue
+        if not isinstance(value, dict) or step not in value:
+            names = list(value) if isinstance(value, dict) else []
+            where = f"field {passed!r} has" if passed else "the message has"
+            raise UnknownName(f"{where} no field {step!r}{instead(step, names)}")
+        value, passed = value[step], f"{passed}.{step}".removeprefix(".")
+    return value

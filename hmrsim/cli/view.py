@@ -1,24 +1,38 @@
-"""``hmrsim view``: show a simulation, live or recorded, in a browser."""
+"""``hmrsim view``: show a simulation in a browser, live or recorded; also the page of ``hmrsim run --view``."""
 
 from __future__ import annotations
 
 import argparse
+import errno
+import json
+import logging
+import queue
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.program.command_line import Later
-from hmrsim.program.log_options import add_log_options
+from hmrsim.cli.connection import VIEWER
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.options import add_json
+from hmrsim.cli.output import show_result
+from hmrsim.errors import reason_of
+from hmrsim.program.log_options import add_log_options, logging_to_stderr
+from hmrsim.program.signals import on_signals
+from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
-from hmrsim_zenoh.wire.options import ENVIRONMENT, add_session_options
+from hmrsim_zenoh.wire.options import add_session_options, session_options
 
-_EXAMPLES: Final = f"""\
-examples:
-  hmrsim view --open
-  hmrsim view --connect tcp/10.0.0.7:7447 --port 8080
-  hmrsim view --host 0.0.0.0
-  hmrsim view shift.mcap
+if TYPE_CHECKING:
+    from hmrsim_zenoh.view.server import Source
+    from hmrsim_zenoh.wire.enclave import Enclave
+    from hmrsim_zenoh.wire.options import SessionOptions
 
-{ENVIRONMENT}"""
+_START_SECONDS: Final = 30.0
+_EXIT_TIMEOUT: Final = 1.0
+
+_log = logging.getLogger(__name__)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +41,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Serve a page that shows a simulator live, or plays a recording, until Ctrl-C. Prints `ready URL`.\n"
         "The simulator may be on another machine; when it is restarted, the page continues with it."
     )
-    parser.epilog = _EXAMPLES
+    parser.epilog = """\
+examples:
+  hmrsim view --open
+  hmrsim view --connect tcp/10.0.0.7:7447 --port 8080
+  hmrsim view --host 0.0.0.0
+  hmrsim view shift.mcap"""
     parser.add_argument(
         "recording",
         nargs="?",
@@ -44,7 +63,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--port",
-        type=Later("hmrsim.cli.view_page", "port"),
+        type=_port,
         default=DEFAULT_PORT,
         metavar="PORT",
         help="… 0 for a free one (default: %(default)s)",
@@ -52,5 +71,158 @@ def configure(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--open", action="store_true", help="open the page in the browser")
     add_session_options(parser)
     add_log_options(parser)
-    parser.add_argument("--json", action="store_true", help="print that it is ready as one JSON object")
-    parser.set_defaults(function=Later("hmrsim.cli.view_page", "serve"))
+    add_json(parser, "print that it is ready as one JSON object")
+    parser.set_defaults(function=_view)
+
+
+def _port(text: str) -> Any:
+    from hmrsim.settings.arguments import reader_of
+    from hmrsim_zenoh.settings import ViewSettings
+
+    return reader_of(ViewSettings, "view")(text)
+
+
+def _view(args: argparse.Namespace) -> int:
+    import webbrowser
+
+    from hmrsim_zenoh.view.server import ViewServer
+
+    # Opening a recording may take long; until then, a signal ends the process at once.
+    recording = None if args.recording is None else _recorded(args.recording)
+    options = session_options(args, VIEWER)
+    enclave = _server_enclave(options)
+    signals: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(signals.put), logging_to_stderr(args), ExitStack() as stack:
+        source = recording or _simulator(options, enclave, stack)
+        if signals.empty():
+            server = stack.enter_context(ViewServer(source, host=args.host, port=args.port, enclave=enclave))
+            show_result({"ready": True, "url": server.url}, f"ready {server.url}", as_json=args.json)
+            if args.open:
+                webbrowser.open(server.url)
+        signals.get()
+    return ExitCode.DONE
+
+
+def _recorded(path: Path) -> Source:
+    from hmrsim_zenoh.recording import open_recording
+    from hmrsim_zenoh.view.sources import Recorded
+
+    return Recorded(open_recording(path))
+
+
+def _server_enclave(options: SessionOptions) -> Enclave | None:
+    """Return the enclave whose certificate the page is served with; None for HTTP.
+
+    Raises:
+        BadOptions: The certificate is for clients only.
+    """
+    from hmrsim_zenoh.wire.session import enclave_of
+
+    enclave = enclave_of(options)
+    if enclave and enclave.member.role == "controller":
+        raise BadOptions(f"--secure: the certificate of {enclave.name!r} is for clients; serve the page as a viewer")
+    return enclave
+
+
+def _simulator(options: SessionOptions, enclave: Enclave | None, stack: ExitStack) -> Source:
+    """Connect to the simulator.
+
+    Raises:
+        SimulatorNotFound: No simulator answers.
+    """
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.view.access import VisitorRights
+    from hmrsim_zenoh.view.sources import Live
+
+    client = stack.enter_context(Client(options, clock="realtime"))
+    client.wait_for_simulator(options.timeout)
+    return Live(client.session, client.keys, VisitorRights(enclave, client.keys.prefix) if enclave else None)
+
+
+def check_page(view: int | None, options: SessionOptions) -> None:
+    """Check that a page can be served with the session options of a simulator, unless *view* is None.
+
+    Raises:
+        BadOptions: The page has no enclave.
+    """
+    from hmrsim_zenoh.wire.enclave import SIMULATOR, find_enclave
+
+    if view is not None and options.secure and find_enclave(options.secure, "viewer").member.role == SIMULATOR:
+        raise BadOptions(
+            f"--view: {str(options.secure)!r} is the simulator's enclave; the page needs a viewer's: name the keystore "
+            "with --secure, or run `hmrsim view --secure` with another enclave"
+        )
+
+
+def check_port(view: int | None) -> None:
+    """Check that a page can be served on port *view*, unless it is None, before anything is started or overwritten.
+
+    Raises:
+        BadOptions: The port is not available.
+    """
+    try:
+        if view is not None:
+            socket.create_server((DEFAULT_HOST, view)).close()
+    except OSError as error:
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({reason_of(error)})"
+        raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
+
+
+class View:
+    """A child process that serves the page of a run."""
+
+    def __init__(self, arguments: Sequence[str]) -> None:
+        from hmrsim.cli.child import Child
+
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._child = Child("view", "hmrsim.cli:main", ["view", *arguments, "--json"], self._lines.put)
+
+    def url(self) -> str:
+        """Wait until the page can be opened, and return its URL.
+
+        Raises:
+            BadOptions: The page can't be served; the text says why.
+        """
+        try:
+            line = self._lines.get(timeout=_START_SECONDS)
+        except queue.Empty:
+            line = None
+        if line is None:
+            self._child.code(_EXIT_TIMEOUT)
+            # The option of the run has another name than the option of `hmrsim view`.
+            why = self._child.errors.rpartition("\n")[2].replace("--port", "--view")
+            raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
+        ready: dict[str, Any] = json.loads(line)
+        _log.info("the live picture is at %s", ready["url"])
+        return str(ready["url"])
+
+    def stop(self) -> None:
+        """Stop the process."""
+        self._child.stop()
+
+
+@contextmanager
+def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) -> Iterator[View | None]:
+    """Serve the page of a simulator within the context.
+
+    Args:
+        view: The port; None for no page.
+        endpoints: The endpoints of the simulator.
+        options: The options of the simulator's session.
+    """
+    from hmrsim_zenoh.wire.endpoints import from_here
+
+    if view is None:
+        yield None
+        return
+    words = [word for endpoint in endpoints for word in ("--connect", from_here(endpoint))]
+    if options.secure:
+        words += ["--secure", str(options.secure)]
+    if options.zenoh_config:
+        # The configuration may have certificates. A client does not listen.
+        words += ["--zenoh-config", str(options.zenoh_config), "--mode", "client"]
+    server = View([*words, "--prefix", options.prefix, "--port", str(view), "--timeout", str(_START_SECONDS)])
+    try:
+        yield server
+    finally:
+        server.stop()

@@ -1,4 +1,4 @@
-"""The world that a command line names, and its problems."""
+"""The world on a command line, and its problems."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
 
 _MEETING: Final = 2
-"""Number of robots that it takes for two to meet."""
+"""Number of robots from which two can meet."""
 
 
 def read_world(
@@ -34,16 +34,16 @@ def read_world(
     below: Mapping[str, Any] | None = None,
     further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
-    """Read the world that a command line names, with its additions.
+    """Read the world on a command line, with the options that change it.
 
     Args:
         args: The command line.
-        argument: What the world is called there.
-        below: The settings of a file.
-        further: Further checks, as `load_world` takes them.
+        argument: The name of the world's argument.
+        below: The settings of a file, which options override.
+        further: Further checks, as for `load_world`.
 
     Raises:
-        WorldError: It is not valid.
+        WorldError: The world is not valid.
     """
     settings = read_settings(args, WorldSettings, below)
     options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
@@ -58,10 +58,10 @@ def read_world(
 
 
 class FirstFindings:
-    """A check that yields the first findings of another one, and counts the rest.
+    """A check of worlds that yields only the first findings of another check.
 
     Attributes:
-        left_out: How many findings the last check had beyond the first ones.
+        left_out: The number of findings that the last check did not yield.
     """
 
     def __init__(self, check: Callable[[World], Iterable[Finding]], most: int) -> None:
@@ -70,20 +70,20 @@ class FirstFindings:
         self.left_out = 0
 
     def __call__(self, world: World) -> Iterable[Finding]:
-        """Yield the first findings for a world."""
+        """Return the first findings for a world."""
         findings = [*self._check(world)]
         self.left_out = max(0, len(findings) - self._most)
         return findings[: self._most]
 
 
 def show_warnings(loaded: LoadedWorld) -> None:
-    """Print the warnings of a world, one a line."""
+    """Print the warnings of a world, one per line."""
     for problem in loaded.warnings:
         warn(line_of(problem))
 
 
 def policy_line(world: World) -> str:
-    """Return which traffic policy is in force, and why if it is the default; "" where no two robots can meet."""
+    """Return a line about the traffic policy, and why it is the default; empty if no two robots can meet."""
     if sum(not world.robot_type(robot).base.flies for robot in world.robots.values()) < _MEETING:
         return ""
     bodies = len(world.bodies)
@@ -97,10 +97,10 @@ def policy_line(world: World) -> str:
 
 
 def show_findings(properties: Properties, findings: Sequence[Finding]) -> None:
-    """Print what should be noted of properties in their world.
+    """Print warnings about properties in a world.
 
     Raises:
-        PropertyError: They speak of what it lacks.
+        PropertyError: The properties refer to something that the world lacks.
     """
     problems = properties.problems(findings)
     errors = [problem for problem in problems if problem.severity == "error"]

@@ -1,7 +1,7 @@
-"""What codes mean, why they come, and what to do about them: the texts of ``hmrsim explain`` and of a page each.
+"""Explanations of codes: the texts of ``hmrsim explain``, and of the pages in docs/reference/errors.
 
-Codes are those of results (Nav2's and MoveIt's), the reasons of rejections, the causes of goals that did not succeed,
-and the exit codes of commands.
+A code is the error code of a result (Nav2's or MoveIt's), the reason of a rejection, the cause of a goal that did not
+succeed, the result of a service, or the exit code of a command.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ _FILE: Final = Path(__file__).with_name("codes.yaml")
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is known of a code.
+    """The explanation of a code.
 
     Attributes:
-        code: The code, as a text.
-        name: Its name in Nav2 or MoveIt, or what kind of code it is.
-        of: The actions that have it.
-        means: What it means, a sentence.
-        why: Why it comes, in Markdown: paragraphs and lists, each paragraph or entry on one line.
-        do: What to do, likewise.
+        code: The code, as text.
+        name: The name in Nav2 or MoveIt, or the kind of the code.
+        of: The actions that use the code.
+        means: The meaning, in one sentence.
+        why: The causes, in Markdown with one line per paragraph or list item.
+        do: What to do about it, in the same form.
     """
 
     code: str
@@ -43,5 +43,5 @@ class Explanation:
 @cache
 def explanations() -> Mapping[str, Explanation]:
     """Return all explanations by their codes, numbers first."""
-    said = yaml.safe_load(_FILE.read_text(encoding="utf-8"))
-    return {str(each["code"]): Explanation(**{**each, "code": str(each["code"])}) for each in said}
+    entries = yaml.safe_load(_FILE.read_text(encoding="utf-8"))
+    return {str(each["code"]): Explanation(**{**each, "code": str(each["code"])}) for each in entries}

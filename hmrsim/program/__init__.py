@@ -1,4 +1,1 @@
-"""What the programs `hmrsim` and `bt-controller` share: parsers, environment variables, logs and signals.
-
-It knows nothing of simulations; each command line is built on it.
-"""
+"""The command-line foundation of `hmrsim` and `bt-controller`: parsers, environment variables, logs and signals."""

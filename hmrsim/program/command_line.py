@@ -1,6 +1,6 @@
-"""The parsers of our commands; environment variables set options that the command line does not.
+"""Command-line parsers whose options can also be set with environment variables.
 
-This module loads quickly. A command is loaded in two steps: its options with `LazyParser`, its work with `Later`.
+This module loads quickly. A command loads in two steps: its options with `LazyParser`, then its work when it runs.
 """
 
 from __future__ import annotations
@@ -17,22 +17,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from hmrsim.errors import printable, reason_of
-from hmrsim.program.outputs import NO_SPACE
+from hmrsim.program.files import NO_SPACE
 
 if TYPE_CHECKING:
     Completer = Callable[..., Iterable[str]]
+    Configure = Callable[["LazyParser"], None]
 
 ENVIRONMENT: Final = """\
 environment:
-  HMRSIM_CONNECT, HMRSIM_TIMEOUT, HMRSIM_SEED, … stand for options that have a value: HMRSIM_ and the option in
-  capitals, _ for -, and commas between several values. The command line comes first. What is of one run only
-  (--robot, --item, --goal-id, …) has no variable."""
-"""For the end of a command's ``--help``."""
+  HMRSIM_CONNECT, HMRSIM_TIMEOUT, HMRSIM_SEED, … set the options that take a value: HMRSIM_ and the option in
+  capitals, with _ for - and commas between values. The command line takes precedence. Per-run options (--robot,
+  --item, --goal-id, …) have no environment variable."""
+"""The end of the help of each command that has such options."""
 
 _OF_ONE_RUN: Final = frozenset(
     {"--robot", "--robots", "--item", "--page", "--rename", "--goal-id", "--for", "--speed", "--to", "--name", "--role"}
 )
-"""Options of a single run, without environment variables: a variable that was left set would be a surprise."""
+"""Per-run options, which have no environment variables: a leftover variable would surprise the user."""
 
 _EXPECTED: Final[Mapping[object, str]] = {int: "a whole number", float: "a number"}
 
@@ -45,9 +46,9 @@ _INTERRUPTED: Final = 130
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser whose options with a value can be given as ``HMRSIM_<OPTION>``, too.
+    """A parser that also reads options with a value from ``HMRSIM_<OPTION>``.
 
-    The command line comes before the environment, which comes before the default. An empty variable is none.
+    The command line overrides the environment, which overrides the default. Empty variables are ignored.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -57,21 +58,26 @@ class CommandParser(argparse.ArgumentParser):
         # Points such as -3,4 are not options.
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse, after the environment has said what the command line doesn't; refuse what is unknown.
+    def format_help(self) -> str:
+        """Return the help, with the environment variables at its end if an option has one."""
+        text = super().format_help()
+        return f"{text}\n{ENVIRONMENT}\n" if any(map(variable_of, self._actions)) else text
 
-        A command refuses it itself: argparse would leave that to the program, whose help doesn't have its options.
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse the command line after the environment, and exit on unknown arguments.
+
+        argparse would leave unknown arguments to the main parser, whose help does not list the command's options.
         """
         given = sys.argv[1:] if args is None else list(args)
         if _HELP.isdisjoint(given):
             self._read_environment(given)
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._meant_option(unknown)}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._suggested_option(unknown)}")
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Exit with 2 and one line that states the error and where to read on, unless it suggests what was meant."""
+        """Exit with 2 and print one line: the error, and a pointer to the help unless it ends in a suggestion."""
         rest = "" if message.endswith("?") else f"; see {self.prog} --help"
         self.exit(2, f"{self.prog}: error: {printable(message)}{rest}\n")
 
@@ -89,7 +95,7 @@ class CommandParser(argparse.ArgumentParser):
             self.set_defaults(**{action.dest: value})
 
     def _value(self, action: argparse.Action, text: str) -> Any:
-        """Return the value that *text* stands for; several, with commas between, for what can be repeated."""
+        """Return the value of a variable's text; a list, split at commas, for an option that can be repeated."""
         if isinstance(action, argparse._AppendAction) or action.nargs in ("*", "+"):  # noqa: SLF001
             return [self._one_value(action, part) for part in words_of(text)]
         return self._one_value(action, text)
@@ -100,7 +106,7 @@ class CommandParser(argparse.ArgumentParser):
         return value
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """Return the value of an argument; the error for one that is not a number is ours."""
+        """Return the value of an argument; raise our own error if it is not a number."""
         try:
             return super()._get_value(action, arg_string)
         except argparse.ArgumentError:
@@ -109,35 +115,35 @@ class CommandParser(argparse.ArgumentParser):
             raise
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Refuse a value that is none of the choices, with our message."""
+        """Check that the value is one of the choices, with our own error."""
         if action.choices is not None and value not in action.choices:
             noun = (action.option_strings[-1].lstrip("-") if action.option_strings else str(action.metavar)).lower()
             choices = ", ".join(str(choice) for choice in action.choices)
-            alike = _meant(str(value), map(str, action.choices))
-            rest = f"did you mean {alike!r}?" if alike else f"there are {choices}"
+            suggestion = _suggestion(str(value), map(str, action.choices))
+            rest = f"did you mean {suggestion!r}?" if suggestion else f"there are {choices}"
             raise argparse.ArgumentError(action, f"no {noun} {value!r}; {rest}")
 
-    def _meant_option(self, unknown: list[str]) -> str:
-        """Return the option that is most similar to the first unknown one, as the end of a message."""
-        wanted = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
-        alike = _meant(wanted, (name for action in self._actions for name in action.option_strings))
-        return f"; did you mean {alike}?" if wanted and alike else ""
+    def _suggested_option(self, unknown: list[str]) -> str:
+        """Return the end of an error message: the known option closest to the first unknown one."""
+        option = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
+        suggestion = _suggestion(option, (name for action in self._actions for name in action.option_strings))
+        return f"; did you mean {suggestion}?" if option and suggestion else ""
 
 
 def words_of(text: str) -> list[str]:
-    """Return the values of a variable, which has commas between them."""
+    """Return the comma-separated values of a variable."""
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
-def _meant(wanted: str, known: Iterable[str]) -> str | None:
-    # difflib is slow to load, and needed for mistakes only.
+def _suggestion(word: str, known: Iterable[str]) -> str | None:
+    # Loads difflib, which is slow and only needed for errors.
     from hmrsim.diagnostics import meant  # noqa: PLC0415
 
-    return meant(wanted, known)
+    return meant(word, known)
 
 
 def variable_of(action: argparse.Action) -> str:
-    """Return the variable that stands for an option; empty if none does."""
+    """Return the environment variable of an option; empty if it has none."""
     names = [name for name in action.option_strings if name.startswith("--")]
     if not names or action.nargs == 0 or not _OF_ONE_RUN.isdisjoint(names):
         return ""
@@ -146,7 +152,7 @@ def variable_of(action: argparse.Action) -> str:
 
 @dataclass(frozen=True)
 class Later:
-    """A function that is imported when it is called: no ``--help`` waits for what a command needs to do its work."""
+    """A function that is imported when it is called, so that ``--help`` does not load what a command works with."""
 
     module: str
     name: str
@@ -157,58 +163,66 @@ class Later:
         return function
 
     def __call__(self, *args: Any) -> Any:
-        """Return what the function returns."""
+        """Call the function and return its result."""
         return self.loaded()(*args)
 
 
 class LazyParser(CommandParser):
-    """A parser that gets its arguments when its command is the one asked for.
+    """A parser whose arguments are added only when its command is used.
 
-    Most commands load Zenoh and pydantic, which takes longer than ``--help`` of the program may.
+    Many commands load pydantic for their options, which would slow down ``--help`` of the program.
 
     Args:
-        module: Has a function *configure*, which adds arguments to the parser; empty for none.
+        configure: Adds the arguments to the parser; None for none.
     """
 
-    def __init__(self, *, module: str = "", **options: Any) -> None:
+    def __init__(self, *, configure: Configure | None = None, **options: Any) -> None:
         super().__init__(**options)
-        self._module = module
+        self._configure = configure
 
     def load(self) -> None:
-        """Let the command's module add its arguments, once."""
-        if self._module:
-            module = importlib.import_module(self._module)
-            self._module = ""
-            module.configure(self)
+        """Add the arguments of the command, once."""
+        if (configure := self._configure) is not None:
+            self._configure = None
+            configure(self)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse, after the command's module has added its arguments."""
+        """Parse the command line, after adding the arguments of the command."""
         self.load()
         return super().parse_known_args(args, namespace)
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print help, and let an error through that argparse would swallow: the help could not be printed."""
+        """Print the help, and raise the error that argparse would swallow if stdout can't be written."""
         if file is sys.stdout:
             file.write(message)
         else:
             super()._print_message(message, file)
 
 
-def add_commands(parser: LazyParser, commands: Mapping[str, str], modules: str, **options: Any) -> None:
-    """Give a parser commands, each of which has its arguments from a module that is loaded when it is asked for.
+def add_commands(
+    parser: LazyParser, commands: Mapping[str, tuple[str, Configure]], *, title: str | None = None
+) -> None:
+    """Add subcommands to a parser.
 
-    *commands* says what ``--help`` says of each, *modules* what the names of their modules begin with.
+    Args:
+        parser: The parser of the program, or of a command.
+        commands: A summary of each subcommand, which is also its description by default, and the function that adds
+            its arguments when it is used. A name such as ``send-goal`` is also accepted with underscores.
+        title: The heading of the subcommands in the help.
     """
+    options = {} if title is None else {"title": title}
     parsers = parser.add_subparsers(metavar="COMMAND", required=True, **options)
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
-    for name, summary in commands.items():
-        command = parsers.add_parser(name, help=summary, module=f"{modules}{name}")
-        if name in words:
+    for name, (summary, configure) in commands.items():
+        aliases = [name.replace("-", "_")] if "-" in name else []
+        description = f"{summary[0].upper()}{summary[1:]}."
+        command = parsers.add_parser(name, aliases=aliases, help=summary, description=description, configure=configure)
+        if not {name, *aliases}.isdisjoint(words):
             command.load()
 
 
 def run_program(program: str, run: Callable[[], int]) -> int:
-    """Return a program's exit code, also when its output can't be written or Ctrl-C ends it."""
+    """Run a program and return its exit code, including when stdout can't be written or Ctrl-C ends it."""
     if sys.stdout is None:
         print(f"{program}: can't write the output: stdout is closed", file=sys.stderr)  # noqa: T201
         return _FAILED
@@ -235,21 +249,21 @@ def run_program(program: str, run: Callable[[], int]) -> int:
 
 
 def _mute_stdout() -> None:
-    """Let go of what could not be written: Python would complain once more when it flushes at its end."""
+    """Discard the output that could not be written: Python would report it again when it flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def autocomplete(parser: argparse.ArgumentParser, completers: str) -> None:
-    """Answer the shell and end the process, if it is a shell that asks for completions; else do nothing.
+    """Print completions and exit if a shell requests them; otherwise do nothing.
 
     Args:
-        parser: Of the program, with the arguments of all commands that are on the line.
-        completers: A module whose COMPLETERS complete the positional arguments whose metavar is the key, or any
-            argument whose metavar stands behind the command in the key, such as ``"hmrsim topic echo NAME"``.
+        parser: The parser of the program, with the arguments of all commands on the line.
+        completers: A module with a mapping COMPLETERS. A key is the metavar of a positional argument, or a command
+            and the metavar of any of its arguments, such as ``"hmrsim topic echo NAME"``.
     """
     if "_ARGCOMPLETE" not in os.environ:
         return
-    # Takes 20 ms to load, which no other command line needs.
+    # Takes 20 ms to load, and is only needed here.
     import argcomplete  # noqa: PLC0415
 
     _attach(parser, importlib.import_module(completers).COMPLETERS)
@@ -266,4 +280,4 @@ def _attach(parser: argparse.ArgumentParser, completers: Mapping[str, Completer]
         if known is None and not action.option_strings:
             known = completers.get(str(action.metavar))
         if known is not None:
-            action.completer = known  # type: ignore[attr-defined]  # argcomplete's way of telling
+            action.completer = known  # type: ignore[attr-defined]  # as argcomplete expects

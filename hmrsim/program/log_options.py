@@ -1,4 +1,4 @@
-"""How much a command logs: ``--log-level``, or ``HMRSIM_LOG_LEVEL``."""
+"""The option ``--log-level``, and logging to stderr."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     import argparse
 
 PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller")
-"""Ours: the level is theirs, others' loggers keep their own."""
+"""Our packages, whose loggers get the level; other loggers keep theirs."""
 _FORMAT: Final = "[%(levelname)s] %(message)s"
 
 _MAX_LINE: Final = 2_000
-"""Characters of a line of the log."""
+"""Maximum characters of a line of the log."""
 
 _Level = Annotated[Literal["debug", "info", "warning", "error"], Option("log to stderr at this level and above")]
 
 
 @dataclass(frozen=True)
 class LogOptions:
-    """How much a command logs."""
+    """The log level of a command."""
 
     log_level: _Level = "warning"
 
@@ -38,23 +38,23 @@ class LogOptions:
 
 @dataclass(frozen=True)
 class ServerLogOptions(LogOptions):
-    """How much a simulator logs: its log is what people see of it."""
+    """The log level of a simulator, whose log is its user interface."""
 
     log_level: _Level = "info"
 
 
 def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning") -> None:
-    """Give a command the option that says how much it logs."""
+    """Add ``--log-level`` to a command."""
     add_settings(parser, LogOptions, defaults={"log_level": default})
 
 
 def log_level(args: argparse.Namespace) -> int:
-    """Return the level that a command line asks for, as a number of :mod:`logging`."""
+    """Return the level of a command line as a number of :mod:`logging`."""
     return logging.getLevelNamesMapping()[args.log_level.upper()]
 
 
 class LineFormatter(logging.Formatter):
-    """Formats records in lines that are not too long, whatever clients have sent."""
+    """Formats records, and truncates long lines, which may contain anything that clients send."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the record's lines."""
@@ -68,7 +68,7 @@ def _cut(line: str) -> str:
 
 @contextmanager
 def logging_to_stderr(args: argparse.Namespace) -> Iterator[None]:
-    """Write what our packages log to stderr; for commands without a log of their own."""
+    """Log our packages to stderr within the context, for commands without another log."""
     handler = logging.StreamHandler()
     handler.setFormatter(LineFormatter(_FORMAT))
     loggers = [logging.getLogger(name) for name in PACKAGES]

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as calls, also while the main thread waits."""
+"""Handling of Ctrl-C and SIGTERM, also while the main thread waits."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from contextlib import contextmanager, suppress
 from typing import Final
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
-"""Those that mean an end."""
+"""The signals that end a command."""
 
 INTERRUPTED: Final = 130
-"""What a shell makes of a process that Ctrl-C has ended."""
+"""The exit code of a process that was ended by Ctrl-C, as in a shell."""
 
 _SIGNALLED: Final = 128
 
 
 def exit_code_of(number: int) -> int:
-    """Return what a shell makes of a process that a signal has ended."""
+    """Return the exit code of a process that was ended by a signal, as in a shell."""
     return _SIGNALLED + number
 
 
 def must_leave(code: int) -> bool:
-    """Return whether the process has to end by `leave`.
+    """Return whether the process has to end with `leave`.
 
-    After Ctrl-C, Python would end it by SIGINT if the interrupt came while a class was being made: it remembers an
-    interrupt that left an ``exec``, even one that was caught afterwards. And a thread of Zenoh's that calls Python
-    while it ends crashes the process, which may happen as long as an answer is awaited.
+    If Ctrl-C interrupts the creation of a class, Python later ends the process by SIGINT, even if the exception was
+    caught. And a thread of Zenoh's that calls Python while the interpreter exits crashes the process, which can happen
+    while a reply is pending.
     """
     return code == INTERRUPTED or "zenoh" in sys.modules
 
 
 def leave(code: int) -> None:
-    """End the process with a code at once, without Python's own end."""
+    """Exit at once with a code, without finalizing Python."""
     with suppress(OSError, ValueError):
         sys.stdout.flush()
         sys.stderr.flush()
@@ -44,17 +44,17 @@ def leave(code: int) -> None:
 
 @contextmanager
 def on_signals(call: Callable[[int], None]) -> Iterator[None]:
-    """Call with the signal's number on SIGINT and SIGTERM, in a thread of its own; in the main thread only.
+    """Call a function with the signal's number on SIGINT and SIGTERM, in a separate thread.
 
-    Python calls a handler in the main thread, when that next runs Python code: not at all where the signal came just
-    before it began to wait for a queue.
+    To be entered in the main thread. A usual handler is called in the main thread when that next runs Python code,
+    which may be never if the signal arrives just before the thread waits for a queue.
     """
     heard, written = os.pipe()
     os.set_blocking(written, False)
     listener = threading.Thread(target=_listen, args=(heard, call), name="signals", daemon=True)
     listener.start()
     descriptor = signal.set_wakeup_fd(written, warn_on_full_buffer=False)
-    before = {number: signal.signal(number, _go_on) for number in SIGNALS}
+    before = {number: signal.signal(number, _do_nothing) for number in SIGNALS}
     try:
         yield
     finally:
@@ -65,14 +65,14 @@ def on_signals(call: Callable[[int], None]) -> Iterator[None]:
         listener.join()
 
 
-def _go_on(_number: int, _frame: object) -> None:
-    """Handle a signal in the main thread, where it has nothing to do."""
+def _do_nothing(_number: int, _frame: object) -> None:
+    """Do nothing in the main thread."""
 
 
 def _listen(heard: int, call: Callable[[int], None]) -> None:
-    """Call with the numbers that Python writes as signals come, until the other end is closed."""
+    """Call the function with the signal numbers that Python writes, until the other end is closed."""
     with open(heard, "rb", buffering=0) as numbers:
         while number := numbers.read(1):
-            # Other signals' handlers are others' business.
+            # Other signals have their own handlers.
             if number[0] in SIGNALS:
                 call(number[0])

@@ -14,7 +14,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import ExperimentError, Problem
-from hmrsim.program.garbage import collect_rarely
+from hmrsim.program.memory import collect_rarely
 
 if TYPE_CHECKING:
     from types import ModuleType

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.program.garbage import collect_runs_young
+from hmrsim.program.memory import collect_runs_young
 from hmrsim.trials.actor import GRACE, Actor
 from hmrsim.trials.endings import CRASHED, FAILED, HUNG, SUCCEEDED, TimeLimit
 from hmrsim.trials.trial import GONE, Ended, Trial

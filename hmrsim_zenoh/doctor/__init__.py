@@ -1,12 +1,11 @@
 """Diagnosis of a network of simulators and ROS nodes.
 
-`asked_for` returns a `Snapshot` with the options only, and `gather` one with what is on the network. `problems` judges
+`requested` returns a `Snapshot` with the options only, and `gather` one with what is on the network. `problems` judges
 a snapshot and makes no queries.
 """
 
-from hmrsim_zenoh.doctor.gathering import asked_for, gather
-from hmrsim_zenoh.doctor.judging import problems
+from hmrsim_zenoh.doctor.diagnosis import gather, problems, requested
 from hmrsim_zenoh.doctor.problem import Problem
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 
-__all__ = ["Problem", "Simulator", "Snapshot", "asked_for", "gather", "problems"]
+__all__ = ["Problem", "Simulator", "Snapshot", "gather", "problems", "requested"]

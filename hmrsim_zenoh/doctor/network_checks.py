@@ -1,19 +1,24 @@
-"""Checks of the network: the peers at the endpoints, and the environment variables."""
+"""Checks of the network: peers, environment variables, certificates, and access denied to ROS nodes."""
 
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import meant
-from hmrsim_zenoh.doctor.problem import Problem, some
+from hmrsim_zenoh.doctor.problem import Problem, first_few
+from hmrsim_zenoh.doctor.snapshot import WANT, collapsed, endpoints
+from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.codec.types import DISTROS
-from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
+from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN, Kind
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Snapshot
+    from hmrsim_zenoh.wire.access_control import Message
+
 
 _RMW: Final = "rmw_zenoh_cpp"
 _ROLLING: Final = "rolling"
@@ -29,7 +34,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
         are = "is" if len(snapshot.prefixes) == 1 else "are"
         yield Problem(
             "other_prefix",
-            f"no simulator has the prefix {snapshot.prefix!r}; there {are} {some(map(repr, snapshot.prefixes))}",
+            f"no simulator has the prefix {snapshot.prefix!r}; there {are} {first_few(map(repr, snapshot.prefixes))}",
             f"use --prefix {meant(snapshot.prefix, snapshot.prefixes) or snapshot.prefixes[0]}",
         )
     else:
@@ -42,7 +47,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
 
 def no_router(snapshot: Snapshot) -> Iterator[Problem]:
     """Report that ROS nodes can't discover each other without a router."""
-    if snapshot.peers and not snapshot.routers and snapshot.has_to_do_with_ros:
+    if snapshot.peers and not snapshot.routers and snapshot.uses_ros:
         yield Problem(
             "no_router",
             f"only a peer answers at {snapshot.where}, but ROS nodes need a router to discover each other",
@@ -131,9 +136,52 @@ def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem(
             "unreadable_tokens",
             f"{len(snapshot.unreadable)} liveliness tokens are not in rmw_zenoh's format: "
-            f"{some(repr(text[:100]) for text in snapshot.unreadable)}",
+            f"{first_few(repr(text[:100]) for text in snapshot.unreadable)}",
             "update rmw_zenoh_cpp on the machines that declare them",
             "warning",
+        )
+
+
+_DAY: Final = 86_400.0
+_SOON: Final = 14
+"""Days before its expiration from which a certificate is reported."""
+
+_ASKS: Final[dict[Kind, Message]] = {Kind.CLIENT: "query", Kind.SUBSCRIBER: "declare_subscriber"}
+
+
+def expiring(snapshot: Snapshot) -> Iterator[Problem]:
+    """Report that this session's certificate will expire soon."""
+    enclave = snapshot.enclave
+    if enclave and enclave.left < _SOON * _DAY:
+        yield Problem(
+            "certificate_expires",
+            f"the certificate of {enclave.name!r} expires on {enclave.member.expires[:10]}",
+            f"`hmrsim security renew DIR {enclave.name}`, and copy the enclave to where it is used",
+            "warning",
+        )
+
+
+def denied(snapshot: Snapshot) -> Iterator[Problem]:
+    """Report ROS clients and subscribers whose certificates do not allow access to the simulator."""
+    if snapshot.enclave is None:
+        return
+    policy, ours = snapshot.enclave.access_control, snapshot.ros.simulator_types
+    found: defaultdict[tuple[str, str, str], list[tuple[str, str]]] = defaultdict(list)
+    for token, endpoint in endpoints(snapshot.ros.others, *WANT):
+        name = snapshot.names.get(token.session)
+        if name is None or endpoint.name not in ours:
+            continue
+        key = keys.key(snapshot.domain, endpoint.name, endpoint.type, endpoint.hash)
+        decision = policy.decide(name, _ASKS[endpoint.kind], "ingress", key)
+        if not decision.allowed:
+            found[token.node.full_name, name, str(decision)].append((endpoint.name, key))
+    for (node, name, why), wanted in sorted(found.items()):
+        others = [each for each in policy.rules if all(policy.may_query(each, key).allowed for _, key in wanted)]
+        names = first_few(collapsed(each for each, _ in wanted))
+        yield Problem(
+            "denied",
+            f"{node}, with the certificate of {name!r}, may not use {names}: {why}",
+            f"use the enclave of {' or '.join(others) or 'an operator'}, or `hmrsim security add` one that may",
         )
 
 
@@ -145,4 +193,6 @@ CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
     other_domain,
     configuration,
     unreadable_tokens,
+    expiring,
+    denied,
 )

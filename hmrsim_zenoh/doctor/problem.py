@@ -12,7 +12,7 @@ _SHOWN: Final = 4
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem.
+    """A problem on the network.
 
     Attributes:
         kind: A machine-readable word, such as ``no_router``.
@@ -25,7 +25,7 @@ class Problem:
     severity: Literal["error", "warning"] = "error"
 
 
-def some(names: Iterable[str]) -> str:
+def first_few(names: Iterable[str]) -> str:
     """Return the first few names and the number of the others, as text."""
     every = list(names)
     shown = every if len(every) <= _SHOWN + 1 else every[:_SHOWN]

@@ -1,19 +1,21 @@
-"""Checks of a simulator's endpoints in ROS."""
+"""Checks of ROS 2: the simulator's endpoints, and the clients and subscribers of other nodes."""
 
 from __future__ import annotations
 
+import difflib
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
-from hmrsim_zenoh.doctor.problem import Problem, some
-from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, whole
+from hmrsim_zenoh.doctor.problem import Problem, first_few
+from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, collapsed, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.publishing.endpoints import FIRST
-from hmrsim_zenoh.ros2.type_compat import known
+from hmrsim_zenoh.ros2.type_compat import difference, known
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Snapshot
+
 
 _PARTS: Final = {
     "send_goal": Kind.SERVICE,
@@ -59,7 +61,7 @@ def _missing(snapshot: Snapshot) -> dict[str, list[str]]:
     return found
 
 
-def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
+def not_served(snapshot: Snapshot) -> Iterator[Problem]:
     """Report that the simulator is not in the domain: it has no ROS 2 wire, or is in another domain."""
     if snapshot.simulator is None or snapshot.ros.ours:
         return
@@ -70,16 +72,16 @@ def not_spoken(snapshot: Snapshot) -> Iterator[Problem]:
             f"the simulator is in ROS domain {elsewhere[0]}, not in {snapshot.domain}",
             f"`export ROS_DOMAIN_ID={elsewhere[0]}`, or start it with --ros-domain-id {snapshot.domain}",
         )
-    elif snapshot.has_to_do_with_ros:
+    elif snapshot.uses_ros:
         yield Problem("no_ros2", "the simulator does not serve ROS 2", "start `hmrsim run` with --ros2")
 
 
-def not_whole(snapshot: Snapshot) -> Iterator[Problem]:
+def missing_parts(snapshot: Snapshot) -> Iterator[Problem]:
     """Report actions that are incomplete in ROS."""
     incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
     if incomplete and snapshot.simulator is not None:
         most, every = len(_PARTS), len(snapshot.simulator.names.actions)
-        listed = some(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
+        listed = first_few(f"{name} ({', '.join(p)})" if len(p) < most else name for name, p in incomplete.items())
         yield Problem(
             "incomplete_actions",
             f"{len(incomplete)} of {every} actions are missing or incomplete: {listed}",
@@ -97,7 +99,7 @@ def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
     if strange:
         yield Problem(
             "unknown_types",
-            f"the simulator has types whose hashes this hmrsim does not know: {some(sorted(strange))}",
+            f"the simulator has types whose hashes this hmrsim does not know: {first_few(sorted(strange))}",
             "install the same version on both sides",
         )
 
@@ -116,15 +118,96 @@ def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
         ours = snapshot.simulator is not None and snapshot.simulator.session in programs
         yield Problem(
             "two_servers",
-            f"{len(programs)} programs serve {some(whole(names))} (nodes {some(sorted(nodes))}): "
+            f"{len(programs)} programs serve {first_few(collapsed(names))} (nodes {first_few(sorted(nodes))}): "
             f"{'both' if len(programs) == 2 else 'all'} execute each goal and request",  # noqa: PLR2004 - both are two
             f"end one of them, or {_APART if ours else 'give it another ROS_DOMAIN_ID or other names'}",
         )
 
 
+_CLOSE: Final = 0.8
+"""The similarity from which a name counts as a misspelling, for difflib."""
+
+
+def without_server(snapshot: Snapshot) -> Iterator[Problem]:
+    """Report clients that wait for a server; a warning if the node has found another server."""
+    wanted: defaultdict[str, list[str]] = defaultdict(list)
+    for token, endpoint in endpoints(snapshot.ros.others, Kind.CLIENT):
+        wanted[token.node.full_name].append(endpoint.name)
+    there = {endpoint.name for _, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE)}
+    for node, names in sorted(wanted.items()):
+        missing = collapsed(name for name in names if name not in there)
+        if missing:
+            yield Problem(
+                "no_server",
+                f"{node} waits for {first_few(missing)}, which has no server{_elsewhere(snapshot, missing)}",
+                _advice(missing, there),
+                "error" if all(name not in there for name in names) else "warning",
+            )
+
+
+def different_types(snapshot: Snapshot) -> Iterator[Problem]:
+    """Report clients and subscribers whose types differ from the server's or publisher's."""
+    found: defaultdict[tuple[str, str, str], list[str]] = defaultdict(list)
+    for token, endpoint in endpoints(snapshot.ros.others, *WANT):
+        types = snapshot.ros.types.get(endpoint.name, set())
+        theirs = (endpoint.type, endpoint.hash)
+        if types and theirs not in types:
+            ours = endpoint.name in snapshot.ros.simulator_types
+            found[token.node.full_name, *difference(theirs, types, simulator=ours)].append(endpoint.name)
+    for (node, what, remedy), names in sorted(found.items()):
+        yield Problem("different_types", f"{node} is incompatible with {first_few(sorted(names))}: {what}", remedy)
+
+
+def _elsewhere(snapshot: Snapshot, names: list[str]) -> str:
+    """Return the part of a message about other domains that serve the names; empty if there are none."""
+    domains = [str(n) for n, domain in snapshot.domains.items() if not set(collapsed(domain.types)).isdisjoint(names)]
+    return f" in domain {snapshot.domain}, but in domain {', '.join(domains)}" if domains else ""
+
+
+def _advice(missing: list[str], there: Iterable[str]) -> str:
+    served = collapsed(there)
+    # The node may have been started without a namespace.
+    namespaces = sorted(
+        {
+            other.removesuffix(name).strip("/")
+            for name in missing
+            for other in served
+            if name != other and other.endswith(name)
+        }
+    )
+    if namespaces:
+        return f"give it a namespace: {first_few(namespaces)}"
+    close = (difflib.get_close_matches(name, served, n=1, cutoff=_CLOSE) for name in missing)
+    meant = next((matches[0] for matches in close if matches), None)
+    return f"did you mean {meant}?" if meant else "start the server, or correct the name, namespace or ROS_DOMAIN_ID"
+
+
+def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
+    """Report clients in another domain of services that the simulator has in this one."""
+    ours = snapshot.ros.simulator_types
+    for number, domain in snapshot.domains.items():
+        if number == snapshot.domain or not ours:
+            continue
+        nodes = {
+            token.node.full_name
+            for token, endpoint in endpoints(domain.others, Kind.CLIENT)
+            if endpoint.name in ours and endpoint.name not in domain.types
+        }
+        if nodes:
+            yield Problem(
+                "client_in_other_domain",
+                f"{first_few(sorted(nodes))} in ROS domain {number} waits for services that the simulator has in "
+                f"domain {snapshot.domain}",
+                f"start them with ROS_DOMAIN_ID={snapshot.domain}, or the simulator with --ros-domain-id {number}",
+            )
+
+
 CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
-    not_spoken,
-    not_whole,
+    not_served,
+    missing_parts,
     unknown_types,
     two_servers,
+    without_server,
+    different_types,
+    in_other_domains,
 )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final
 
 import hmrsim
-from hmrsim_zenoh.doctor.problem import Problem, some
+from hmrsim_zenoh.doctor.problem import Problem, first_few
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
@@ -45,7 +45,7 @@ def robots(simulator: Simulator) -> Iterator[Problem]:
     if idle:
         yield Problem(
             "no_actions",
-            f"{some(idle)} can do nothing: there are no actions",
+            f"{first_few(idle)} can do nothing: there are no actions",
             "give a base or other components in the world file",
         )
 
@@ -56,7 +56,7 @@ def tokens(simulator: Simulator) -> Iterator[Problem]:
         are = "is" if len(simulator.lost) == 1 else "are"
         yield Problem(
             "no_token",
-            f"{some(simulator.lost)} {are} unreachable: there is no liveliness token, and goals are rejected",
+            f"{first_few(simulator.lost)} {are} unreachable: there is no liveliness token, and goals are rejected",
             "list faults with `hmrsim service call /_world/get_faults`; /_world/clear_fault clears one",
         )
 
@@ -84,7 +84,7 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
     elif set(awaited) <= set(time.get("participants", ())):
         yield Problem(
             "time_stands",
-            f"{stands}, for {simulator.watched:.1g} s at least: waiting for {some(awaited)} to advance",
+            f"{stands}, for {simulator.watched:.1g} s at least: waiting for {first_few(awaited)} to advance",
             "check these participants; they are dropped after --participant-timeout",
         )
     else:
@@ -93,7 +93,7 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
         joining = (name.removesuffix(" to join") for name in awaited if name not in here)
         yield Problem(
             "time_stands",
-            f"{stands}: waiting for {some(joining)} to join in lockstep",
+            f"{stands}: waiting for {first_few(joining)} to join in lockstep",
             "start a controller, such as `bt-controller run TREE --robot NAME --name PARTICIPANT`, or run with "
             "`--clock realtime`",
         )
@@ -116,7 +116,7 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
     if waiting and not simulator.info.get("planner_present"):
         yield Problem(
             "no_planner",
-            f"{some(waiting)} {'needs' if len(waiting) == 1 else 'need'} an external planner, but there is none",
+            f"{first_few(waiting)} {'needs' if len(waiting) == 1 else 'need'} an external planner, but there is none",
             "start one; see `An external planner` in docs/reference/keys.md",
         )
 

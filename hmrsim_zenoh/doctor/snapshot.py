@@ -39,7 +39,7 @@ class Simulator:
         watched: Wall seconds between the two.
         alive: The robots that have a liveliness token.
         tokens: The participants in lockstep that have a liveliness token.
-        trees: The states of behaviour trees by robot, as controllers publish them.
+        trees: The states of behavior trees by robot, as controllers publish them.
     """
 
     info: Mapping[str, Any]
@@ -112,14 +112,14 @@ def endpoints(tokens: Iterable[Token], *kinds: Kind) -> Iterator[tuple[Token, En
             yield token, token.endpoint
 
 
-def whole(names: Iterable[str]) -> list[str]:
-    """Return names where each action replaces its parts."""
+def collapsed(names: Iterable[str]) -> list[str]:
+    """Return names with the parts of each action collapsed into the action."""
     return sorted({name.partition(_ACTION)[0] for name in names})
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All findings.
+    """Everything that was found on the network.
 
     Attributes:
         endpoints: The endpoints of the session.
@@ -163,7 +163,7 @@ class Snapshot:
         return self.domains.get(self.domain, Domain())
 
     @property
-    def has_to_do_with_ros(self) -> bool:
+    def uses_ros(self) -> bool:
         """Whether ROS is in use."""
         return (
             self.wants_ros

@@ -11,7 +11,7 @@ from mcap.records import Channel, Chunk, Footer, Message, Metadata, Schema
 from hmrsim.errors import RecordingError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim.program.inputs import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
+from hmrsim.program.files import MAX_VALUES, MAX_VALUES_OF_WORLD, check_regular, has_more_values
 from hmrsim_zenoh.recording.chunks import Budget, Piece, TooMuch, records, unpacked
 from hmrsim_zenoh.recording.recorder import ABOUT, EVENTS, INFO, SCENE, WORLD_TOPIC
 from hmrsim_zenoh.ros2.codec.layout import CdrError

@@ -12,7 +12,7 @@ from mcap.writer import Writer
 from hmrsim import __version__
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.program.outputs import unwritable
+from hmrsim.program.files import unwritable
 from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh.wire.tree_state import TreeState
 

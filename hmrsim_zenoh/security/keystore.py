@@ -34,8 +34,7 @@ from typing import Any, Final, TypeVar
 
 from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError, printable, reason_of
-from hmrsim.program.inputs import check_regular
-from hmrsim.program.outputs import NO_SPACE, unwritable
+from hmrsim.program.files import NO_SPACE, check_regular, unwritable
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.security.authority import Authority, Issued
 from hmrsim_zenoh.security.roles import Rights

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable, reason_of
-from hmrsim.program.inputs import check_regular
+from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.access_control import AccessControl, trusting
 

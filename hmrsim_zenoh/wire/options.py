@@ -14,14 +14,14 @@ from functools import partial
 from pathlib import Path  # noqa: TC003 - settings are read at run time
 from typing import Annotated, Any, Final, Literal
 
-from hmrsim.program.command_line import ENVIRONMENT, words_of
+from hmrsim.program.command_line import words_of
 from hmrsim.settings.arguments import add_settings, read_settings, reader_of
 from hmrsim.settings.option import MAX_SECONDS, Option, settings_of, shortened
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT, check_endpoint
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 
-__all__ = ["ENVIRONMENT", "Mode", "SessionOptions", "add_session_options", "seconds", "session_options"]
+__all__ = ["Mode", "SessionOptions", "add_session_options", "seconds", "session_options"]
 
 Mode = Literal["peer", "client", "router"]
 

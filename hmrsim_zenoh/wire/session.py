@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from hmrsim.errors import reason_of
-from hmrsim.program.inputs import check_regular
+from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port

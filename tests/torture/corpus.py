@@ -17,7 +17,7 @@ from bt_controller.core.blackboards import Board
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import load
 from hmrsim.actions import registry as actions
-from hmrsim.cli.rosout import told
+from hmrsim.cli.recording import rosout
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.time import TimeState
 from hmrsim.world.route_graph import to_geojson
@@ -163,7 +163,7 @@ def _recordings() -> list[Sample]:
             made: list[RecordingSink] = []
 
             def watch(simulator: Simulator) -> list[RecordingSink]:
-                made.append(RecordingSink(simulator, Recorder(file, told), lambda: _STATE, clock_rate=1.0))
+                made.append(RecordingSink(simulator, Recorder(file, rosout), lambda: _STATE, clock_rate=1.0))
                 return made
 
             _eventful(watchers=watch, clock_rate=1.0, odom_rate=1.0, feedback_rate=1.0)

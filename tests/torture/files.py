@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Final
 
 import bt_controller.cli
 from hmrsim.cli import main as hmrsim
-from hmrsim.cli.tracing import lines_of
+from hmrsim.cli.trace_file import lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.properties import (
@@ -257,7 +257,7 @@ def findings(seed: int, count: int, kinds: tuple[str, ...] = (), begin: int = 0)
     """Try so many cases in processes, one after the other, and yield what is wrong."""
     samples()
     # Loaded once for all processes: on a busy machine it takes longer than a case may.
-    importlib.import_module("hmrsim.cli.map_network")
+    importlib.import_module("hmrsim.cli.map_info")
     context = multiprocessing.get_context("fork")
     number = begin
     while number < begin + count:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.cli import demo_processes, main
+from hmrsim.cli import demo, main
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_demo_for_people(capsys):
 
 def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
     """The simulator's message is printed."""
-    monkeypatch.setattr(demo_processes, "_WORLD", "nosuch")
+    monkeypatch.setattr(demo, "_WORLD", "nosuch")
     code = main(["demo"])
 
     assert 1 == code
@@ -100,7 +100,7 @@ def test_demo_whose_page_has_no_port(capsys):
 
 def test_demo_whose_mission_fails(monkeypatch, capsys):
     """The demo exits with 1 and prints the controller's output, which has the error."""
-    monkeypatch.setattr(demo_processes, "_TREE", "bt_controller.examples.hospital:nosuch")
+    monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 
     out = capsys.readouterr().out

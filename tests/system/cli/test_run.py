@@ -79,7 +79,7 @@ def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("module", ["hmrsim.cli.entry", "hmrsim.world", "hmrsim_zenoh.hosting.host"])
+@pytest.mark.parametrize("module", ["hmrsim.program.command_line", "hmrsim.world", "hmrsim_zenoh.hosting.host"])
 def test_a_signal_while_it_starts_ends_it_with_0(number, module):
     """As one afterwards does, without a word, however little is loaded."""
     done = subprocess.run(

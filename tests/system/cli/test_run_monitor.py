@@ -8,7 +8,7 @@ from argparse import Namespace
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.cli.check_trace import check_trace
+from hmrsim.cli.check import check_trace
 from hmrsim_zenoh.recording import open_recording
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")

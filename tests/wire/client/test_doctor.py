@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim_zenoh.doctor import Simulator, Snapshot, problems
-from hmrsim_zenoh.doctor.problem import some
+from hmrsim_zenoh.doctor.problem import first_few
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.ros2.codec.types import action_type
 from hmrsim_zenoh.ros2.keys import NO_HASH, Endpoint, Kind, Node, Token
@@ -291,4 +291,4 @@ def test_actions_that_are_declared_later():
 @pytest.mark.parametrize(("count", "words"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3 and 2 more")])
 def test_some_of_many(count, words):
     """A single remaining name is listed rather than counted."""
-    assert words == some(map(str, range(count)))
+    assert words == first_few(map(str, range(count)))

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.cli.tracing import TraceFile
+from hmrsim.cli.trace_file import TraceFile
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped

@@ -1,15 +1,20 @@
-"""`hmrsim check` from the command line: what it prints, writes, and returns."""
+"""``hmrsim check``: searching for failures, repeating them, and applying properties to a trace."""
 
 from __future__ import annotations
 
 import json
 import re
 import shutil
+from argparse import Namespace
+from functools import cache
 
 import pytest
 import yaml
 
+from hmrsim.cli.check import check_trace
 from hmrsim.cli.entry import main
+from hmrsim.errors import PropertyError, TraceError
+from hmrsim.testing import simulation
 from tests.porters import HERE, WORLD
 
 
@@ -54,7 +59,7 @@ def found(folder, searched):
     return repro
 
 
-def test_what_is_found_is_told_and_written(folder, capsys):
+def test_failures_are_printed_and_written(folder, capsys):
     """The exit code is 1; each failure has a file, and the page, JUnit XML and a summary are there."""
     code = check("world.yaml", "--python", "porters.py:vain", "--only", "breakdown", "--runs", "40", *SERIAL)
     out, err = capsys.readouterr()
@@ -69,7 +74,7 @@ def test_what_is_found_is_told_and_written(folder, capsys):
 
 
 def test_a_failure_is_repeated(found, capsys):
-    """Until the controller is mended: the exit code says whether it still fails."""
+    """The exit code tells whether the controller still fails, until it is fixed."""
     assert check("--repro", str(found)) == 1
     out, err = capsys.readouterr()
     assert "it fails as before: no_vain_goals: rejected 5 times in a row (with the same trace)" in out
@@ -80,7 +85,7 @@ def test_a_failure_is_repeated(found, capsys):
 
 
 def test_a_failure_whose_world_does_not_fit_any_more_is_set_aside(folder, found, capsys):
-    """The controller is another one by now, and needs what was left out; it is not accused of that."""
+    """A controller that has changed, and needs something that the reduced world lacks, has not failed."""
     code = check("world.yaml", "--python", "porters.py:needy", "--only", "breakdown", "--runs", "40", *SERIAL)
     out, err = capsys.readouterr()
 
@@ -90,15 +95,15 @@ def test_a_failure_whose_world_does_not_fit_any_more_is_set_aside(folder, found,
 
 
 def test_a_function_is_a_participant_by_its_own_name(found):
-    """A story that speaks of bt_controller speaks of nobody."""
+    """The story of a failure names the function, not bt_controller."""
     (story,) = found.parent.glob("*.jsonl")
 
     assert '"vain"' in story.read_text("utf-8")
     assert "bt_controller" not in story.read_text("utf-8")
 
 
-def test_a_failure_is_repeated_that_is_one_by_comparison(folder, capsys):
-    """The run without faults is made once more for it."""
+def test_a_failure_by_comparison_is_repeated(folder, capsys):
+    """A property that compares runs needs the run without faults, which is made again."""
     then = {"reports": "succeeded", "then": {"items": "as_without_faults"}}
     (folder / "properties.yaml").write_text(yaml.safe_dump({"properties": {"true": then}}), encoding="utf-8")
     words = ("--properties", "properties.yaml", "--only", "goals_aborted", "--runs", "20")
@@ -124,7 +129,7 @@ def test_a_search_that_finds_nothing_says_what_it_did_not_reach(folder, capsys):
 
 @pytest.mark.usefixtures("folder")
 def test_a_few_runs_say_that_they_are_far_too_few(capsys):
-    """Kinds that had no turn are counted and not listed."""
+    """Kinds that were not tried are counted, not listed."""
     check("world.yaml", "--python", "porters.py:careful", "--runs", "5", *SERIAL)
     out = capsys.readouterr().out
 
@@ -134,8 +139,8 @@ def test_a_few_runs_say_that_they_are_far_too_few(capsys):
 
 
 @pytest.mark.usefixtures("folder")
-def test_how_often_a_controller_gives_up_is_told(capsys):
-    """Though a mission that fails, and says so, is no failure."""
+def test_it_counts_how_often_a_controller_gives_up(capsys):
+    """A mission that gives up is counted, but it is not a failure."""
     words = ("--only", "goals_aborted", "goals_rejected", "--at-most", "1", "--runs", "30")
     check("world.yaml", "--python", "porters.py:hasty", *words, *SERIAL)
     out = capsys.readouterr().out
@@ -144,7 +149,7 @@ def test_how_often_a_controller_gives_up_is_told(capsys):
 
 
 def test_a_controller_that_fails_before_its_first_goal_is_an_error(folder, capsys):
-    """Nothing is searched for, and nothing written."""
+    """Nothing is searched, and nothing is written."""
     assert check("world.yaml", "--python", "porters.py:broken", *SERIAL) == 2
     said = "controller: without any fault the run ends as crashed at 0.0 s, before a goal is sent"
     assert said in capsys.readouterr().err
@@ -153,13 +158,13 @@ def test_a_controller_that_fails_before_its_first_goal_is_an_error(folder, capsy
 
 @pytest.mark.usefixtures("folder")
 def test_a_run_that_takes_longer_than_the_budget_is_an_error(capsys):
-    """It is not told as hung, for which nobody has waited."""
+    """The run is not reported as hung, since the search did not wait that long."""
     assert check("world.yaml", "--python", "porters.py:sleepy", "--budget", "0.01s", *SERIAL) == 2
     assert "budget: the run without faults is not over after 0.01 s; give more time" in capsys.readouterr().err
 
 
-def test_the_file_of_a_check_has_it_all_and_options_come_before_it(folder, capsys):
-    """Here the file says how long, and the command line what."""
+def test_options_override_the_file_of_a_check(folder, capsys):
+    """The file sets the budget, and the command line overrides the space."""
     file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}, "budget": {"runs": 40}}
     (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
 
@@ -200,7 +205,7 @@ def test_the_file_of_a_check_has_it_all_and_options_come_before_it(folder, capsy
         (("--repro", "nowhere.yaml"), "nowhere.yaml: no such file"),
     ],
 )
-def test_wrong_use_is_told_on_a_line(folder, capsys, words, told):
+def test_wrong_use_is_one_line_in_check(folder, capsys, words, told):
     """The exit code is 2, and there is no traceback."""
     assert check(*words) == 2
     err = capsys.readouterr().err
@@ -210,7 +215,7 @@ def test_wrong_use_is_told_on_a_line(folder, capsys, words, told):
 
 
 def test_the_file_of_a_check_has_its_controller(folder, capsys):
-    """Options that say the same are refused, not ignored."""
+    """Options that the file sets itself are rejected, not ignored."""
     file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}}
     (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
 
@@ -218,8 +223,8 @@ def test_the_file_of_a_check_has_its_controller(folder, capsys):
     assert "check.yaml: the file of a check says that itself; leave out --tree, --set" in capsys.readouterr().err
 
 
-def test_options_over_the_file_of_a_check_are_looked_at(folder, capsys):
-    """A kind that there is not is told as it is without a file; the search would have had nothing to try."""
+def test_options_over_the_file_of_a_check_are_validated(folder, capsys):
+    """An unknown kind is an error, as without a file."""
     file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}}
     (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
 
@@ -228,13 +233,13 @@ def test_options_over_the_file_of_a_check_are_looked_at(folder, capsys):
 
 
 def test_a_failure_that_can_not_be_repeated_has_not_passed(found, capsys):
-    """The recording can't be written: that is an error, and says nothing about the controller."""
+    """If the recording can't be written, the command fails, and says nothing about the controller."""
     assert check("--repro", str(found), "--record", "world.yaml/run.mcap") == 2
     assert "can't be repeated: world.yaml/run.mcap: can't be written" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("folder")
-def test_ctrl_c_before_the_first_run_is_told(capsys, monkeypatch):
+def test_ctrl_c_before_the_first_run(capsys, monkeypatch):
     """The exit code is 130."""
 
     def interrupted(*_args):
@@ -247,7 +252,7 @@ def test_ctrl_c_before_the_first_run_is_told(capsys, monkeypatch):
 
 
 def test_a_failure_without_its_controller_says_where_it_could_be(found, capsys):
-    """It was moved, and the controller's file is neither beside it nor in the current folder."""
+    """If the controller's file is not found, the error suggests --folder."""
     found.write_text(found.read_text("utf-8").replace("porters.py:vain", "elsewhere.py:vain"), encoding="utf-8")
     capsys.readouterr()
 
@@ -256,8 +261,91 @@ def test_a_failure_without_its_controller_says_where_it_could_be(found, capsys):
 
 
 def test_a_search_with_nothing_to_try_says_so(folder, capsys):
-    """That nothing was found says nothing then."""
+    """A warning says that nothing was tried."""
     (folder / "idle.py").write_text("def idle(client):\n    return True\n", encoding="utf-8")
 
     assert check("world.yaml", "--python", "idle.py:idle", "--runs", "5", *SERIAL) == 0
     assert "warning: nothing was tried" in capsys.readouterr().err
+
+
+@cache
+def traced() -> str:
+    """Return the trace of the hospital's mission."""
+    with simulation("hospital", tree="bt_controller.examples.hospital:mission") as run:
+        run.to_the_end()
+        return run.trace
+
+
+@pytest.fixture
+def check_run(tmp_path):
+    """Return the function that checks some properties on the trace."""
+
+    def run(properties=None, *, as_json=False, trace=None):
+        (tmp_path / "run.jsonl").write_text(traced() if trace is None else trace)
+        path = None
+        if properties is not None:
+            path = tmp_path / "properties.yaml"
+            path.write_text(json.dumps({"properties": properties}))
+        return check_trace(Namespace(trace=tmp_path / "run.jsonl", properties=path, json=as_json, log_level="error"))
+
+    return run
+
+
+def test_verdicts_are_a_table(check_run, capsys):
+    """Each property has a line: its verdict, its robustness, and why; the exit code is 0."""
+    code = check_run({"door": {"sometimes": {"event": "door_opened"}}})
+
+    out = capsys.readouterr().out.splitlines()
+    assert (0, ["property", "verdict", "robustness"], ["door", "holds", "+1.00"]) == (
+        code,
+        out[0].split(),
+        out[1].split()[:3],
+    )
+
+
+def test_violations_are_listed_with_their_times(check_run, capsys):
+    """A violated property makes the exit code 1, and each violation is a line with its time."""
+    code = check_run({"shut": {"never": {"event": "door_opened"}}})
+
+    said = [line.split(" s  ")[-1] for line in capsys.readouterr().out.splitlines() if " s  " in line]
+    assert (1, ["shut: door_opened"] * 13) == (code, said)
+
+
+def test_json_has_all_of_it(check_run, capsys):
+    """``--json`` prints one object."""
+    code = check_run({"shut": {"never": {"event": "door_opened"}}}, as_json=True)
+
+    said = json.loads(capsys.readouterr().out)
+    assert (1, True, "shut", "door_opened", "violated") == (
+        code,
+        said["violated"],
+        said["violations"][0]["property"],
+        said["violations"][0]["reason"],
+        said["verdicts"][0]["state"],
+    )
+
+
+def test_without_a_file_the_built_in_properties_are_checked(check_run, capsys):
+    """The built-in properties need no file."""
+    code = check_run()
+
+    assert (0, 7) == (code, len(capsys.readouterr().out.splitlines()) - 1)
+
+
+def test_names_that_the_world_lacks_are_errors(check_run):
+    """The error names the file and the known names."""
+    with pytest.raises(PropertyError, match=r"properties\.x\.never\.robot: no robot 'eva'; did you mean 'eve'\?"):
+        check_run({"x": {"never": {"robot": "eva", "at": "lab"}}})
+
+
+def test_a_property_without_meaning_is_a_warning(check_run, capsys):
+    """A property without meaning in this world is a warning on stderr."""
+    check_run({"x": {"never": {"event": "lift_called"}}})
+
+    assert "warning: properties.x.never.event: lift_called never comes in this world" in capsys.readouterr().err
+
+
+def test_another_file_is_an_error(check_run):
+    """The error has the file's name."""
+    with pytest.raises(TraceError, match=r"run\.jsonl: line 1: no header of a trace"):
+        check_run(trace="hello\n")

@@ -1,4 +1,4 @@
-"""Where a demo shows its mission."""
+"""The output of the demo."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class Terminal(io.StringIO):
     """What says that it is one."""
 
     def isatty(self):
-        """Return that it is."""
+        """Return True."""
         return True
 
 
-def test_log_lines_stand_above_the_live_table(capsys):
-    """They go where the table is, through what draws it."""
+def test_log_lines_are_above_the_live_table(capsys):
+    """Log lines are printed above the table."""
     out = Terminal()
     screen = Screen(out)
     with screen.opened(STORY):
@@ -32,7 +32,7 @@ def test_log_lines_stand_above_the_live_table(capsys):
 
 
 def test_the_live_table_shows_what_each_robot_does():
-    """One line a robot, while the mission goes on."""
+    """The table has one line per robot during the mission."""
     out = Terminal()
     story = Story({"wall_e": "nurse"})
     robot = story.robots["wall_e"]
@@ -46,8 +46,8 @@ def test_the_live_table_shows_what_each_robot_does():
 
 
 @pytest.mark.parametrize("screen", [Screen(io.StringIO()), JsonLines()], ids=["text", "json"])
-def test_log_lines_are_no_result(screen, capsys):
-    """Without a live table they go to stderr."""
+def test_log_lines_go_to_stderr(screen, capsys):
+    """Without a live table, log lines go to stderr."""
     with screen.opened(STORY):
         screen.log("hello")
 

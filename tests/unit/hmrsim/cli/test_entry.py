@@ -139,7 +139,7 @@ def test_help_loads_nothing_slow():
     ids=" ".join,
 )
 def test_wrong_use_is_2(arguments, capsys):
-    """What argparse refuses ends with 2 and one line on stderr."""
+    """Errors of argparse end with 2 and one line on stderr."""
     code = main(arguments)
 
     captured = capsys.readouterr()
@@ -171,12 +171,12 @@ def test_each_error_has_its_exit_code(error, code):
 
 
 def test_errors_name_the_program():
-    """What has no file in front is said to come from hmrsim."""
+    """Errors without a file begin with the name of the program."""
     assert "hmrsim: no simulator answers" == text_of(SimulatorNotFound("no simulator answers"))
 
 
 def test_errors_of_files_begin_with_the_file():
-    """What is wrong with a file reads as compilers write it."""
+    """Errors in a file begin with the file and line, as from a compiler."""
     assert "a.yaml:3: seed: no" == text_of(WorldError([Problem("a.yaml", "seed", "no", 3)]))
 
 
@@ -197,5 +197,5 @@ def test_interrupted(broken_command):
 
 
 def test_every_line_of_an_error_names_the_program():
-    """Where several names are unknown each has a line of its own."""
+    """Each unknown name is a line."""
     assert "hmrsim: no a\nhmrsim: no b" == text_of(UnknownName("no a\nno b"))

@@ -24,7 +24,7 @@ measures: {time: end.at}
 
 @pytest.fixture
 def said(tmp_path, monkeypatch, capsys):
-    """Return the function that runs the command in a folder with results; it returns the exit code and what is said."""
+    """Return the function that runs the command in a folder with results; it returns the exit code and the output."""
     monkeypatch.chdir(tmp_path)
     Path("e.yaml").write_text(EXPERIMENT, encoding="utf-8")
     plan = read_plan("e.yaml")
@@ -41,15 +41,15 @@ def said(tmp_path, monkeypatch, capsys):
 
 
 def test_the_page_is_in_the_folder(said):
-    """If no other file is named; it is said where. Commands on it can be copied to a shell."""
+    """The path is printed, and the commands on the page can be copied to a shell."""
     assert (0, "page: my results/report.html\n", "") == said("my results")
 
     page = Path("my results/report.html").read_text(encoding="utf-8")
     assert "hmrsim experiment again &#39;my results&#39; 7 --trace run_7.jsonl" in page
 
 
-def test_the_page_goes_where_it_is_told_to(said):
-    """To a file, or to the standard output."""
+def test_output_of_the_page(said):
+    """``-o`` names a file, or the standard output."""
     said("my results", "-o", "page.html")
     code, out, _ = said("my results", "-o", "-")
 
@@ -58,7 +58,7 @@ def test_the_page_goes_where_it_is_told_to(said):
 
 
 def test_json_has_what_is_on_the_page(said):
-    """And no page is written unless one is asked for."""
+    """No page is written without ``-o``."""
     code, out, _ = said("my results", "--json")
     found = json.loads(out)
 
@@ -79,8 +79,8 @@ def test_json_has_what_is_on_the_page(said):
         (("my results", "-o", "/dev/full"), 1, "-o /dev/full: can't be written: no space left on device"),
     ],
 )
-def test_mistakes_are_one_line(said, arguments, code, text):
-    """With what is wrong."""
+def test_errors_are_one_line(said, arguments, code, text):
+    """The line names the error."""
     found, _, error = said(*arguments)
 
     assert (code, 1) == (found, len(error.splitlines()))
@@ -88,7 +88,7 @@ def test_mistakes_are_one_line(said, arguments, code, text):
 
 
 def test_without_scipy_it_says_what_to_install(said, monkeypatch):
-    """Exit code 1, as for other extras."""
+    """The exit code is 1, as for other optional dependencies."""
     for name in ("numpy", "scipy"):
         monkeypatch.setitem(sys.modules, name, None)
 

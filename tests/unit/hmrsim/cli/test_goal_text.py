@@ -1,13 +1,16 @@
-"""Goals as typed on a command line."""
+"""Goals and messages on the command line."""
 
 from __future__ import annotations
 
 import pytest
 
 from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.goal_text import read_goal, read_yaml
-from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose
+from hmrsim.cli.goal_text import read_goal, read_yaml, without_defaults
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
+from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, Wait
+from hmrsim.interfaces.std_msgs import Header
 
 
 def goal(text, kind=NavigateToPose.Goal):
@@ -15,7 +18,7 @@ def goal(text, kind=NavigateToPose.Goal):
     return read_goal(read_yaml(text), kind)
 
 
-def test_integers_will_do_for_floats():
+def test_integers_are_accepted_as_floats():
     """A coordinate may be written without a point."""
     position = goal("{pose: {pose: {position: {x: 512, y: 215}}}}").pose.pose.position
 
@@ -26,7 +29,7 @@ def test_integers_will_do_for_floats():
     ("text", "value"), [("1e3", 1000.0), ("1.5e-3", 0.0015), ("-.5", -0.5), ("010", 10.0), ("+2", 2.0)]
 )
 def test_numbers_of_yaml_1_2(text, value):
-    """Numbers are read as YAML 1.2 has them, unlike PyYAML by itself."""
+    """Numbers are read as in YAML 1.2, unlike in PyYAML."""
     assert value == goal(f"{{pose: {{pose: {{position: {{x: {text}}}}}}}}}").pose.pose.position.x
 
 
@@ -36,7 +39,7 @@ def test_no_is_a_name():
 
 
 def test_nothing_given_is_the_default():
-    """`{}` is the goal with all of ROS's defaults."""
+    """`{}` is the goal with ROS's defaults."""
     assert NavigateToPose.Goal() == goal("{}")
 
 
@@ -55,8 +58,8 @@ def test_nothing_given_is_the_default():
         ("{behavior_tree: 12}", "goal: behavior_tree: expected a string (quote it if it looks like a number), got 12"),
     ],
 )
-def test_a_mistake_is_named_with_its_field(text, line):
-    """A mistake says where it is, what was found and what was expected."""
+def test_an_error_names_its_field(text, line):
+    """An error names the field, the value and what was expected."""
     with pytest.raises(WrongUse) as caught:
         goal(text)
 
@@ -64,13 +67,13 @@ def test_a_mistake_is_named_with_its_field(text, line):
 
 
 def test_unknown_field_in_a_list():
-    """An unknown field of a list's message is told with those that there are."""
+    """An error about an unknown field in a list names the known fields."""
     with pytest.raises(WrongUse, match=r"^goal: poses\.1\.q: unknown field; known fields: header, pose$"):
         goal("{poses: [{}, {q: 1}]}", FollowWaypoints.Goal)
 
 
-def test_every_mistake_is_told():
-    """Two mistakes are two lines."""
+def test_every_error_is_a_line():
+    """Two errors are two lines."""
     with pytest.raises(WrongUse) as caught:
         goal("{pose: {pose: {position: {x: a, y: b}}}}")
 
@@ -80,13 +83,38 @@ def test_every_mistake_is_told():
 @pytest.mark.parametrize(
     "text", ["{a: ", "", "{a: 1}}", "[" * 5000, "{a: &x [*x]}", "!!python/name:os.system {}", "\x00"]
 )
-def test_what_is_no_yaml_is_one_line(text):
-    """Broken, empty, deep, circular and tagged YAML is refused in one line."""
+def test_invalid_yaml_is_one_line(text):
+    """Broken, empty, deep, circular and tagged YAML is an error of one line."""
     with pytest.raises(WrongUse, match=r"^goal: [^\n]*$"):
         read_yaml(text)
 
 
-def test_a_key_given_twice_is_a_mistake():
-    """The second of two equal keys is not silently taken."""
+def test_a_duplicate_key_is_an_error():
+    """The second of two equal keys does not silently win."""
     with pytest.raises(WrongUse, match=r"^goal: a\.x: key 'x' is there twice"):
         read_yaml("{a: {x: 1, x: 2}}")
+
+
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        (Pickup.Result(error_code=MoveItErrorCodes(val=1)), {"error_code": {"val": 1}, "planning_time": 0.0}),
+        (Wait.Result(), {"total_elapsed_time": {"sec": 0, "nanosec": 0}, "error_code": 0}),
+        (NavigateToPose.Result(error_code=208, error_msg="no way"), {"error_code": 208, "error_msg": "no way"}),
+    ],
+)
+def test_empty_parts_are_left_out(message, shown):
+    """Numbers and the error code are kept."""
+    assert shown == without_defaults(message)
+
+
+def test_a_robot_at_the_origin_has_a_position():
+    """A position at zero is shown; the default orientation is not."""
+    stamped = PoseStamped(header=Header(frame_id="map"))
+
+    assert {"position": {"x": 0.0, "y": 0.0, "z": 0.0}} == without_defaults(stamped)["pose"]
+
+
+def test_whole_numbers_are_exact():
+    """Integers are not rounded."""
+    assert {"sec": 1_234_567_891, "nanosec": 0} == without_defaults(Duration(sec=1_234_567_891))

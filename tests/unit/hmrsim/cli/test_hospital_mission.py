@@ -53,7 +53,7 @@ def test_fetchers_carriers_a_drone_and_a_cleaner(hospital):
 
 
 def test_each_robot_begins_at_its_own_charger(hospital):
-    """And has a battery that it can charge there."""
+    """Each robot has a battery that it can charge there."""
     assert [f"charger_{i}" for i in range(1, 9)] == [robot.at for robot in hospital.robots.values()]
     assert all("battery" in hospital.robot_type(robot).components for robot in hospital.robots.values())
 
@@ -80,14 +80,14 @@ def test_there_is_a_way_around_the_visitors(hospital):
 
 
 def test_no_two_robots_have_the_same_mission(hospital):
-    """Each robot of the map goes its own way."""
+    """Each robot has its own mission."""
     errands = {tuple(node.name for node in mission(robot).children) for robot in hospital.robots}
 
     assert len(hospital.robots) == len(errands)
 
 
 def test_what_is_fetched_can_be_carried(hospital):
-    """Items of the missions are in the house, and not too heavy for whom they are given to."""
+    """The items of the missions exist, and are not too heavy for the robots that carry them."""
     fetched = {
         node.name.removeprefix("Fetch "): hospital.robot_type(spec).components["claw"]["max_weight"]
         for robot, spec in hospital.robots.items()
@@ -100,12 +100,12 @@ def test_what_is_fetched_can_be_carried(hospital):
 
 
 def test_no_robot_has_a_script(hospital):
-    """A script would give a robot goals of its own beside those of the mission."""
+    """A script would send goals in addition to those of the mission."""
     assert all(robot.script == () for robot in hospital.robots.values())
 
 
 def test_names_of_behaviours_differ(hospital):
-    """What one robot does can be told apart by name."""
+    """The behaviors of a robot have different names."""
     for robot in hospital.robots:
         names = [node.name for node in mission(robot).iterate()]
         assert len(set(names)) == len(names)

@@ -88,8 +88,8 @@ def test_errors_as_json(broken, capsys):
     ] == [(one["line"], one["path"], one["severity"]) for one in problems]
 
 
-def test_what_is_odd_is_a_warning(tmp_path, capsys):
-    """A world that only looks odd ends with 0, and the warning says what it is behind its place."""
+def test_warnings_have_their_place(tmp_path, capsys):
+    """A world with warnings only ends with 0, and each warning has its place."""
     path = tmp_path / "odd.yaml"
     path.write_text("waypoints: {a: [0, 0], b: [1, 0], c: [2, 0]}\nlanes: [[a, b]]\n")
 
@@ -104,8 +104,8 @@ def test_what_is_odd_is_a_warning(tmp_path, capsys):
 @pytest.mark.parametrize(
     "content", [None, "", "{", "just words", "\xff"], ids=["missing", "empty", "cut", "text", "bytes"]
 )
-def test_what_cannot_be_read_is_2(content, tmp_path, capsys):
-    """A file that is not there or of no format ends with 2, naming it."""
+def test_a_file_that_cannot_be_read_is_2(content, tmp_path, capsys):
+    """A file that is missing or has no known format ends with 2, and is named."""
     path = tmp_path / "world.yaml"
     if content is not None:
         path.write_bytes(content.encode("latin-1"))
@@ -117,7 +117,7 @@ def test_what_cannot_be_read_is_2(content, tmp_path, capsys):
 
 
 def test_a_page_that_is_not_there_is_2(capsys):
-    """The options of every command that takes a world are there; a drawing without the page can't be read."""
+    """A drawing without the page of ``--page`` can't be read."""
     code = main(["map", "validate", "tests/unit/hmrsim/world/data/ward.drawio", "--page", "3"])
 
     assert 2 == code
@@ -125,7 +125,7 @@ def test_a_page_that_is_not_there_is_2(capsys):
 
 
 def test_what_the_command_line_adds_is_checked(capsys):
-    """A robot of a name that is taken is found as if it were in the file."""
+    """A robot with a name that is taken is an error, as in the file."""
     code = main(["map", "validate", "hospital", "--robot", "eve@1,2"])
 
     assert 1 == code
@@ -141,7 +141,7 @@ def test_a_shipped_world_by_its_file_name(capsys):
 
 
 def test_running_a_broken_world_is_2(broken, capsys):
-    """`run` refuses a world with errors and lists them on stderr."""
+    """`run` rejects a world with errors, and lists them on stderr."""
     code = main(["run", str(broken)])
 
     captured = capsys.readouterr()

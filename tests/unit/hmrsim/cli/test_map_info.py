@@ -30,7 +30,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def info(path, capsys):
-    """Return what is told of the small world, as JSON values."""
+    """Return the output for the small world, as JSON values."""
     code = main(["map", "info", str(path), "--json"])
 
     assert 0 == code
@@ -38,7 +38,7 @@ def info(path, capsys):
 
 
 def test_counts(info):
-    """Everything is counted."""
+    """All entities are counted."""
     assert {
         "waypoints": 5,
         "lanes": 2,
@@ -60,12 +60,12 @@ def test_lanes_are_measured(info):
 
 
 def test_parts_that_no_lane_connects(info):
-    """The largest first; a waypoint without a lane is a part of its own."""
+    """The largest part comes first; a waypoint without lanes is a separate part."""
     assert [2, 2, 1] == info["parts"]
 
 
 def test_robots(info):
-    """Where they stand, what they carry, how fast they are."""
+    """The position, the components and the speed of each robot are shown."""
     assert [
         {
             "name": "eve",
@@ -80,7 +80,7 @@ def test_robots(info):
 
 
 def test_items_are_where_their_waypoint_is(info):
-    """A name of a point is told as the point."""
+    """Names of points are replaced by the points."""
     assert [{"name": "box", "at": [3.0, 4.0], "weight": 2.5}] == info["items"]
 
 
@@ -90,8 +90,8 @@ def test_what_it_is(info, path):
     assert 64 == len(info["hash"])
 
 
-def test_for_people(path, capsys):
-    """The same in lines."""
+def test_text(path, capsys):
+    """Text has the same content."""
     main(["map", "info", str(path)])
 
     lines = capsys.readouterr().out.splitlines()
@@ -103,7 +103,7 @@ def test_for_people(path, capsys):
 
 
 def test_an_empty_world(tmp_path, capsys):
-    """A world with nothing in it has no extent, and that is no error."""
+    """An empty world has no extent, which is not an error."""
     path = tmp_path / "empty.yaml"
     path.write_text("name: nothing\n")
 
@@ -112,7 +112,7 @@ def test_an_empty_world(tmp_path, capsys):
 
 
 def test_what_the_command_line_adds_is_there(path, capsys):
-    """The options of every command that takes a world."""
+    """``--robot`` and ``--item`` add entities."""
     main(["map", "info", str(path), "--robot", "bob@1,2", "--json"])
 
     assert ["eve", "bob"] == [robot["name"] for robot in json.loads(capsys.readouterr().out)["robots"]]
@@ -136,7 +136,7 @@ docks: {plug: {at: c}}
 """
 
 
-def test_the_network_for_people(tmp_path, capsys):
+def test_the_network_as_text(tmp_path, capsys):
     """Bottlenecks, what can't be reached, trips and traffic, in aligned columns."""
     path = tmp_path / "bridge.yaml"
     path.write_text(BRIDGE)
@@ -158,7 +158,7 @@ def test_the_network_for_people(tmp_path, capsys):
 
 
 def test_the_network_as_json(tmp_path, capsys):
-    """The same with everything that is left out for people."""
+    """JSON also has everything that the text omits."""
     path = tmp_path / "bridge.yaml"
     path.write_text(BRIDGE)
     main(["map", "info", str(path), "--json"])
@@ -186,7 +186,7 @@ def test_the_network_as_json(tmp_path, capsys):
     ids=["nothing", "one waypoint", "one place", "two parts", "only a drone"],
 )
 def test_odd_networks(world, tmp_path, capsys):
-    """Worlds with nothing to analyse are told about like any other."""
+    """Worlds without anything to analyze are not errors."""
     path = tmp_path / "odd.yaml"
     path.write_text(f"name: odd\n{world if world != '{}' else ''}")
 
@@ -195,12 +195,12 @@ def test_odd_networks(world, tmp_path, capsys):
 
 
 def test_the_policy_in_force(info):
-    """Programs read its name, and whether the file sets it."""
+    """JSON has its name, and whether it is the default."""
     assert {"policy": "free", "by_default": True} == info["traffic"]
 
 
 def test_the_policy_in_words(capsys):
-    """A line names it."""
+    """A line names the policy."""
     main(["map", "info", "cafe"])
 
     assert "traffic policy: priority" in capsys.readouterr().out.splitlines()

@@ -41,7 +41,7 @@ def plan(path, capsys):
 
 
 def test_legs_length_and_time(plan):
-    """A robot without a speed drives 1 m/s, and slower where a lane says so."""
+    """A robot without a speed drives 1 m/s, or slower on a lane with a limit."""
     code, trip = plan("home", "pharmacy")
 
     assert (0, ["home", "corner", "shelf"], 7.0, 10.0) == (code, trip["waypoints"], trip["length"], trip["duration"])
@@ -51,7 +51,7 @@ def test_legs_length_and_time(plan):
 
 
 def test_a_robot_drives_from_where_it_stands(plan):
-    """From a robot it is that robot that drives: its speed, its turns."""
+    """If FROM is a robot, its speed and its turns count."""
     _, trip = plan("eve", "shelf")
 
     assert ("eve", 2.0, 2.0) == (trip["robot"], trip["speed"], trip["turning"])
@@ -59,14 +59,14 @@ def test_a_robot_drives_from_where_it_stands(plan):
 
 
 def test_for_another_robot(plan):
-    """``--for`` says who drives."""
+    """``--for`` names the robot that drives."""
     _, trip = plan("corner", "home", "--for", "eve")
 
     assert ("eve", 2.0) == (trip["robot"], trip["duration"])
 
 
 def test_at_a_speed(plan):
-    """``--speed`` comes before the speed of a robot that stands there."""
+    """``--speed`` overrides the speed of a robot at FROM."""
     _, trip = plan("eve", "corner", "--speed", "4")
 
     assert (None, 1.0) == (trip["robot"], trip["duration"])
@@ -76,14 +76,14 @@ def test_at_a_speed(plan):
     ("words", "length"), [(("box", "corner"), 2.0), (("-3,4", "-3,-1"), 5.0), (("1,0", "1,0"), 0.0)]
 )
 def test_points_have_names_or_coordinates(plan, words, length):
-    """An item's place, negative coordinates, and no way at all."""
+    """FROM and TO may be items, negative coordinates, or the same point."""
     code, trip = plan(*words)
 
     assert (0, length) == (code, trip["length"])
 
 
-def test_for_people(path, capsys):
-    """A line for each leg, and one in all."""
+def test_text(path, capsys):
+    """Each leg is a line, followed by the total."""
     main(["map", "plan", path, "home", "shelf"])
 
     assert [
@@ -96,7 +96,7 @@ def test_for_people(path, capsys):
 
 @pytest.mark.parametrize(("goal", "code"), [("far", 208), ("30,0", 204), ("6.5,5.5", 206)])
 def test_no_route_is_1(path, capsys, goal, code):
-    """The planner's message and Nav2's code are told."""
+    """The error has the planner's message and Nav2's error code."""
     assert 1 == main(["map", "plan", path, "home", goal])
 
     assert capsys.readouterr().err.endswith(f"(error_code {code})\n")
@@ -111,7 +111,7 @@ def test_no_route_is_1(path, capsys, goal, code):
     ],
 )
 def test_no_start_is_1(path, capsys, start, error):
-    """No robot can stand there, even to stay; Nav2's error code blames the start."""
+    """A start where no robot can stand is an error with Nav2's code for the start."""
     assert 1 == main(["map", "plan", path, start, start])
 
     assert f"hmrsim: {error}\n" == capsys.readouterr().err
@@ -125,8 +125,8 @@ def test_a_coordinate_that_is_not_finite_is_2(path, capsys, ends):
     assert capsys.readouterr().err.endswith(" is not a point; expected X,Y of finite numbers, such as 1.5,-2\n")
 
 
-def test_all_unknown_names_are_told(path, capsys):
-    """Not the first only."""
+def test_each_unknown_name_is_a_line(path, capsys):
+    """Each unknown name is a line."""
     code = main(["map", "plan", path, "hom", "shel", "--for", "ev"])
 
     captured = capsys.readouterr()

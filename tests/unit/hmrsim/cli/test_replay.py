@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from hmrsim.cli import main, tracing
+from hmrsim.cli import main, trace_file
 
 WORLD = """\
 waypoints: {home: [0, 0], door: [4, 0]}
@@ -27,8 +27,8 @@ def trace(tmp_path, capsys):
     return path
 
 
-def test_a_replay_that_comes_out_the_same(trace, capsys):
-    """Exit 0, and how much was compared."""
+def test_an_identical_replay(trace, capsys):
+    """The exit code is 0, and the output says how much was compared."""
     code = main(["replay", str(trace)])
 
     assert 0 == code
@@ -36,7 +36,7 @@ def test_a_replay_that_comes_out_the_same(trace, capsys):
 
 
 def test_a_trace_that_was_cut_off(trace, capsys):
-    """It says so."""
+    """The output says that the trace is truncated."""
     trace.write_text(trace.read_text()[:-50])
     code = main(["replay", str(trace)])
 
@@ -44,7 +44,7 @@ def test_a_trace_that_was_cut_off(trace, capsys):
 
 
 def test_a_replay_that_differs(trace, capsys):
-    """Exit 1, and both lines with their number."""
+    """The exit code is 1, and both lines are shown with their number."""
     text = trace.read_text()
     trace.write_text(text.replace('"status":4', '"status":6', 1))
     code = main(["replay", str(trace)])
@@ -57,8 +57,8 @@ def test_a_replay_that_differs(trace, capsys):
     assert re.search(rf'^\+ +{number}  .*"status":4}}$', out, re.MULTILINE)
 
 
-def test_json_for_programs(trace, capsys):
-    """One object."""
+def test_json(trace, capsys):
+    """``--json`` prints one object."""
     code = main(["replay", str(trace), "--json"])
     told = json.loads(capsys.readouterr().out)
 
@@ -67,7 +67,7 @@ def test_json_for_programs(trace, capsys):
 
 
 def test_two_runs_have_one_trace(trace, tmp_path):
-    """Byte for byte."""
+    """Two runs write the same bytes."""
     again = tmp_path / "again.jsonl"
     main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(again)])
 
@@ -82,8 +82,8 @@ def test_two_runs_have_one_trace(trace, tmp_path):
         (b"\xff\xfe\n", "is not a trace: it is not text"),
     ],
 )
-def test_what_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
-    """Exit 2, one line with the file and why."""
+def test_another_file_is_wrong_use(tmp_path, capsys, content, why):
+    """The exit code is 2, with one line about the file."""
     path = tmp_path / "run.jsonl"
     if content is not None:
         path.write_bytes(content)
@@ -95,7 +95,7 @@ def test_what_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
 
 @pytest.mark.parametrize(("line", "most"), [(0, 5_000_000), (1, 1_000_000)])
 def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
-    """The first one, which has the world, may have more than others."""
+    """The first line, which has the world, may have more values."""
     lines = trace.read_text().splitlines(keepends=True)
     lines[line] = f'{{"kind":"x","x":[{"0," * most}0]}}\n'
     trace.write_text("".join(lines))
@@ -105,7 +105,7 @@ def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
 
 
 def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys):
-    """The version that the trace names."""
+    """Control characters in the version of a trace are escaped."""
     trace.write_text(trace.read_text().replace('"hmrsim":"', '"hmrsim":"\\u001b[2J', 1))
     main(["replay", str(trace)])
 
@@ -113,7 +113,7 @@ def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys)
 
 
 def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
-    """Exit 2, before anything runs."""
+    """The exit code is 2, before anything runs."""
     (tmp_path / "world.yaml").write_text(WORLD)
     code = main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(tmp_path / "no" / "run.jsonl")])
 
@@ -122,8 +122,8 @@ def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
 
 
 def test_a_line_without_end_is_not_read_into_memory(trace, capsys, monkeypatch):
-    """Its number and the limit are told, and nothing of the trace is left out instead."""
-    monkeypatch.setattr(tracing, "_MAX_CHARACTERS", 100)
+    """The error has the number of the line and the limit."""
+    monkeypatch.setattr(trace_file, "_MAX_CHARACTERS", 100)
 
     assert 2 == main(["replay", str(trace)])
     assert f"hmrsim: {trace}: line 1 has more than 100 characters\n" == capsys.readouterr().err

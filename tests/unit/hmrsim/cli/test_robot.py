@@ -21,25 +21,25 @@ DOCK = {"name": "charger", "tags": ["dock", "charger", "full", "docked:latte", "
 
 
 def state(*fixtures, **robot):
-    """Return what is said of a robot."""
+    """Return the state of a robot in the list."""
     ((*_, state),) = rows({"robots": [{**ROBOT, **robot}], "fixtures": fixtures})
     return state
 
 
 def test_the_other_columns():
-    """Of a robot without a type and a battery."""
+    """Missing values are dashes."""
     assert [("mocha", "-", "(1, 2.5)", "-", "idle")] == list(rows({"robots": [ROBOT], "fixtures": []}))
 
 
 def test_a_robot_queues_for_a_dock():
-    """Who is there, is told."""
+    """The state names the robots that are docked."""
     assert "dock_robot, queues for charger (docked there: latte)" == state(
         DOCK, goals=[{"action": "dock_robot", "status": 2}]
     )
 
 
 def test_a_robot_waits_for_others():
-    """On its way."""
+    """The state names the robots that block it."""
     blockers = ["latte, idle at counter since 8 s; it has nowhere to go", "chai, driving at hall"]
     assert "waits for latte, idle at counter since 8 s; it has nowhere to go; and for chai, driving at hall" == state(
         waits=True, waiting={"for": ["latte", "chai"], "blockers": blockers}
@@ -47,5 +47,5 @@ def test_a_robot_waits_for_others():
 
 
 def test_a_robot_waits_for_something_else():
-    """Such as a door."""
+    """The state says what it waits for, such as a door."""
     assert "waits: kitchen is locked" == state(waits=True, waiting={"why": "kitchen is locked"})

@@ -12,7 +12,7 @@ from hmrsim.cli import main
 
 @pytest.fixture
 def keys(tmp_path, capsys):
-    """Return a keystore that the command has made."""
+    """Return a keystore that the command has created."""
     path = tmp_path / "keys"
     assert main(["security", "create", str(path), "--controller", "nurses=wall_e,eve", "--host", "10.0.0.7"]) == 0
     capsys.readouterr()
@@ -20,7 +20,7 @@ def keys(tmp_path, capsys):
 
 
 def test_create_says_what_it_made_and_what_comes_next(tmp_path, capsys):
-    """Each enclave, how long it is valid, and the second command."""
+    """The output lists each enclave, its validity, and the next command."""
     path = tmp_path / "keys"
 
     assert main(["security", "create", str(path)]) == 0
@@ -30,7 +30,7 @@ def test_create_says_what_it_made_and_what_comes_next(tmp_path, capsys):
     assert f"next: hmrsim run WORLD --secure {path}" == third
 
 
-def test_create_makes_what_it_is_told(keys, capsys):
+def test_create_takes_controllers_and_hosts(keys, capsys):
     """Controllers by name, and further hosts, of which the first is in the configuration of ROS nodes."""
     assert main(["security", "renew", str(keys), "viewer", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -43,7 +43,7 @@ def test_create_makes_what_it_is_told(keys, capsys):
 
 
 def test_a_second_create_changes_nothing(keys, capsys):
-    """It is wrong use, in one line."""
+    """A second ``create`` is wrong use."""
     assert main(["security", "create", str(keys)]) == 2
     assert f"hmrsim: {keys} exists; name another folder, or replace the keystore there with --force\n" == (
         capsys.readouterr().err
@@ -83,7 +83,7 @@ def test_add_and_revoke_say_that_the_simulator_has_to_be_restarted(keys, capsys)
     ],
 )
 def test_wrong_use_is_one_line(keys, capsys, words, text):
-    """It says what would do."""
+    """The line says what is expected."""
     assert main(["security", *(word.replace("DIR", str(keys)) for word in words)]) == 2
     error = capsys.readouterr().err.replace(str(keys), "DIR")
 
@@ -92,7 +92,7 @@ def test_wrong_use_is_one_line(keys, capsys, words, text):
 
 
 def test_a_missing_package_is_named(tmp_path, capsys, monkeypatch):
-    """The extra that has it is in the error."""
+    """The error names the optional dependency."""
     for name in [name for name in sys.modules if name.startswith(("hmrsim_zenoh.security", "hmrsim.cli.security"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
@@ -104,7 +104,7 @@ def test_a_missing_package_is_named(tmp_path, capsys, monkeypatch):
 
 
 def test_explain_needs_no_folder_where_the_environment_names_one(keys, capsys, monkeypatch):
-    """As all commands do."""
+    """``HMRSIM_SECURE`` is the default keystore."""
     monkeypatch.setenv("HMRSIM_SECURE", str(keys))
 
     assert main(["security", "explain", "hmrsim/eve/odom", "viewer"]) == 0

@@ -42,8 +42,8 @@ def simulate(capsys):
     return run
 
 
-def test_the_summary_tells_of_every_script(simulate, rooms):
-    """A line a script, then the goals, the simulated and the wall time."""
+def test_the_summary_has_every_script(simulate, rooms):
+    """Each script is a line, followed by the goals, the simulated time and the wall time."""
     code, out, _ = simulate(rooms)
 
     lines = out.splitlines()
@@ -54,7 +54,7 @@ def test_the_summary_tells_of_every_script(simulate, rooms):
 
 
 def test_json_is_one_object(simulate, rooms):
-    """All that the table says, for programs."""
+    """JSON has the content of the table."""
     _, out, _ = simulate(rooms, "--json", "--seed", 5)
 
     summary = json.loads(out)
@@ -64,8 +64,8 @@ def test_json_is_one_object(simulate, rooms):
     ]
 
 
-def test_a_script_that_fails_is_told_and_ends_with_1(simulate, rooms):
-    """The order, and why the robot could not."""
+def test_a_script_that_fails_ends_with_1(simulate, rooms):
+    """The summary names the order and the error."""
     rooms.write_text(ROOMS.replace("Grab medicine", "Grab anvil"))
     code, out, _ = simulate(rooms)
 
@@ -75,7 +75,7 @@ def test_a_script_that_fails_is_told_and_ends_with_1(simulate, rooms):
 
 
 def test_a_script_that_is_not_done_in_time_ends_with_1(simulate, rooms):
-    """The robot is on its way still."""
+    """The robot is still driving."""
     code, out, _ = simulate(rooms, "--duration", 5)
 
     assert 1 == code
@@ -84,7 +84,7 @@ def test_a_script_that_is_not_done_in_time_ends_with_1(simulate, rooms):
 
 
 def test_a_world_without_scripts_says_so(simulate, rooms):
-    """Nothing is to be done, and nothing was."""
+    """A note says that nothing was done."""
     rooms.write_text(ROOMS[: ROOMS.index(", script")] + "}\n")
     code, out, err = simulate(rooms)
 
@@ -93,8 +93,8 @@ def test_a_world_without_scripts_says_so(simulate, rooms):
     assert "0 of 0 scripts done; goals: none" in out
 
 
-def test_a_script_that_makes_no_sense_is_refused(simulate, rooms):
-    """With file, line, value and what would do."""
+def test_an_invalid_script_is_an_error(simulate, rooms):
+    """The error has file, line, value and what is expected."""
     rooms.write_text(ROOMS.replace("Go shelf", "Go shelv"))
     code, out, err = simulate(rooms)
 
@@ -103,13 +103,13 @@ def test_a_script_that_makes_no_sense_is_refused(simulate, rooms):
 
 
 def test_robots_and_items_can_be_added(simulate, rooms):
-    """A place for what the file lacks."""
+    """``--robot`` and ``--item`` add to the world."""
     code, _, _ = simulate(rooms, "--robot", "burn_e@3,2:fetcher", "--item", "letter@3,2.1")
 
     assert 0 == code
 
 
-def test_goals_are_logged_when_asked_for(simulate, rooms):
+def test_goals_are_logged_on_request(simulate, rooms):
     """Each goal's acceptance and end, and each event, is a line on stderr; the summary alone is on stdout."""
     _, out, err = simulate(rooms, "--log-level", "info", "--json")
 
@@ -125,7 +125,7 @@ def test_goals_are_logged_when_asked_for(simulate, rooms):
 
 
 def test_it_ends_with_the_last_script(simulate, rooms):
-    """A duration is the most that there may be."""
+    """The duration is an upper limit."""
     code, out, _ = simulate(rooms, "--duration", 600)
 
     assert 0 == code
@@ -133,7 +133,7 @@ def test_it_ends_with_the_last_script(simulate, rooms):
 
 
 def test_a_strict_run_needs_all_plugins(simulate, rooms, monkeypatch):
-    """One that was left out is an error on one line; nothing is done, and no trace is written."""
+    """A plugin that can't be loaded is an error of one line; nothing runs, and no trace is written."""
     monkeypatch.setattr(plugins, "_left_out", [PluginError("dance: can't be imported: oops")])
     trace = rooms.with_name("trace.jsonl")
 

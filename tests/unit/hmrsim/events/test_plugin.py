@@ -13,8 +13,8 @@ from mcap.reader import make_reader
 
 from hmrsim import events, plugins
 from hmrsim.actions import registry as actions
-from hmrsim.cli.rosout import told
-from hmrsim.cli.run_log import EventLog
+from hmrsim.cli.event_log import EventLog
+from hmrsim.cli.recording import rosout
 from hmrsim.faults import registry as faults
 from hmrsim.protocol.time import TimeState
 from hmrsim.report import of_recording, of_trace, report_of
@@ -97,7 +97,7 @@ def test_they_are_recorded(simulator, tmp_path):
         made = []
 
         def recording(run):
-            made.append(RecordingSink(run, Recorder(file, told), lambda: NOW, clock_rate=1.0))
+            made.append(RecordingSink(run, Recorder(file, rosout), lambda: NOW, clock_rate=1.0))
             return made
 
         simulator(watchers=recording).run_scripts()

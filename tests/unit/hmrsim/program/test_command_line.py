@@ -1,4 +1,4 @@
-"""Options from the environment."""
+"""Parsers whose options are also read from the environment."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ def test_the_environment_comes_before_the_default(parser, monkeypatch):
 
 @pytest.mark.parametrize("words", [["--seed", "3"], ["--seed=3"]], ids=" ".join)
 def test_the_command_line_comes_before_the_environment(parser, monkeypatch, words):
-    """What is on the line wins, however bad the variable."""
+    """The command line wins, even over an invalid variable."""
     monkeypatch.setenv("HMRSIM_SEED", "many")
 
     assert 3 == parser.parse_args([*NEEDED, *words]).seed
 
 
 def test_an_empty_variable_is_none(parser, monkeypatch):
-    """It leaves the default."""
+    """An empty variable leaves the default."""
     monkeypatch.setenv("HMRSIM_SEED", "")
 
     assert 7 == parser.parse_args(NEEDED).seed
 
 
-def test_what_can_be_repeated_takes_commas(parser, monkeypatch):
-    """Several values have commas between; spaces don't matter."""
+def test_repeatable_options_take_commas(parser, monkeypatch):
+    """Several values are separated by commas; spaces are ignored."""
     monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1, tcp/b:2,")
 
     assert ["tcp/a:1", "tcp/b:2"] == parser.parse_args(NEEDED).connect
@@ -64,7 +64,7 @@ def test_the_command_line_does_not_add_to_the_environment(parser, monkeypatch):
 
 
 def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
-    """What must be given may be given so."""
+    """A required option may be set by its variable."""
     monkeypatch.setenv("HMRSIM_NAMES", "a,b")
 
     assert ["a", "b"] == parser.parse_args([]).names
@@ -79,7 +79,7 @@ def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
     ],
 )
 def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
-    """One line with the variable, its value and what would do; the exit code is 2."""
+    """The error has the variable, its value and what is expected; the exit code is 2."""
     monkeypatch.setenv(variable, value)
 
     with pytest.raises(SystemExit, match="2"):
@@ -107,13 +107,13 @@ def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, e
     ],
 )
 def test_wrong_use_is_one_line(parser, capsys, words, error):
-    """It says what is wrong and where to read on, whatever was typed; the exit code is 2."""
+    """The line names the error and the help; the exit code is 2."""
     with pytest.raises(SystemExit, match="2"):
         parser.parse_args(words)
     assert error == capsys.readouterr().err
 
 
-def test_a_command_refuses_what_it_does_not_know(capsys):
+def test_a_command_rejects_unknown_arguments(capsys):
     """The help of the command has its options, not that of the program."""
     program = CommandParser(prog="prog")
     program.add_subparsers().add_parser("run")
@@ -132,8 +132,8 @@ def test_help_comes_whatever_the_environment_says(parser, monkeypatch, capsys):
     assert capsys.readouterr().out.startswith("usage: prog")
 
 
-def test_what_is_of_one_run_has_no_variable(parser, monkeypatch):
-    """A robot that a forgotten variable adds would surprise."""
+def test_per_run_options_have_no_variable(parser, monkeypatch):
+    """A leftover variable must not add a robot."""
     monkeypatch.setenv("HMRSIM_ROBOT", "eve@1,2")
     monkeypatch.setenv("HMRSIM_JSON", "1")
 
@@ -141,13 +141,13 @@ def test_what_is_of_one_run_has_no_variable(parser, monkeypatch):
     assert ([], False) == (args.robot, args.json)
 
 
-def test_a_point_is_no_option(parser):
+def test_a_point_is_not_an_option(parser):
     """Negative coordinates can be typed as they are."""
     assert "-3,4.5" == parser.parse_args([*NEEDED, "--seed", "1", "-3,4.5"]).place
 
 
 def test_the_name_of_a_variable():
-    """It is the option in capitals, with underscores."""
+    """The variable is the option in capitals, with underscores."""
     action = argparse.ArgumentParser().add_argument("-f", "--feedback-rate")
 
     assert "HMRSIM_FEEDBACK_RATE" == variable_of(action)

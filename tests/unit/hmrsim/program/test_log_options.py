@@ -1,4 +1,4 @@
-"""How much a command logs."""
+"""The log level of a command."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ def parser():
 
 @pytest.mark.parametrize(("words", "level"), [([], logging.WARNING), (["--log-level", "debug"], logging.DEBUG)])
 def test_levels_are_those_of_logging(parser, words, level):
-    """The default is to warn only."""
+    """The default is warnings."""
     assert level == log_level(parser.parse_args(words))
 
 
 def test_the_environment_says_the_level(parser, monkeypatch):
-    """``HMRSIM_LOG_LEVEL`` stands for the option."""
+    """``HMRSIM_LOG_LEVEL`` sets the option."""
     monkeypatch.setenv("HMRSIM_LOG_LEVEL", "error")
 
     assert logging.ERROR == log_level(parser.parse_args([]))
 
 
-def test_what_is_grave_enough_goes_to_stderr(parser, capsys):
-    """What is below the level is not written; afterwards nothing is."""
+def test_records_at_the_level_go_to_stderr(parser, capsys):
+    """Records below the level are omitted, and all records after the context."""
     log = logging.getLogger("hmrsim_zenoh.some_module")
     with logging_to_stderr(parser.parse_args(["--log-level", "info"])):
         log.debug("too small")
@@ -44,7 +44,7 @@ def test_what_is_grave_enough_goes_to_stderr(parser, capsys):
 
 
 def test_a_long_line_is_cut_where_it_says_so():
-    """Whatever clients have sent; the lines of a traceback stay as they are."""
+    """Only long lines are truncated, not the other lines of a traceback."""
     record = logging.LogRecord("hmrsim", logging.INFO, __file__, 1, "first\n%s\nlast", ("x" * 3000,), None)
 
     assert f"first\n{'x' * 2000} … (3000 characters)\nlast" == LineFormatter("%(message)s").format(record)

@@ -1,4 +1,4 @@
-"""Signals as calls."""
+"""Handling of signals."""
 
 import queue
 import signal
@@ -12,7 +12,7 @@ from tests.patience import PATIENCE
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_is_heard_while_the_main_thread_waits(number):
-    """Also one that does not interrupt it: it came to another thread, or just before the wait."""
+    """This includes signals to another thread, and signals just before the wait."""
     heard: queue.SimpleQueue[int] = queue.SimpleQueue()
     waits = threading.Event()
 
@@ -28,7 +28,7 @@ def test_a_signal_is_heard_while_the_main_thread_waits(number):
 
 
 def test_the_inner_of_two_hears_and_then_the_outer():
-    """The start of a program ends it by a signal, until what it starts has a way of its own."""
+    """The handler of the program's start is replaced by that of its command."""
     outer: queue.SimpleQueue[int] = queue.SimpleQueue()
     inner: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(outer.put):
@@ -42,7 +42,7 @@ def test_the_inner_of_two_hears_and_then_the_outer():
 
 
 def test_handlers_are_as_before():
-    """At the end of the context."""
+    """The handlers are restored at the end of the context."""
     before = [signal.getsignal(number) for number in SIGNALS]
     with on_signals(lambda _number: None):
         pass

@@ -1,4 +1,4 @@
-"""The place of an error in the code of users."""
+"""The place of an error in users' code."""
 
 from __future__ import annotations
 
@@ -23,5 +23,5 @@ HELPER = ("/home/ada/helper.py", 9)
     ],
 )
 def test_the_place_is_the_innermost_one_of_the_users_code(frames, expected):
-    """Where there is none, the innermost one; without frames, none."""
+    """Without such a frame, it is the innermost frame; without frames, there is no place."""
     assert expected == place_in(frames)

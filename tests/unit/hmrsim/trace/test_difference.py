@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.first_difference import difference_from
+from hmrsim.cli.trace_file import difference_from
 from hmrsim.trace.difference import first_difference
 
 WAS = '{"kind":"header"}\n{"kind":"status","robot":"eve","stamp":{"nanosec":500000000,"sec":3},"status":4}\n'

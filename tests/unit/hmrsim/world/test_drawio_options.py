@@ -6,7 +6,7 @@ import argparse
 
 import pytest
 
-from hmrsim.cli.world_options import add_world_options
+from hmrsim.cli.options import add_world_options
 from hmrsim.cli.worlds import read_world
 from hmrsim.errors import WorldError
 from hmrsim.world import ReadOptions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.rosout import told
+from hmrsim.cli.recording import rosout
 from hmrsim.protocol.time import TimeState
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
@@ -20,7 +20,7 @@ def recorded(file, world=None, *, rate=10.0):
     made = []
 
     def recording(simulator):
-        made.append(RecordingSink(simulator, Recorder(file, told), lambda: STATE, clock_rate=rate))
+        made.append(RecordingSink(simulator, Recorder(file, rosout), lambda: STATE, clock_rate=rate))
         return made
 
     run = simulate(world, watchers=recording, clock_rate=rate)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 import zenoh
 
-from hmrsim.cli.rosout import told
+from hmrsim.cli.recording import rosout
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World
@@ -58,7 +58,7 @@ class Listening:
         self.path = path
         self.link = Link()
         self.file = RecordingFile(path, reproducible=True)
-        self.listener = listener.Listener(self.link, Recorder(self.file, told))
+        self.listener = listener.Listener(self.link, Recorder(self.file, rosout))
         simulator = Simulator(World.model_validate(SMALL_WORLD))
         definition = {"world": {"world_resource": {"resource_string": json.dumps(SMALL_WORLD)}}}
         self.answers = {

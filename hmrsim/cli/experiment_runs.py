@@ -1,0 +1,262 @@
+"""``hmrsim experiment check``, ``run`` and ``again``: checking an experiment, making its runs, and repeating one."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
+from hmrsim.cli.trace_file import difference_from
+from hmrsim.errors import ResultsError
+from hmrsim.experiments.comparing import withdrawal
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.results.store import FILE, TRACES, Results
+from hmrsim.experiments.running.campaign import Campaign, Progress
+from hmrsim.experiments.running.checking import check_file
+from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.program.files import check_outputs, write_text
+from hmrsim.settings.run import RunSettings
+from hmrsim.trials.executors import factory_of
+from hmrsim_zenoh.hosting.served_simulation import unwatched
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.experiments.file.plan import Plan
+    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.statistics.verdicts import Comparison
+
+_PERIOD: Final = 60.0
+"""Wall seconds between two lines of progress without a terminal."""
+
+
+def check(args: argparse.Namespace) -> int:
+    """Check an experiment; return the exit code."""
+    plan = _checked(args)
+    show_result(_facts(plan), _summary(plan), as_json=args.json)
+    return ExitCode.DONE
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make the runs of an experiment; return the exit code."""
+    make, workers = factory_of(args.executor, args.jobs)
+    plan = _checked(args)
+    folder = args.output or Path(plan.file.name)
+    with Results.create(folder, plan) as results:
+        display = _JsonDisplay() if args.json else _TextDisplay(folder)
+        campaign = Campaign(plan, results, make, workers, display.update)
+        if campaign.progress.done and not args.json:
+            warn(f"{folder}: continues; {campaign.progress.done} of {campaign.progress.expected} runs have results")
+        try:
+            progress = campaign.run()
+        except KeyboardInterrupt:
+            display.end(campaign.progress, {})
+            done = f"{campaign.progress.done:,} of {campaign.progress.expected:,} runs have results"
+            warn(f"interrupted; {done}, and the same command continues")
+            return ExitCode.INTERRUPTED
+        comparisons = campaign.comparisons()
+        display.end(progress, comparisons)
+        if not args.json:
+            _sum_up(folder, plan, results, progress)
+            for name, comparison in comparisons.items():
+                show(_decision(plan, name, comparison))
+    return ExitCode.DONE
+
+
+def _checked(args: argparse.Namespace) -> Plan:
+    plan, warnings = check_file(args.file, args.variant)
+    for problem in warnings:
+        warn(f"warning: {problem}")
+    return plan
+
+
+def _facts(plan: Plan) -> dict[str, object]:
+    replications = plan.file.replications
+    return {
+        "name": plan.file.name,
+        "hash": plan.hash,
+        "scenarios": len(plan.scenarios),
+        "treatments": [*plan.treatments],
+        "replications": {"min": replications.min, "max": replications.max},
+        "runs": {"min": _count(plan, replications.min), "max": _count(plan, replications.max)},
+        "measures": [*plan.file.measures],
+    }
+
+
+def _count(plan: Plan, replications: int) -> int:
+    return len(plan.scenarios) * len(plan.treatments) * replications
+
+
+def _summary(plan: Plan) -> str:
+    replications = plan.file.replications
+    most = _count(plan, replications.max)
+    least = _count(plan, replications.min) if replications.until else most
+    runs = f"{most:,} runs" if least == most else f"{least:,} to {most:,} runs"
+    return (
+        f"{plan.file.name}: {runs}: {counted(len(plan.scenarios), 'scenarios')}, "
+        f"{counted(len(plan.treatments), 'treatments')} ({', '.join(plan.treatments)})"
+    )
+
+
+def _sum_up(folder: Path, plan: Plan, results: Results, progress: Progress) -> None:
+    seconds = time.monotonic() - progress.began
+    pace = f", {progress.made / seconds:,.1f} runs/s" if progress.made else ""
+    show(f"{plan.file.name}: {progress.done:,} runs, {progress.made:,} of them now in {seconds:.1f} s{pace}")
+    for ending, count in results.count("ending").items():
+        show(f"  {ending}: {count:,}")
+    if plan.file.keep.coverage:
+        show(f"coverage: `bt-controller coverage {folder}/coverage_TREATMENT.json` for each treatment with a tree")
+    show(f"results: {folder / FILE}; `hmrsim experiment show {folder}`, `hmrsim experiment report {folder}`")
+
+
+def _decision(plan: Plan, name: str, comparison: Comparison) -> str:
+    """Return the verdict that decided the number of replications."""
+    until, pairs = plan.file.replications.until, comparison.difference.n
+    first, measure = next(iter(plan.treatments)), until.measure if until else ""
+    after = f"{pairs:,}" if comparison.decided_after is None else f"{comparison.decided_after:,} of {pairs:,}"
+    text = f"{measure} of {name} compared with {first}: {comparison.verdict} after {after} pairs"
+    return f"{text}; {withdrawal(comparison)}" if comparison.withdrawn else text
+
+
+class _TextDisplay:
+    """Shows progress, on one line of a terminal or once a minute, and the first run that crashed or hung."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._line = ProgressLine(_PERIOD)
+        self._mishap_shown = False
+
+    def update(self, progress: Progress) -> None:
+        """Show the progress, and the first run that crashed or hung."""
+        if progress.mishap is not None and not self._mishap_shown:
+            self._mishap_shown = True
+            self._show_mishap(progress.mishap)
+        self._line.report(lambda: _text(progress))
+
+    def end(self, _progress: Progress, _comparisons: Mapping[str, Comparison]) -> None:
+        """Clear the line."""
+        self._line.show()
+
+    def _show_mishap(self, row: Row) -> None:
+        self._line.show()
+        cause = f": {row.cause}" if row.cause else ""
+        warn(f"warning: run {row.run.number} ({row.run.treatment}) {row.ending}{cause}")
+        warn(f"  hmrsim experiment show {self._folder} {row.run.number}")
+
+
+class _JsonDisplay:
+    """Prints progress as JSON."""
+
+    def update(self, progress: Progress) -> None:
+        """Print a line."""
+        show_json(_counts(progress))
+
+    def end(self, progress: Progress, comparisons: Mapping[str, Comparison]) -> None:
+        """Print the last line."""
+        verdicts = {
+            name: {"verdict": each.verdict, "decided_after": each.decided_after, "withdrawn": [*each.withdrawn]}
+            for name, each in comparisons.items()
+        }
+        show_json({**_counts(progress), "over": True, **({"verdicts": verdicts} if verdicts else {})})
+
+
+def _counts(progress: Progress) -> dict[str, int]:
+    return {"done": progress.done, "expected": progress.expected, "failed": progress.failed.total()}
+
+
+def _text(progress: Progress) -> str:
+    left = progress.seconds_left
+    time_left = "" if left is None else f", {_duration(left)} left"
+    share = f"{progress.done / progress.expected:.0%}" if progress.expected else ""
+    failed = "".join(f", {count:,} {ending}" for ending, count in progress.failed.most_common())
+    return f"{progress.done:,} of {progress.expected:,} runs ({share}){failed}{time_left}"
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
+
+
+def again(args: argparse.Namespace) -> int:
+    """Repeat a run, and check that the result is the same; return the exit code."""
+    from hmrsim.cli.recording import recorded
+
+    with Results(args.results) as results:
+        before = next(results.rows(where={"number": args.run}), None)
+        plan = _plan(results, args.results)
+    outputs = [("--trace", args.trace), ("--report", args.report), ("--record", args.record)]
+    check_outputs(outputs, [plan.path, args.results / FILE])
+    run = plan.run_of(args.run)
+    if run is None:
+        raise ResultsError(f"{args.results}: there is no run {args.run}")
+    with ExitStack() as stack:
+        settings = RunSettings(clock="lockstep")
+        watchers = stack.enter_context(recorded(args.record, settings)) if args.record else unwatched
+        row = execute_run(_traced(plan), run, watchers)
+    if args.trace:
+        write_text("--trace", args.trace, row.trace)
+    if args.report and row.trace:
+        from hmrsim.report import of_trace
+        from hmrsim.report.compile import report_of
+        from hmrsim.report.page import page_of
+
+        (source,) = of_trace(lambda: row.trace.splitlines(keepends=True), section=1)
+        write_text("--report", args.report, page_of(report_of(source), source.definition))
+    now = _outcome(plan, row)
+    different = [name for name, value in now.items() if before and name != "cause" and before[name] != value]
+    facts = {"run": args.run, **now, "same": not different}
+    show_result(facts, (f"{name}: {value}" for name, value in now.items()), as_json=args.json)
+    if before is None:
+        warn(f"run {args.run} has no result yet to compare with")
+        return ExitCode.DONE
+    for name in different:
+        warn(f"{name} was {before[name]!r} and is {now[name]!r} now")
+    if different:
+        warn(difference_from(_kept(args.results, args.run), row.trace, _trace_of, args.results, args.run))
+    return ExitCode.FAILED if different else ExitCode.DONE
+
+
+def _kept(folder: Path, number: int) -> str:
+    """Return the kept trace of a run; empty if none was kept."""
+    try:
+        return (folder / TRACES / f"{number}.jsonl").read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _trace_of(folder: Path, number: int) -> str:
+    """Repeat a run and return its trace."""
+    with Results(folder) as results:
+        plan = _plan(results, folder)
+    run = plan.run_of(number)
+    return "" if run is None else execute_run(_traced(plan), run).trace
+
+
+def _traced(plan: Plan) -> Plan:
+    """Return the plan with all traces kept."""
+    keep = plan.file.keep.model_copy(update={"traces": "all"})
+    file = plan.file.model_copy(update={"keep": keep})
+    return replace(plan, file=file)
+
+
+def _plan(results: Results, folder: Path) -> Plan:
+    about = results.about
+    plan = read_plan(about["path"], about["variant"])
+    if plan.hash != about["hash"]:
+        was = f"`hmrsim experiment show {folder} --file` prints it"
+        raise ResultsError(
+            f"{about['path']}: has changed since these results; repeat them, or take the file as it was ({was})"
+        )
+    return plan
+
+
+def _outcome(plan: Plan, row: Row) -> dict[str, Any]:
+    levels = plan.scenarios[row.run.scenario]
+    judged = {"ending": row.ending, "cause": row.cause, "at": row.at}
+    return {"treatment": row.run.treatment, "seed": row.run.seed, **levels, **judged, **row.measures}

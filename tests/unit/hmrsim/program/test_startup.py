@@ -1,0 +1,63 @@
+"""Commands load what they work with when they run, not for ``--help``."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from functools import partial
+
+import pytest
+
+import bt_controller.cli
+import hmrsim.cli.entry
+from hmrsim.program.command_line import Later
+
+HELP_OF_ALL = """
+import contextlib, io, sys
+from {package} import _COMMANDS, main
+with contextlib.redirect_stdout(io.StringIO()):
+    for command in ([], *([name] for name in _COMMANDS)):
+        with contextlib.suppress(SystemExit):
+            main([*command, "--help"])
+print(sorted({heavy} & {{*sys.modules}}))
+"""
+
+
+def postponed(parser):
+    """Yield the functions that a program's commands import later."""
+    if hasattr(parser, "load"):
+        parser.load()
+    yield from parser._defaults.values()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from postponed(command)
+        elif isinstance(action.type, partial):
+            yield from action.type.args
+        else:
+            yield action.type
+
+
+@pytest.mark.parametrize(
+    ("package", "heavy"),
+    [
+        ("hmrsim.cli.entry", {"mcap", "networkx", "py_trees", "rich", "simpy", "starlette"}),
+        ("bt_controller.cli", {"networkx", "py_trees", "pydantic", "rich", "simpy", "yaml", "zenoh"}),
+    ],
+)
+def test_help_loads_nothing_that_a_command_works_with(package, heavy):
+    """No simulation, display or writer of files is loaded."""
+    program = HELP_OF_ALL.format(package=package, heavy=heavy)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert "[]\n" == done.stdout
+
+
+@pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
+def test_later_functions_exist(program):
+    """Each name refers to a function."""
+    later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
+
+    assert len(later) > 2
+    assert all(callable(found.loaded()) for found in later)
