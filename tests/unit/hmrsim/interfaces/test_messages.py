@@ -323,5 +323,5 @@ def test_import_builds_nothing() -> None:
 @pytest.mark.parametrize("kind", [int, str, list[int], dict[str, float], float | None])
 def test_a_field_of_no_type_of_ros_is_refused(kind):
     """By the class itself, rather than when ROS is to be told of it."""
-    with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' is of no type that ROS has; use a Message, or one of"):
+    with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' has no ROS type; use a Message, or one of"):
         type("Odd", (Message,), {"__annotations__": {"x": kind}, "__module__": "odd_msgs"})
