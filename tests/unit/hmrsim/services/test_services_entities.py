@@ -13,7 +13,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.services import registry
-from hmrsim.services._pattern import PatternError, compiled
+from hmrsim.services._entities import PatternError, compiled
 
 GOAL = "a" * 32
 EVERYBODY = ["wall_e", "eve", "cart", "parcel", "anvil", "letter"]
