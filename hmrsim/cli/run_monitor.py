@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.worlds import show_findings
 from hmrsim.engine.sim_time import stamp
-from hmrsim.events.properties import PropertyViolated
+from hmrsim.events.simulation import PropertyViolated
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties import Ended, Monitor, MonitorSink, check_properties, read_properties
 from hmrsim.protocol.outputs import EventStamped

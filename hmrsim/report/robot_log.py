@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from hmrsim.report.track import Track
 
 if TYPE_CHECKING:
-    from hmrsim.events.entities import Deleted, Spawned, Teleported
-    from hmrsim.events.simulation import SimulationReset, WorldLoaded
+    from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
 
 
 @dataclass

@@ -9,7 +9,7 @@ from hmrsim.events import traffic as events
 from hmrsim.report.goal_record import WaitRecord
 
 if TYPE_CHECKING:
-    from hmrsim.events.docks import Docked, DockQueued
+    from hmrsim.events.robots import Docked, DockQueued
     from hmrsim.report.robot_log import RobotLog
 
 

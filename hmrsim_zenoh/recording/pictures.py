@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
-from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening
+from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.interfaces.visualization_msgs import Marker
 from hmrsim.world.model import Solid, World

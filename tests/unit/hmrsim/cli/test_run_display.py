@@ -6,8 +6,8 @@ import logging
 from types import SimpleNamespace
 
 from hmrsim.cli.run_display import LogDisplay
-from hmrsim.events.batteries import BatteryEmpty
-from hmrsim.events.doors import DoorOpening
+from hmrsim.events.facilities import DoorOpening
+from hmrsim.events.robots import BatteryEmpty
 from hmrsim.protocol.outputs import EventStamped
 from tests.shipped import shipped
 

@@ -10,8 +10,8 @@ import pytest
 
 from hmrsim.cli.run_log import EventLog, Later, LogLines
 from hmrsim.events import Severity
-from hmrsim.events.batteries import BatteryEmpty
-from hmrsim.events.doors import DoorOpening
+from hmrsim.events.facilities import DoorOpening
+from hmrsim.events.robots import BatteryEmpty
 from hmrsim.events.traffic import Deadlock, Rerouted, Waiting
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait

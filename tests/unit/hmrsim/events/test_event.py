@@ -8,7 +8,7 @@ import pickle
 import pytest
 
 from hmrsim.events import Severity, UnknownEvent, from_json
-from hmrsim.events.doors import DoorOpened, DoorOpening
+from hmrsim.events.facilities import DoorOpened, DoorOpening
 from hmrsim.events.faults import FaultMissed
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.traffic import Deadlock, MadeRoom, Waiting

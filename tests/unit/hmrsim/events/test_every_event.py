@@ -8,8 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from hmrsim import events
-from hmrsim.events import Event, registry
-from hmrsim.events import _flaws as flaws
+from hmrsim.events import Event, _registry, registry
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -100,10 +99,10 @@ def test_flaws_are_found(monkeypatch):
     ):
         robot: str
 
-    monkeypatch.setattr(flaws, "registry", lambda: {"bad": Bad})
-    monkeypatch.setattr(flaws, "_concrete", lambda _event: [Bad])
+    monkeypatch.setattr(_registry, "registry", lambda: {"bad": Bad})
+    monkeypatch.setattr(_registry, "_concrete", lambda _event: [Bad])
     found = [*events.flaws()]
-    monkeypatch.setattr(flaws, "registry", dict)
+    monkeypatch.setattr(_registry, "registry", dict)
 
     assert [
         "has no docstring",
@@ -111,7 +110,7 @@ def test_flaws_are_found(monkeypatch):
         "is shown with 'nothing', which is not one of its fields",
         "is shown with a format 'loud', which does not exist",
         "has the severity 'dreadful', which does not exist",
-        "changes 'mood', which is no part of a picture",
+        "changes 'mood', which is no part of a scene",
         "sets 'robot', which is a field of it",
     ] == [line.rpartition("Bad: ")[2] for line in found]
     assert [f"{__name__}: Bad is not in EVENTS"] == [*events.flaws()]

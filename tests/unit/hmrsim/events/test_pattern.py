@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from hmrsim.events import EventPattern
 from hmrsim.events.goals import GoalStatusChanged, SendGoalRejected
-from hmrsim.events.items import ItemPicked
+from hmrsim.events.robots import ItemPicked
 from hmrsim.events.traffic import LaneClosed
 
 
