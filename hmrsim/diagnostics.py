@@ -57,11 +57,14 @@ def problems_of(findings: Iterable[Finding], file: str, line_of: Callable[[Path]
         file: The file as the user named it.
         line_of: Returns the line that a path leads to.
     """
-    problems = [
-        Problem(file, dotted(each.path), each.message, each.line or line_of(each.path), each.value, each.severity)
-        for each in findings
-    ]
+    problems = [problem_of(finding, file, line_of) for finding in findings]
     return sorted(problems, key=lambda problem: problem.line or 0)
+
+
+def problem_of(finding: Finding, file: str, line_of: Callable[[Path], int | None]) -> Problem:
+    """Return a finding as a problem of a file; see `problems_of`."""
+    line = finding.line or line_of(finding.path)
+    return Problem(file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
 
 
 def warning(path: Path, message: str, value: object = None) -> Finding:

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from hmrsim.cli.exits import WrongUse
 from hmrsim.diagnostics import dotted, shown
-from hmrsim.world import yaml_text
+from hmrsim.documents import yaml_text
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -43,7 +43,7 @@ def read_yaml(text: str, noun: str = "goal") -> object:
         WrongUse: It is not YAML, or has a key twice.
     """
     try:
-        data, _, findings = yaml_text.read(text)
+        data, _, findings = yaml_text.read_yaml(text)
     except yaml_text.Unreadable as error:
         raise WrongUse(f"{noun}: {error}; expected a mapping such as '{{target_name: coffee}}'") from None
     if findings:

@@ -12,10 +12,10 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.map_network_text import counted, lines
 from hmrsim.cli.output import show, show_json
 from hmrsim.cli.worlds import policy_line, read_world
+from hmrsim.documents.document import read_text
 from hmrsim.drawing import extent
 from hmrsim.errors import printable
 from hmrsim.geometry import distance
-from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
 if TYPE_CHECKING:

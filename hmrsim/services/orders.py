@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import dotted, instead, shown
+from hmrsim.documents.validation import explain
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.hmrsim_msgs import GetOrders, PlaceOrder
@@ -15,7 +16,6 @@ from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import OK, Service, failed
 from hmrsim.simulation.orders import OrderState
 from hmrsim.world.model import Demand
-from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.documents.validation import explain
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
@@ -21,7 +22,6 @@ from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.batteries import check_batteries
 from hmrsim.world_checks.demand import check_demand
 from hmrsim.world_checks.docks import check_docks, check_ways_to_docks
-from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.facilities import check_fixtures, check_lanes_through_doors
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import check_lanes, lane_ends

@@ -15,10 +15,10 @@ from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
+from hmrsim.documents.validation import explain
 from hmrsim.faults import SUBJECTS, registry
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
-from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from hmrsim.events import EventPattern

@@ -4,16 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding
-from hmrsim.world.model import World
-from hmrsim.world_checks.explain import explain
+from hmrsim.documents.validation import explain
+from hmrsim.world.model import (
+    Base,
+    Demand,
+    Dock,
+    Door,
+    FaultEntry,
+    Item,
+    Lane,
+    Lift,
+    Place,
+    RobotSpec,
+    RobotType,
+    Solid,
+    Waypoint,
+    World,
+)
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
+
+_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
+    (): World,
+    ("lanes", "*"): Lane,
+    ("walls", "*"): Solid,
+    ("waypoints", "*"): Waypoint,
+    ("places", "*"): Place,
+    ("docks", "*"): Dock,
+    ("doors", "*"): Door,
+    ("lifts", "*"): Lift,
+    ("items", "*"): Item,
+    ("robot_types", "*"): RobotType,
+    ("robot_types", "*", "base"): Base,
+    ("robots", "*"): RobotSpec,
+    ("robots", "*", "base"): Base,
+    ("faults", "*"): FaultEntry,
+    ("demand", "*"): Demand,
+}
+"""The models of the parts of a world, by their paths."""
 
 _ROUNDS = 20
 """Maximum number of passes: leaving out a field can make another one invalid."""
@@ -77,7 +111,7 @@ def validate(data: dict[str, Any]) -> Validated:
             world = World.model_validate(rest)
             break
         except ValidationError as error:
-            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, rest)]
+            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, rest, _PARTS)]
             count = error.error_count()
         for finding in found:
             if not _is_dead(dead, finding.path):

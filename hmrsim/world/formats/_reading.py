@@ -8,11 +8,10 @@ from functools import cached_property
 from typing import Any, NoReturn, TypeVar
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, shown
+from hmrsim.documents.yaml_text import Lines, Unreadable, as_yaml, line_of, read_yaml
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
-from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.formats._part import BadPart, Part
-from hmrsim.world.yaml_text import Lines, Unreadable, line_of, read
 
 _MAX_VALUES = 500_000
 """Values in a JSON file, more or less."""
@@ -77,10 +76,10 @@ class Reading:
         first, before = self._left.get((what, done), (part, 0))
         self._left[what, done] = (first, before + count)
 
-    def attempt(self, read: Callable[[], _Value | None]) -> _Value | None:
+    def attempt(self, read_yaml: Callable[[], _Value | None]) -> _Value | None:
         """Return the value that *read* reads; if that fails record the error."""
         try:
-            return read()
+            return read_yaml()
         except BadPart as error:
             self.complain(error.part, str(error))
             return None
@@ -120,7 +119,7 @@ def of_yaml(text: str, file: str) -> Reading:
         WorldError: It is none, or exceeds a bound.
     """
     try:
-        value, lines, findings = read(text)
+        value, lines, findings = read_yaml(text)
     except Unreadable as error:
         raise _refused(file, str(error), error.line) from None
     reading = Reading(value, lambda: lines)
@@ -137,7 +136,7 @@ def _of_mapping(reading: Reading, file: str) -> Reading:
 
 def _lines_of(text: str) -> Lines | None:
     try:
-        return read(text)[1]
+        return read_yaml(text)[1]
     except Unreadable:
         return None
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.diagnostics import Finding, shown
+from hmrsim.diagnostics import Finding
+from hmrsim.documents.document import read_document
+from hmrsim.documents.yaml_text import Unreadable, read_yaml
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.files import read_text
 from hmrsim.world.formats import Document
-from hmrsim.world.formats._json_text import as_yaml
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.changes import REMOVE, changes
 from hmrsim.world.overlays.flaw import OverlayFlaw
 from hmrsim.world.overlays.laying import lay
 from hmrsim.world.overlays.tables import read_tables
 from hmrsim.world.overlays.work import FLAW, TooMuchWorkError, Work
-from hmrsim.world.yaml_text import Unreadable, line_of, read
 
 if TYPE_CHECKING:
     from hmrsim.world.merging import Merged
@@ -95,23 +93,12 @@ def read_overlay(path: str | Path) -> Overlay:
     Raises:
         WorldError: It can't be read.
     """
-    file = str(path)
-    text = read_text(Path(path), file)
-    try:
-        data, lines, findings = read(as_yaml(text) if text.lstrip().startswith("{") else text)
-    except Unreadable as error:
-        raise WorldError([Problem(file, "", str(error), error.line)]) from None
-    if not isinstance(data, dict):
-        message = f"expected a mapping of paths to values such as robots.*.base.speed: 0.8, got {shown(data)}"
-        raise WorldError([Problem(file, "", message, 1)])
-    source = Source(file, Document(data, partial(line_of, lines), tuple(findings)))
-    tables, files, wrong = read_tables(data.get(_TABLES, {}), Path(path).parent)
-    problems = [source.problem(finding) for finding in findings]
-    problems += [source.problem(replace(each, path=(_TABLES, *each.path))) for each in wrong]
-    if problems:
-        raise WorldError(problems)
-    rest = {key: value for key, value in data.items() if key != _TABLES}
-    return Overlay(Source(file, replace(source.document, data=rest)), tables, (Path(path).absolute(), *files))
+    document = read_document(path, WorldError, "a mapping of paths to values such as robots.*.base.speed: 0.8")
+    tables, files, flaws = read_tables(document.data.get(_TABLES, {}), Path(path).parent)
+    document.raise_for(replace(flaw, path=(_TABLES, *flaw.path)) for flaw in flaws)
+    changes = {key: value for key, value in document.data.items() if key != _TABLES}
+    source = Source(document.file, Document(changes, document.line))
+    return Overlay(source, tables, (Path(path).absolute(), *files))
 
 
 def setting(text: str) -> Overlay:
@@ -127,7 +114,7 @@ def setting(text: str) -> Overlay:
     if not equals or not path.strip() or text.startswith(REMOVE):
         raise WorldError([Problem(place, "", "expected PATH=VALUE such as robots.*.base.speed=0.8, or ~PATH")])
     try:
-        value, _, findings = read(said) if said.strip() else ("", 0, [])
+        value, _, findings = read_yaml(said) if said.strip() else ("", 0, [])
     except Unreadable as error:
         raise WorldError([Problem(place, "", f"the value {error}; put texts with : or # into quotes")]) from None
     if findings:

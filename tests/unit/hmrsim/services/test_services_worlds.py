@@ -9,11 +9,11 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import shown
+from hmrsim.documents import yaml_text
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.settings.run import RunSettings
-from hmrsim.world import yaml_text
 from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate
 

@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hmrsim.documents.yaml_text import read_yaml
 from hmrsim.errors import WorldError
 from hmrsim.world.formats import _reading, registry
 from hmrsim.world.options import AS_IT_IS
-from hmrsim.world.yaml_text import read
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.validation import validate
 from tests.profiles import examples
 
 DATA = Path(__file__).parent / "data"
 FILES = {"geojson": "crossing.geojson", "lif": "depot.lif.json", "rmf_building": "clinic.building.yaml"}
-PLAIN = {kind: read((DATA / name).read_text(encoding="utf-8"))[0] for kind, name in FILES.items()}
+PLAIN = {kind: read_yaml((DATA / name).read_text(encoding="utf-8"))[0] for kind, name in FILES.items()}
 
 values = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=5),

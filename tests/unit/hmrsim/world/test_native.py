@@ -8,8 +8,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from hmrsim.documents import yaml_text
 from hmrsim.errors import WorldError
-from hmrsim.world import yaml_text
 from hmrsim.world.formats.native import FORMAT
 from tests.profiles import examples
 

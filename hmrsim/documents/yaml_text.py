@@ -11,10 +11,10 @@ import yaml
 from hmrsim.diagnostics import Finding, Path, shown
 
 MAX_NODES = 500_000
-"""Values in a file, aliases written out."""
+"""Maximum number of values in a file, with aliases expanded."""
 
 MAX_DEPTH = 50
-"""Mappings and lists inside each other."""
+"""Maximum nesting of mappings and lists."""
 
 _MAX_NUMBER = 40
 
@@ -31,11 +31,11 @@ _TAG = "tag:yaml.org,2002:"
 _MERGE = "<<"
 
 Lines: TypeAlias = "int | tuple[int, dict[str, Lines] | list[Lines]]"
-"""The line of a value; of a mapping or list, also those of its values."""
+"""The line of a value; for a mapping or list, also the lines of its values."""
 
 
 class Unreadable(Exception):
-    """The text is not valid YAML that can be read.
+    """A text that is not valid YAML, or that exceeds a bound.
 
     Attributes:
         line: The line, from 1; None if it is unknown.
@@ -48,13 +48,13 @@ class Unreadable(Exception):
 
 @dataclass(slots=True)
 class _Part:
-    """A mapping or list; or, with *value* a scalar, one of these.
+    """A value that is being built.
 
     Attributes:
-        size: How many values it holds when aliases are written out, itself included.
-        depth: How many mappings and lists are inside each other.
+        size: The number of values in it, itself included, with aliases expanded.
+        depth: The nesting of mappings and lists in it.
         anchor: The name by which aliases refer to it.
-        key: The key that waits for its value, and its line.
+        key: The key whose value comes next, and its line.
     """
 
     value: Any
@@ -66,11 +66,11 @@ class _Part:
     path: Path = ()
 
 
-def read(text: str) -> tuple[Any, Lines, list[Finding]]:
-    """Return the value that *text* describes, its lines, and its duplicate keys.
+def read_yaml(text: str) -> tuple[Any, Lines, list[Finding]]:
+    """Return the value of a text, its lines, and its duplicate keys.
 
     Raises:
-        Unreadable: It is not valid YAML, more than one document, or exceeds a bound.
+        Unreadable: The text is not valid YAML, has more than one document, or exceeds a bound.
     """
     try:
         builder = _Builder()
@@ -78,7 +78,7 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
             builder.take(event)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        # From 6.0.4 on PyYAML has a bound of its own, which its parser meets before the events reach ours.
+        # As of 6.0.4 PyYAML has a bound too, which its parser reaches first.
         deep = "nesting depth" in (error.problem or "")
         why = f"is nested deeper than {MAX_DEPTH}" if deep else f"is not valid YAML: {_problem(error, text)}"
         raise Unreadable(why, mark.line + 1 if mark else None) from None
@@ -93,7 +93,7 @@ def read(text: str) -> tuple[Any, Lines, list[Finding]]:
 
 
 def _problem(error: yaml.MarkedYAMLError, text: str) -> str:
-    """Return what is wrong; of a character that may not be where it is, which one and in which column."""
+    """Return the parser's message; for an unexpected character, name it and its column."""
     problem, mark = str(error.problem), error.problem_mark
     lines = text.split("\n")
     if mark is None or mark.line >= len(lines):
@@ -108,7 +108,7 @@ def _problem(error: yaml.MarkedYAMLError, text: str) -> str:
 
 
 def line_of(lines: Lines, path: Path) -> int:
-    """Return the line of a path, or of the part that should hold it."""
+    """Return the line of a path, or of the nearest part that should hold it."""
     for step in path:
         if isinstance(lines, int):
             return lines
@@ -121,7 +121,7 @@ def line_of(lines: Lines, path: Path) -> int:
 
 
 class _Builder:
-    """Makes values of YAML events. Aliases share the value of their anchor, but are counted as copies."""
+    """Builds values from YAML events. Aliases share the value of their anchor, but count as copies."""
 
     def __init__(self) -> None:
         self.root: _Part | None = None
@@ -201,7 +201,7 @@ class _Builder:
         self._add(part.value, part.lines, part.size, part.depth)
 
     def _add(self, value: Any, lines: Lines, size: int = 1, depth: int = 0) -> None:
-        """Put a finished value, with its lines, where it belongs."""
+        """Add a finished value, with its lines, to the open mapping or list."""
         if not self._open:
             self.root = _Part(value, lines)
             return
@@ -253,3 +253,16 @@ def plain(text: str) -> object:
     elif _OTHER_INT.fullmatch(text):
         value = int(text, 0) if len(text) <= _MAX_NUMBER else float("inf")
     return value
+
+
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def as_yaml(text: str) -> str:
+    """Return JSON as YAML, which has no tabs between values and no surrogate pairs, so that its lines are known."""
+    return _SURROGATES.sub(_join, text.replace("\t", " "))
+
+
+def _join(match: re.Match[str]) -> str:
+    high, low = int(match[2], 16), int(match[3], 16)
+    return f"{match[1]}\\U{0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00):08x}"

@@ -1,4 +1,4 @@
-"""Pydantic's errors as messages with the value and the expected one."""
+"""Pydantic's errors as findings: messages with the value, the expected one and a suggestion."""
 
 from __future__ import annotations
 
@@ -9,49 +9,15 @@ from pydantic import BaseModel
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, shown
 from hmrsim.distributions import Distribution
-from hmrsim.world.model import (
-    Base,
-    Demand,
-    Dock,
-    Door,
-    FaultEntry,
-    Item,
-    Lane,
-    Lift,
-    Place,
-    RobotSpec,
-    RobotType,
-    Solid,
-    Waypoint,
-    World,
-)
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
     from pydantic_core import ErrorDetails
 
-_PARTS: dict[tuple[str, ...], type[BaseModel]] = {
-    (): World,
-    ("lanes", "*"): Lane,
-    ("walls", "*"): Solid,
-    ("waypoints", "*"): Waypoint,
-    ("places", "*"): Place,
-    ("docks", "*"): Dock,
-    ("doors", "*"): Door,
-    ("lifts", "*"): Lift,
-    ("items", "*"): Item,
-    ("robot_types", "*"): RobotType,
-    ("robot_types", "*", "base"): Base,
-    ("robots", "*"): RobotSpec,
-    ("robots", "*", "base"): Base,
-    ("faults", "*"): FaultEntry,
-    ("demand", "*"): Demand,
-}
-
 _DISTRIBUTION = "distribution"
-"""What pydantic's paths have where a value is validated as a distribution."""
+"""The step in pydantic's paths where a value is validated as a distribution."""
 
-_WANTED = {
+_EXPECTED = {
     "float_type": "a number",
     "float_parsing": "a number",
     "int_type": "a whole number",
@@ -70,7 +36,7 @@ _WANTED = {
 }
 
 _TINY = 1e-9
-"""The least value of what has to be greater than 0: who gives a negative one need not hear of it."""
+"""The minimum of values that must be positive; messages call it "greater than 0" instead."""
 
 _LIMITS = {
     "greater_than": ("greater than", "gt"),
@@ -89,32 +55,30 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 }
 
 
-Parts = Mapping[tuple[str, ...], type[BaseModel]]
-"""The models of the parts of a file by their paths, in which ``*`` is any key or index."""
+Models = type[BaseModel] | Mapping[tuple[str, ...], type[BaseModel]]
+"""The model of a document, or the models of its parts by their paths, in which ``*`` is any key or index."""
 
 
-def explain(
-    error: ValidationError, data: object, model: type[BaseModel] | None = None, parts: Parts = _PARTS
-) -> list[Finding]:
-    """Return the errors of *data*, one finding a field; of hopeless data the first.
+def explain(error: ValidationError, data: object, models: Models) -> list[Finding]:
+    """Return the errors of *data*, one finding per field and at most `MAX_FINDINGS`.
 
-    *model* is what it was validated as, if that is neither a world nor another file with *parts*.
+    *models* provide the known keys, for suggestions about unknown ones.
     """
-    found: dict[Path, Finding] = {}
+    findings: dict[Path, Finding] = {}
     too_short: set[Path] = set()
     for details in error.errors(include_url=False, include_input=False)[:MAX_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
-        if path not in found:
-            found[path] = Finding(path, _message(details, path, value, (model, parts)), value)
+        if path not in findings:
+            findings[path] = Finding(path, _message(details, path, value, models), value)
         if details["type"] in ("too_short", "too_long"):
             too_short.add(_follow(data, details["loc"], missing=False)[0])
-    # Pydantic counts the parts that are left after the bad ones were taken out, which says nothing new.
-    deeper = {path[:i] for path in found for i in range(len(path))}
-    return [finding for path, finding in found.items() if path not in too_short & deeper]
+    # Pydantic counts the entries of a list without the invalid ones, which are reported already.
+    parents = {path[:i] for path in findings for i in range(len(path))}
+    return [finding for path, finding in findings.items() if path not in too_short & parents]
 
 
 def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple[Path, object]:
-    """Return the path in the file and the value there; pydantic puts the names of alternatives between."""
+    """Return the path in the file and the value there, without pydantic's names of alternatives."""
     path: list[str | int] = []
     value = data
     for i, step in enumerate(loc):
@@ -132,11 +96,11 @@ def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple
     return tuple(path), value
 
 
-def _message(details: ErrorDetails, path: Path, value: object, models: tuple[type[BaseModel] | None, Parts]) -> str:
+def _message(details: ErrorDetails, path: Path, value: object, models: Models) -> str:
     kind, context = details["type"], details.get("ctx", {})
     if kind == "extra_forbidden":
         loc = details["loc"]
-        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], *models)
+        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], models)
         text = f"unknown key {path[-1]!r}{_split(str(path[-1]), value) or instead(str(path[-1]), known)}"
     elif kind == "missing" and isinstance(value, (list, tuple)):
         text = f"expected {_count(details, path)}, got {len(value)}"
@@ -144,22 +108,22 @@ def _message(details: ErrorDetails, path: Path, value: object, models: tuple[typ
         text = f"is missing{_example(path)}"
     elif kind in _LIMITS:
         text = f"must be {_limit(kind, context, value)}, got {shown(value)}"
-    elif kind in _WANTED:
-        text = f"expected {_wanted(kind, path, value)}"
+    elif kind in _EXPECTED:
+        text = f"expected {_expected(kind, path, value)}"
     elif kind in _PHRASES:
         text = _PHRASES[kind](context, value)
     elif kind == "string_pattern_mismatch":
-        wrong = path[-1] if "[key]" in details["loc"] else value
-        text = f"{shown(wrong)} is not a ROS name; use a letter, then letters, digits and _"
-        if str(wrong).startswith("-"):
-            text += f"; in an overlay, ~{dotted((*path[:-1], str(wrong)[1:]))} takes it away"
+        name = path[-1] if "[key]" in details["loc"] else value
+        text = f"{shown(name)} is not a ROS name; use a letter, then letters, digits and _"
+        if str(name).startswith("-"):
+            text += f"; in an overlay, ~{dotted((*path[:-1], str(name)[1:]))} takes it away"
     else:
         text = f"{details['msg'][:1].lower()}{details['msg'][1:]}, got {shown(value)}"
     return text
 
 
 def _split(key: str, value: object) -> str:
-    """Return what to do about a key that is the rest of a text with a comma; nothing for other keys."""
+    """Return the remedy for a key that is the rest of a text with a comma; empty for other keys."""
     if value is None and any(key.count(end) > key.count(begin) for begin, end in ("()", "[]")):
         return "; within { } a comma begins another key; put the text before it, with all of this, in quotes"
     return ""
@@ -173,12 +137,12 @@ def _limit(kind: str, context: Mapping[str, Any], value: object) -> str:
     return f"{words} {bound:g}"
 
 
-def _wanted(kind: str, path: Path, value: object) -> str:
+def _expected(kind: str, path: Path, value: object) -> str:
     if kind in ("tuple_type", "string_type") and path and path[-1] == "at":
-        wanted = "[x, y]" if path[0] == "places" else "[x, y] or a name"
-        return f"{wanted}, got {shown(value)}"
+        expected = "[x, y]" if path[0] == "places" else "[x, y] or a name"
+        return f"{expected}, got {shown(value)}"
     quotes = "; put it in quotes" if kind == "string_type" and isinstance(value, (int, float)) else ""
-    return f"{_WANTED[kind]}, got {shown(value)}{quotes}"
+    return f"{_EXPECTED[kind]}, got {shown(value)}{quotes}"
 
 
 def _count(details: ErrorDetails, path: Path) -> str:
@@ -211,18 +175,21 @@ def _is_model(part: object) -> TypeGuard[type[BaseModel]]:
     return isinstance(part, type) and issubclass(part, BaseModel)
 
 
-def _known_keys(path: Path, model: type[BaseModel] | None, parts: Parts) -> Iterable[str]:
-    if model is None:
-        fits = (part for part in parts if len(part) == len(path) and all(map(_fits, part, path)))
-        model = parts.get(min(fits, key=lambda part: part.count("*"), default=("",)))
-    else:
-        for step in path:
-            # A part of a component's settings may be a model of its own.
-            part = model.model_fields[str(step)].annotation
-            found = next((each for each in (part, *get_args(part)) if _is_model(each)), None)
-            if found is None:
-                return ()
-            model = found
-    if model is None:
-        return ()
+def _known_keys(path: Path, models: Models) -> Iterable[str]:
+    if isinstance(models, Mapping):
+        fitting = (part for part in models if len(part) == len(path) and all(map(_fits, part, path)))
+        model = models.get(min(fitting, key=lambda part: part.count("*"), default=("",)))
+        return () if model is None else _keys_of(model)
+    model = models
+    for step in path:
+        # A part of a component's settings may be a model.
+        annotation = model.model_fields[str(step)].annotation
+        inner = next((kind for kind in (annotation, *get_args(annotation)) if _is_model(kind)), None)
+        if inner is None:
+            return ()
+        model = inner
+    return _keys_of(model)
+
+
+def _keys_of(model: type[BaseModel]) -> Iterable[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
