@@ -19,8 +19,7 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
 from hmrsim.trials.endings import HUNG
-from hmrsim.world.overlays.expressions import names_asked_for, substituted
-from hmrsim.world.overlays.flaw import OverlayFlaw
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, substituted
 
 if TYPE_CHECKING:
     from hmrsim.events import Event

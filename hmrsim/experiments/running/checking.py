@@ -17,8 +17,7 @@ from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
 from hmrsim.experiments.statistics.wealth import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
 from hmrsim.trials.endings import BUILT_IN
-from hmrsim.world.overlays.expressions import names_asked_for, names_in
-from hmrsim.world.overlays.flaw import OverlayFlaw
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, names_in
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -1,4 +1,4 @@
-"""Named tables that overlays take values from: YAML, JSON or CSV."""
+"""Tables of values for overlays: YAML, JSON or CSV files."""
 
 from __future__ import annotations
 
