@@ -16,7 +16,7 @@ from hmrsim.settings.world import WorldSettings
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions
-from hmrsim.world_checks.crossings import check_crossings
+from hmrsim.world_checks.lanes import check_crossings
 from hmrsim.world_checks.obstructions import check_obstructions
 
 if TYPE_CHECKING:

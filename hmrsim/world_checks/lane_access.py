@@ -1,4 +1,4 @@
-"""From where on the lanes a point is reached, and what is cut off where a robot stands."""
+"""Access to points from the lanes, and the parts that a standing robot cuts off."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 Ends = tuple[str, ...]
-"""A place on the lanes: a waypoint, or the two at the ends of a lane."""
+"""A part of the lanes: a waypoint, or the two ends of a lane."""
 
 _MAX_LOOKED = 2_000_000
-"""Maximum number of lanes that all searches look at together, which takes a second or two."""
+"""Maximum number of lanes visited by all searches together, which takes a second or two."""
 
 
 class LaneAccess:
-    """The lanes of a world without errors, which has at least one.
+    """The lanes of a world without errors and with at least one lane.
 
     Args:
         world: The world.
@@ -45,7 +45,7 @@ class LaneAccess:
 
     @cached_property
     def neighbors(self) -> dict[str, list[str]]:
-        """The waypoints that a lane or a lift joins with each waypoint, in either direction."""
+        """The waypoints that a lane or lift joins with each waypoint, in either direction."""
         found: defaultdict[str, dict[str, None]] = defaultdict(dict)
         for way in self._world.ways:
             found[way.start][way.end] = found[way.end][way.start] = None
@@ -71,7 +71,7 @@ class LaneAccess:
         return sorted((away, i) for away, i in near if away <= reach)
 
     def at(self, point: Point) -> Ends:
-        """Return the waypoint or the lane at a point; nothing beside the lanes."""
+        """Return the waypoint or lane at a point; empty beside the lanes."""
         if point in self._names:
             return (self._names[point],)
         for _, i in self.within(point, SAME_PLACE):
@@ -79,7 +79,7 @@ class LaneAccess:
         return ()
 
     def to(self, point: Point) -> Ends:
-        """Return the waypoint or the lane from which a point is reached: where it is, or the nearest one."""
+        """Return the waypoint or lane from which a point is reached: that at the point, or the nearest one."""
         if at := self.at(point):
             return at
         reach = 1.0
@@ -89,7 +89,7 @@ class LaneAccess:
         return self.at(self.foot(point, nearest)) or self.ends(nearest)
 
     def room(self, at: Ends) -> float:
-        """Return how many robots have room at a waypoint, or on a lane."""
+        """Return the capacity of a waypoint or lane."""
         if len(at) == 1:
             return self._rooms[at[0]]
         lane = next(lane for lane in self._world.lanes if (lane.from_, lane.to) == at)
@@ -106,7 +106,7 @@ class LaneAccess:
         return False
 
     def behind(self, at: Ends) -> set[str]:
-        """Return the waypoints to which no way leads past a robot that stands somewhere on the lanes.
+        """Return the waypoints that others can't reach past a robot that stands on this part of the lanes.
 
         Of the sides of that place, the largest one is not behind it. Nothing is, once too much has been searched.
         """
@@ -120,7 +120,7 @@ class LaneAccess:
         return set().union(*sides[:-1])
 
     def _side(self, first: str, at: Ends) -> set[str]:
-        """Return the waypoints that are joined with one, but not past a place."""
+        """Return the waypoints connected with one without passing a part of the lanes."""
         side, ahead = {first}, [first]
         while ahead and self._looked <= _MAX_LOOKED:
             name = ahead.pop()

@@ -1,4 +1,4 @@
-"""Robots that stand where others have to go: places too near to lanes or too far from them, and unlucky starts.
+"""Robots that stand in the way of others: at places too near to lanes or too far from them, and at bad starts.
 
 All of this follows from the world file, before a robot has moved. It matters under policies with reservations, where a
 robot that stands keeps others out, and there is no warning where the policy makes the robot move.
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from hmrsim.world_checks.lane_access import Ends
 
 _FAR = {"m": 5.0, "px": 400.0}
-"""Distance from the lanes, by unit, up to which a place is beside them; 1 m stands for 80 px, as for deliveries."""
+"""The distance from the lanes, by unit, up to which a place is beside them; 1 m corresponds to 80 px."""
 
 _MEETING = 2
-"""Robots that it takes for one to be in the way of another."""
+"""The minimum number of robots for one to be in the way of another."""
 
 
 def check_obstructions(world: World) -> Iterator[Finding]:
@@ -70,7 +70,7 @@ class _Obstructions:
         self._radii = {name: base.radius or 0.0 for name, base in bases.items() if not base.flies}
 
     def check_distances(self) -> Iterator[Finding]:
-        """Yield the spots at which a robot keeps others out of a waypoint or lane, or that are far from the lanes."""
+        """Yield the spots where a robot blocks a waypoint or lane for others, or that are far from the lanes."""
         units = self._world.units
         for spot in self._spots():
             x, y = spot.point
@@ -91,7 +91,7 @@ class _Obstructions:
                 yield warning(spot.path, text, [x, y])
 
     def _spots(self) -> Iterator[_Spot]:
-        """Yield the places, docks and starts beside the lanes, each point once; nothing if no two robots can touch."""
+        """Yield the places, docks and starts beside the lanes, each point once; none if no two robots can touch."""
         world, robots = self._world, self._radii
         if len(robots) < _MEETING or not any(robots.values()):
             return
@@ -109,7 +109,7 @@ class _Obstructions:
             seen.add(spot.point)
 
     def _clearance(self, *robots: str) -> float:
-        """Return the greatest sum of the radii of one of these robots and of another one; there must be two in all."""
+        """Return the greatest sum of radii of one of these robots and any other; there must be at least two robots."""
         *_, second, first = sorted(self._radii, key=self._radii.__getitem__)
         others = {name: self._radii[second if name == first else first] for name in robots}
         return max((self._radii[name] + others[name] for name in robots), default=0.0)
@@ -119,7 +119,7 @@ class _Obstructions:
         return reserved_for is None or robot in reserved_for or self._world.robots[robot].type in reserved_for
 
     def _blocked(self, spot: _Spot) -> tuple[Ends, float] | None:
-        """Return the waypoint, else the lane, out of which a robot at a spot keeps others, and how far away it is."""
+        """Return the waypoint, else the lane, that a robot at a spot blocks, and its distance."""
         lanes = self._lanes.within(spot.point, spot.clearance)
         names = {end for _, i in lanes for end in self._lanes.ends(i)}
         waypoints = sorted((distance(spot.point, self._world.points[name]), name) for name in names)
@@ -131,7 +131,7 @@ class _Obstructions:
         return None
 
     def _serves(self, at: Ends, point: Point) -> bool:
-        """Return whether a place on the lanes is in a dead end that leads to one point, and to nothing else."""
+        """Return whether a part of the lanes is a dead end that leads to this one point only."""
         for end in at:
             others = self._lanes.neighbors[end]
             users = [self._users.get(key, set()) for key in ((end,), (end, *others), (*others, end))]
@@ -156,7 +156,7 @@ class _Obstructions:
         return {name: self._world.point(name) for name in names}
 
     def _is_far(self, point: Point) -> bool:
-        """Return whether no lane is near; a place inside an obstacle has a warning of its own."""
+        """Return whether no lane is near; places inside obstacles have another warning."""
         reach = _FAR[self._world.units]
         return not (self._lanes.seen(point, reach, self._obstacles) or self._obstacles.occupy(point))
 
@@ -168,7 +168,7 @@ class _Obstructions:
         return Obstacles([*outlines, *doors], [wall.solid for wall in walls if not isinstance(wall, tuple)])
 
     def check_starts(self) -> Iterator[Finding]:
-        """Yield the robots that start where others have to go for orders, and don't make room.
+        """Yield the robots that start in the way of orders and don't make room.
 
         Under priority these are docked robots only.
         """
@@ -192,14 +192,14 @@ class _Obstructions:
             yield warning(("robots", robot, "at"), text, [*start])
 
     def _dock_at(self, robot: str, start: Point) -> str | None:
-        """Return the dock in which a robot starts, if any."""
+        """Return the dock where a robot starts, or None."""
         for name in self._world.docks:
             if distance(self._world.dock_point(name), start) <= SAME_PLACE and self._may_dock(robot, name):
                 return name
         return None
 
     def _blocked_orders(self, robot: str, start: Point) -> list[str]:
-        """Return the places of orders that other robots can't reach while one stands at its start."""
+        """Return the places of orders that other robots can't reach while this one stands at its start."""
         at = self._lanes.at(start)
         fills = bool(at) and self._lanes.room(at) <= 1
         behind = self._lanes.behind(at) if fills else set()

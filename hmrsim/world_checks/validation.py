@@ -1,4 +1,4 @@
-"""Validation of a world that goes on after an error, so that all errors are found at once."""
+"""Validation of a world that continues after an error, so that all errors are found at once."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
 """The models of the parts of a world, by their paths."""
 
 _ROUNDS = 20
-"""Maximum number of passes: leaving out a field can make another one invalid."""
+"""Maximum number of passes, as removing a field can make another one invalid."""
 
 _Dead = dict[str | int, Any]
 
 
 @dataclass(frozen=True)
 class Lost:
-    """The parts of a world that were left out because of errors, so that no check reports them as missing.
+    """The invalid parts of a world, which were removed, so that no check reports them as missing.
 
     Attributes:
         names: By top-level key, the names that are gone; None when any name may be.
@@ -66,11 +66,11 @@ class Lost:
     names: Mapping[str, frozenset[str] | None] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Return whether anything at all was left out."""
+        """Return whether any part was removed."""
         return bool(self.names)
 
     def has(self, name: str, *keys: str) -> bool:
-        """Return whether *name* may have been one of those left out under one of these top-level keys."""
+        """Return whether *name* may be that of a part removed under one of these top-level keys."""
         for key in keys:
             if key in self.names:
                 gone = self.names[key]
@@ -100,7 +100,7 @@ class Validated:
 
 
 def validate(data: dict[str, Any]) -> Validated:
-    """Return the world that *data* describes without the parts with errors, and the errors."""
+    """Return the world of *data* without the invalid parts, and the errors."""
     dead: _Dead = {}
     findings: list[Finding] = []
     world = None
@@ -159,7 +159,7 @@ def _is_dead(dead: _Dead, path: Path) -> bool:
 
 
 def _kill(data: dict[str, Any], dead: _Dead, path: Path) -> None:
-    """Leave out the smallest part of the file that holds *path* and isn't left out yet."""
+    """Remove the smallest part of the file that holds *path* and is still there."""
     cut = _cut(data, path)
     while cut and _is_dead(dead, cut):
         cut = cut[:-1]
@@ -173,7 +173,7 @@ def _kill(data: dict[str, Any], dead: _Dead, path: Path) -> None:
 
 
 def _cut(data: dict[str, Any], path: Path) -> Path:
-    """Return the part to leave out: a list inside an entry is left out as a whole, and so is what lacks a field."""
+    """Return the part to remove: whole lists inside of an entry, and whole entries that lack a field."""
     value: Any = data
     for i, step in enumerate(path):
         if isinstance(value, list) and (i != 1 or not isinstance(step, int)):

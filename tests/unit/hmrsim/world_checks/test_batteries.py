@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.world.model import World
-from hmrsim.world_checks.batteries import check_batteries
+from hmrsim.world_checks.robots import check_batteries
 
 
 def findings(battery, kind=None):

@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.cli import main
 from hmrsim.world import World
-from hmrsim.world_checks.crossings import check_crossings
+from hmrsim.world_checks.lanes import check_crossings
 
 CROSS = {
     "waypoints": {"west": [0, 0], "east": [20, 0], "north": [10, 10], "south": [10, -10], "side": [0, 0.75]},

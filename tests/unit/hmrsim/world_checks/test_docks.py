@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import World
-from hmrsim.world_checks.docks import _Ways
+from hmrsim.world_checks.facilities import _Ways
 
 points = st.tuples(st.integers(0, 9), st.integers(0, 9)).map(list)
 lines = st.lists(points, min_size=2, max_size=2, unique_by=tuple)
