@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.world.formats import _lanes
+from hmrsim.world.formats import _drawio_roads
 from tests.unit.hmrsim.world.drawings import WALL, line, road, robot, shape, typed
 
 
@@ -134,7 +134,7 @@ def test_too_many_roads_are_refused(wrong):
 
 def test_too_many_links_between_walls_are_refused(wrong, monkeypatch):
     """Each would have to be tested against the walls."""
-    monkeypatch.setattr(_lanes, "_MAX_COMPARISONS", 10_000)
+    monkeypatch.setattr(_drawio_roads, "_MAX_COMPARISONS", 10_000)
     walls = [shape(WALL, 0, y / 5, 600, 0.04, id=f"w{y}") for y in range(1000)]
     roads = [road((x * 2, y), (x * 2, y + 1), identifier=f"r{x}-{y}") for x in range(30) for y in (5, 95)]
 

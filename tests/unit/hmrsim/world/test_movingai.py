@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions
-from hmrsim.world.formats import _grid, movingai
+from hmrsim.world.formats import movingai
 from hmrsim.world_checks import load_world
 
 ARENA = Path(__file__).parent / "data" / "arena.map"
@@ -121,7 +121,7 @@ grids = st.integers(1, 6).flatmap(
 @given(grids)
 def test_blocks_cover_just_what_is_closed(rows):
     """Each cell once."""
-    covered = [(x, y) for (x0, y0), (x1, y1) in _grid.blocks(rows) for x, y in product(range(x0, x1), range(y0, y1))]
+    covered = [(x, y) for (x0, y0), (x1, y1) in movingai.blocks(rows) for x, y in product(range(x0, x1), range(y0, y1))]
 
     assert sorted((x, y) for y, row in enumerate(rows) for x, is_open in enumerate(row) if not is_open) == sorted(
         covered
@@ -139,8 +139,8 @@ def test_steps_are_those_of_the_benchmarks(rows, diagonal):
         for dx, dy in around
         if {(x + dx, y + dy), (x + dx, y), (x, y + dy)} <= cells
     }
-    numbers = _grid.numbered(rows)
+    numbers = movingai.numbered(rows)
     cell = {number: (x, y) for y, row in enumerate(numbers) for x, number in enumerate(row) if number >= 0}
-    found = [frozenset((cell[a], cell[b])) for a, b in zip(*_grid.steps(numbers, diagonal=diagonal), strict=True)]
+    found = [frozenset((cell[a], cell[b])) for a, b in zip(*movingai.steps(numbers, diagonal=diagonal), strict=True)]
 
     assert (expected, len(expected)) == (set(found), len(found))

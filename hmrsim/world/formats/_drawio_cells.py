@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import MAX_COORDINATE
 from hmrsim.safe_xml import XmlError
-from hmrsim.world.formats._xml import Element
+from hmrsim.world.formats._drawio_file import Element
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -26,11 +27,11 @@ _SHOWN = 40
 
 
 MAX_CELLS = 10_000
-"""On a page."""
+"""Maximum number of cells on a page."""
 
 
 class BadCell(Exception):
-    """A cell that can't be understood; the text says why.
+    """A cell that can't be interpreted; the message gives the reason.
 
     Attributes:
         value: The invalid value; None if there is none in particular.
@@ -42,7 +43,7 @@ class BadCell(Exception):
 
 
 class Box(NamedTuple):
-    """A rectangle: its corner of least x and y before it is turned, and how far it is turned, clockwise."""
+    """A rectangle: its corner with the least x and y before rotation, and its clockwise rotation."""
 
     x: float
     y: float
@@ -52,14 +53,17 @@ class Box(NamedTuple):
 
     @property
     def centre(self) -> Point:
-        """The centre as the original has it: half the size, rounded down."""
+        """The center as in the original: half the size, rounded down."""
         return (self.x + self.width // 2, self.y + self.height // 2)
 
     @property
     def middle(self) -> Point:
-        """The exact centre, about which it is turned."""
+        """The exact center, about which it is rotated."""
         return (self.x + self.width / 2, self.y + self.height / 2)
 
+
+_QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+"""Exact cosine and sine of quarter turns."""
 
 _NOWHERE = Box(0.0, 0.0, 0.0, 0.0)
 
@@ -106,22 +110,22 @@ class Cell:
 
     @property
     def is_layer(self) -> bool:
-        """Whether it only holds others."""
+        """Whether it only contains other cells."""
         return self.geometry is None and {"vertex", "edge"}.isdisjoint(self.own)
 
     @property
     def is_relative(self) -> bool:
-        """Whether its place is a share of what it is in, or is a label of."""
+        """Whether its position is a share of its parent, or it is the label of its parent."""
         return self.geometry is not None and self.geometry.attributes.get("relative") == "1"
 
     @property
     def parent(self) -> str:
-        """The id of the group or layer that it is in."""
+        """The id of its group or layer."""
         return self.own.get("parent", "")
 
     @property
     def title(self) -> str:
-        """Its name in errors: type, id and label."""
+        """The name in errors: type, id and label."""
         words = " ".join(html.unescape(_TAG.sub(" ", html.unescape(self.label[:_LABEL]))).split())
         label = f" ({words if len(words) <= _SHOWN else words[: _SHOWN - 1] + '…'})" if words else ""
         return f"{f'{self.kind[:_SHOWN]} ' if self.kind else ''}cell {self.id[:_SHOWN]!r}{label}"
@@ -140,6 +144,17 @@ class Cell:
         for point in way:
             if point is not None:
                 yield (number(point, "x") + self.origin[0], number(point, "y") + self.origin[1])
+
+
+def turn(point: Point, box: Box) -> Point:
+    """Return a point of a box after the box was rotated about its center, clockwise if y points down."""
+    degrees = box.rotation % 360
+    angle = math.radians(degrees)
+    cos, sin = _QUARTERS.get(degrees) or (math.cos(angle), math.sin(angle))
+    x, y = box.middle
+    dx, dy = point[0] - x, point[1] - y
+    # Rounded, so that files mean the same wherever sine and cosine differ in their last digit.
+    return (round(x + dx * cos - dy * sin, 6), round(y + dx * sin + dy * cos, 6))
 
 
 def number(element: Element, key: str, default: float = 0.0) -> float:

@@ -1,4 +1,4 @@
-"""The outlines of draw.io's shapes."""
+"""Shapes of draw.io pages: their outlines as obstacles, items and named points."""
 
 from __future__ import annotations
 
@@ -6,27 +6,25 @@ import math
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import shown
-from hmrsim.world.formats._cells import BadCell, style_number
+from hmrsim.world.formats._drawio_cells import BadCell, read_number, style_number, turn
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.world.formats._cells import Box
+    from hmrsim.world.formats._drawio_cells import Box, Cell
+    from hmrsim.world.formats._drawio_drawing import Drawing
 
 Outline = tuple["Point", ...]
 
 _THICKNESS = 10.0
-"""Of the walls of rooms and corners, px."""
+"""The thickness of the walls of rooms and corners, in px."""
 
 _ELLIPSE_CORNERS = 24
 
-_QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
-"""Exact cosine and sine of quarter turns."""
-
 _SIDES = ("left", "top", "right", "bottom")
-"""In clockwise order."""
+"""The sides in clockwise order."""
 
 _BARS = {"wallU": _SIDES[:3], "wallCorner": _SIDES[:2], "room": _SIDES}
-"""The walls that a shape has, as drawn to the east."""
+"""The walls of a shape that faces east."""
 
 _DIRECTIONS = {"east": 0, "south": 1, "west": 2, "north": 3}
 """Quarter turns of a shape inside its box, clockwise."""
@@ -35,7 +33,7 @@ _FLIPS = {"flipH": {"left": "right", "right": "left"}, "flipV": {"top": "bottom"
 
 
 def outlines(box: Box, style: dict[str, str]) -> list[Outline]:
-    """Return what a shape covers: closed outlines, turned as it is.
+    """Return the area of a shape as closed outlines, rotated like the shape.
 
     Raises:
         BadCell: A number of the style makes no sense.
@@ -52,7 +50,7 @@ def outlines(box: Box, style: dict[str, str]) -> list[Outline]:
 
 
 def thickness(style: dict[str, str]) -> float:
-    """Return how thick the walls of a shape are; 0 of one that covers all of its box.
+    """Return the thickness of a shape's walls, or 0 if it covers its whole box.
 
     Raises:
         BadCell: That makes no sense.
@@ -71,7 +69,7 @@ def _shape(style: dict[str, str]) -> str:
 
 
 def _drawn(sides: tuple[str, ...], style: dict[str, str]) -> set[str]:
-    """Return where the sides of a shape are in its box: draw.io turns it in there, and flips it then."""
+    """Return the sides of a shape in its box, which draw.io first rotates, then flips."""
     direction = style.get("direction") or "east"
     if direction not in _DIRECTIONS:
         raise BadCell(f"direction is {shown(direction)}; expected one of {', '.join(_DIRECTIONS)}", direction)
@@ -105,12 +103,62 @@ def _ellipse(box: Box) -> Outline:
     return tuple((x + a * math.cos(angle), y + b * math.sin(angle)) for angle in angles)
 
 
-def turn(point: Point, box: Box) -> Point:
-    """Return a point of a box after the box was turned about its middle, clockwise where y points down."""
-    degrees = box.rotation % 360
-    angle = math.radians(degrees)
-    cos, sin = _QUARTERS.get(degrees) or (math.cos(angle), math.sin(angle))
-    x, y = box.middle
-    dx, dy = point[0] - x, point[1] - y
-    # Rounded, so that files mean the same wherever sine and cosine differ in their last digit.
-    return (round(x + dx * cos - dy * sin, 6), round(y + dx * sin + dy * cos, 6))
+_DECORATION = frozenset(("text", "edgeLabel", "group", "swimlane"))
+"""Style words of cells that are not obstacles: labels, and frames around other cells."""
+
+
+def obstacle(drawing: Drawing, cell: Cell) -> None:
+    """Read a bare cell: a shape that is not a decoration is an obstacle.
+
+    Raises:
+        BadCell: A number of its style makes no sense.
+    """
+    if cell.geometry is None and cell.own.get("vertex") == "1":
+        drawing.warn(cell, "has no mxGeometry, so it is nowhere and left out")
+    if not cell.is_shape or not cell.style or _is_decoration(drawing, cell):
+        return
+    box = cell.box
+    if cell.style.get("shape") == "mxgraph.floorplan.wall":
+        box = box._replace(width=box.width or 1.0, height=box.height or 1.0)
+    if not box.width or not box.height:
+        drawing.warn(cell, f"has the size {box.width:g} x {box.height:g}, so it is not an obstacle")
+        return
+    if (thick := thickness(cell.style)) > min(box.width, box.height):
+        size = f"{box.width:g} x {box.height:g}"
+        drawing.warn(cell, f"wallThickness is {thick:g}, more than its size of {size}, so it is solid", thick)
+    for outline in outlines(box, cell.style):
+        drawing.lines["walls", len(drawing.walls)] = cell.line
+        drawing.walls.append({"solid": [list(point) for point in outline]})
+
+
+def _is_decoration(drawing: Drawing, cell: Cell) -> bool:
+    parent = drawing.by_id.get(cell.parent)
+    shape = cell.style.get("shape", "")
+    return (
+        not _DECORATION.isdisjoint(cell.style)
+        or shape in _DECORATION
+        or (cell.style.get("container") == "1" and not shape.startswith("mxgraph.floorplan."))
+        or (parent is not None and parent.is_edge)
+    )
+
+
+def pickable(drawing: Drawing, cell: Cell) -> None:
+    """Read an item.
+
+    Raises:
+        BadCell: It has no name, or one that is taken, or a weight that is not a number.
+    """
+    name = cell.attributes.get("name", "")
+    if not name:
+        raise BadCell("has no name; items are picked up by it")
+    weight = read_number(cell.attributes.get("weight", "0"), "weight")
+    drawing.keep(cell, "items", name, {"at": list(cell.box.centre), "weight": weight})
+
+
+def poi(drawing: Drawing, cell: Cell) -> None:
+    """Read a named point.
+
+    Raises:
+        BadCell: Its name is taken.
+    """
+    drawing.keep(cell, "places", drawing.name(cell, "tag", "POI"), {"at": list(cell.box.centre)})

@@ -1,4 +1,4 @@
-"""The container of draw.io files: pages, each plain or compressed."""
+"""The container of draw.io files: XML with pages, each plain or compressed."""
 
 from __future__ import annotations
 
@@ -6,20 +6,71 @@ import base64
 import binascii
 import re
 import zlib
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from urllib.parse import unquote
 
+from hmrsim import safe_xml
 from hmrsim.safe_xml import XmlError
-from hmrsim.world.formats._pages import choose_page
-from hmrsim.world.formats._xml import Element, parse
+from hmrsim.world.formats._layouts import choose_page
+
+MAX_ELEMENTS = 200_000
+
+
+@dataclass
+class Element:
+    """An element: its tag, attributes, line, children and own text."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[Element] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """The text before the first child."""
+        return "".join(self.texts)
+
+    def append(self, child: Element) -> None:
+        """Add a child."""
+        self.children.append(child)
+
+    def add_text(self, text: str) -> None:
+        """Add a piece of text, unless it follows a child."""
+        if not self.children:
+            self.texts.append(text)
+
+    def find(self, tag: str) -> Element | None:
+        """Return the first child with this tag."""
+        return next(self.all(tag), None)
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """Yield the children with this tag."""
+        return (child for child in self.children if child.tag == tag)
+
+
+def parse(text: str, *, line: int | None = None) -> Element:
+    """Return the root element.
+
+    *line* is that of all elements, for XML that is packed into one; None to count.
+
+    Raises:
+        Refused: It is not valid XML, has a document type, or exceeds a bound.
+    """
+    data = text.encode("utf-8", "surrogatepass")
+    return safe_xml.parse(
+        data, Element, max_elements=MAX_ELEMENTS, encoding="utf-8", line=line, on_text=Element.add_text
+    )
+
 
 MAX_INFLATED = 32 * 1024 * 1024
-"""Bytes that a packed diagram may unfold to."""
+"""Maximum size of an unpacked diagram, in bytes."""
 
 _SVG = re.compile(r"<(!DOCTYPE\s+)?svg[\s/>]")
 
 _UNNAMED = "Window 1"
-"""What the original calls a page without a name."""
+"""The original's name for a page without a name."""
 
 
 @dataclass(frozen=True)

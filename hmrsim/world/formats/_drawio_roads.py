@@ -1,33 +1,38 @@
-"""Roads drawn as lines, converted to waypoints and lanes that are joined where the lines meet or nearly do."""
+"""Roads of draw.io pages, as waypoints and lanes."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from hmrsim.diagnostics import Finding
 from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.world.formats._drawio_cells import Cell
+    from hmrsim.world.formats._drawio_drawing import Drawing
 
 JOIN = 20.0
-"""Roads whose ends come so near to another road connect there, px."""
+"""Maximum distance of a road's end from another road that it connects to, in px."""
 
 LINK = 100.0
-"""Parts that come so near to each other are linked, px."""
+"""Maximum length of a link between parts, in px."""
 
 MAX_PIECES = 2_000
-"""Straight pieces of all roads together; every one is compared with every other."""
+"""Maximum number of straight pieces of all roads, each of which is compared with every other."""
 
 MAX_PARTS = 250
 
 MAX_CROSSINGS = 20_000
 
 _TRIES = 100
-"""Maximum number of links between two parts, the shortest first, that are tried for one without a wall between."""
+"""Maximum number of links between two parts that are checked for walls, the shortest first."""
 
 
 @dataclass
@@ -41,21 +46,21 @@ class _Piece:
     _box: tuple[float, float, float, float] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Measure the box around it."""
+        """Compute its bounding box."""
         (ax, ay), (bx, by) = self.start, self.end
         self._box = (min(ax, bx), min(ay, by), max(ax, bx), max(ay, by))
 
     def foot(self, point: Point) -> Point:
-        """Return its point nearest to *point*."""
+        """Return the point of the piece nearest to *point*."""
         return _rounded(foot(point, self.start, self.end))
 
     def way(self) -> list[Point]:
-        """Return all points on it, from start to end."""
+        """Return all points of the piece, from start to end."""
         inside = set(self.joints) - {self.start, self.end}
         return [self.start, *sorted(inside, key=lambda point: distance(self.start, point)), self.end]
 
     def may_touch(self, other: _Piece, gap: float = SAME_PLACE) -> bool:
-        """Return whether the boxes around both pieces come within *gap* of each other."""
+        """Return whether the bounding boxes of both pieces are within *gap* of each other."""
         (left, top, right, bottom), (x0, y0, x1, y1) = self._box, other._box
         return left - gap <= x1 and x0 - gap <= right and top - gap <= y1 and y0 - gap <= bottom
 
@@ -133,7 +138,7 @@ class _Builder:
         return road
 
     def join_ends(self) -> None:
-        """Connect the ends of roads to the roads near them, unless they meet there already; the nearest first."""
+        """Connect the ends of roads to the roads near them, unless they meet there already, nearest first."""
         joins = [
             join
             for i, road in enumerate(self._roads)
@@ -147,7 +152,7 @@ class _Builder:
                 self._meet(road, piece.road, point)
 
     def _near(self, road: int, end: Point) -> list[tuple[float, int, Point, Point, _Piece]]:
-        """Return the other roads near an end: distance, *road*, *end*, the nearest point and the piece it is on."""
+        """Return the roads near an end: distance, *road*, *end*, the nearest point and its piece."""
         nearest: dict[int, tuple[float, int, Point, Point, _Piece]] = {}
         spot = _Piece(road, end, end)
         for piece in self._pieces:
@@ -164,7 +169,7 @@ class _Builder:
             self._links.append((point, joint, piece.road))
 
     def link_parts(self) -> None:
-        """Link parts by their nearest points that see each other.
+        """Link parts by their nearest points without a wall between them.
 
         Raises:
             ValueError: There are too many parts.
@@ -195,7 +200,7 @@ class _Builder:
 
 
 def _links(one: _Piece, two: _Piece) -> Iterator[tuple[float, Point, Point, _Piece]]:
-    """Yield the short links between two pieces: length, an end of one, its foot on the other, and that other."""
+    """Yield the short links between two pieces: length, an end of one, its foot on the other, and the other."""
     for piece, other in ((one, two), (two, one)):
         for point in (piece.start, piece.end):
             joint = other.foot(point)
@@ -209,7 +214,7 @@ def _rounded(point: Point) -> Point:
 
 
 def _common(one: _Piece, two: _Piece) -> Iterator[Point]:
-    """Yield the points that two pieces have in common: where they cross, and ends of one that lie on the other."""
+    """Yield the common points of two pieces: their crossing, and ends of one that lie on the other."""
     touching = False
     for piece, ends in ((one, (two.start, two.end)), (two, (one.start, one.end))):
         for point in ends:
@@ -226,3 +231,72 @@ def _common(one: _Piece, two: _Piece) -> Iterator[Point]:
     other = ((cx - ax) * (by - ay) - (cy - ay) * (bx - ax)) / turn
     if 0.0 <= along <= 1.0 and 0.0 <= other <= 1.0:
         yield _rounded((ax + along * (bx - ax), ay + along * (by - ay)))
+
+
+_MAX_COMPARISONS = 1_000_000
+"""Maximum number of checks against walls when linking roads."""
+
+
+def road(drawing: Drawing, cell: Cell) -> None:
+    """Read a road: from the center of the shape at its start, along its points, to its end.
+
+    Raises:
+        BadCell: An end is not a shape, or a number makes no sense.
+    """
+    source, target = drawing.end(cell, "source"), drawing.end(cell, "target")
+    if any(end is not None and end.failed for end in (source, target)):
+        return
+    points = [*([source.box.centre] if source else ()), *cell.points(), *([target.box.centre] if target else ())]
+    if len(set(points)) < 2:  # noqa: PLR2004
+        drawing.warn(cell, "has fewer than two points, so it is not a road")
+        return
+    drawing.roads.append((cell, points))
+
+
+def network(drawing: Drawing) -> dict[str, Any]:
+    """Return the waypoints and lanes of the roads, as in a world file."""
+    try:
+        found = connect([points for _, points in drawing.roads], _clear(drawing))
+    except ValueError as error:
+        drawing.findings.append(Finding(("lanes",), str(error)))
+        return {}
+    names = _numbered(len(found.points), {*drawing.places, *drawing.robots})
+    for name, (_, index) in zip(names, found.points, strict=True):
+        drawing.lines["waypoints", name] = drawing.roads[index][0].line
+    for i, (_, _, index) in enumerate(found.lanes):
+        drawing.lines["lanes", i] = drawing.roads[index][0].line
+    return {
+        "waypoints": {name: list(point) for name, (point, _) in zip(names, found.points, strict=True)},
+        "lanes": [[names[a], names[b]] for a, b, _ in found.lanes],
+    }
+
+
+def _clear(drawing: Drawing) -> Callable[[Point, Point], bool]:
+    """Return a function that checks that no wall is between two points; it raises ValueError after too many calls."""
+    outlined = [wall["solid"] for wall in drawing.walls]
+    sides = [
+        ((a[0], a[1]), (b[0], b[1]))
+        for outline in outlined
+        for a, b in zip(outline, [*outline[1:], outline[0]], strict=True)
+    ]
+    if not sides:
+        return lambda _a, _b: True
+    grid = cache(lambda: SegmentGrid(sides))
+
+    def clear(a: Point, b: Point) -> bool:
+        if grid().looked > _MAX_COMPARISONS:
+            raise ValueError("too many roads near each other with too many walls between; connect the roads")
+        return grid().first_crossing(a, b) is None
+
+    return clear
+
+
+def _numbered(count: int, taken: set[str]) -> list[str]:
+    """Return the names n1, n2, … that are not *taken*."""
+    names: list[str] = []
+    n = 0
+    while len(names) < count:
+        n += 1
+        if f"n{n}" not in taken:
+            names.append(f"n{n}")
+    return names
