@@ -8,9 +8,7 @@ from typing import Final
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim.settings.arguments import add_settings
-from hmrsim.settings.run import DemoSettings
-from hmrsim.settings.trace import TraceSettings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import DemoSettings, TraceSettings, WorldSettings
 from hmrsim_zenoh.settings import RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 

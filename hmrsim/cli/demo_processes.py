@@ -28,9 +28,7 @@ from hmrsim.program.log_options import log_level
 from hmrsim.program.outputs import check_outputs
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import read_settings
-from hmrsim.settings.run import DemoSettings
-from hmrsim.settings.trace import TraceSettings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import DemoSettings, TraceSettings, WorldSettings
 from hmrsim.world.files import find
 from hmrsim.world.overlays.overlay import overlays_of
 from hmrsim.world_checks import load_world

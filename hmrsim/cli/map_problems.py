@@ -12,7 +12,7 @@ from hmrsim.cli.output import show, show_json
 from hmrsim.cli.worlds import line_of, policy_line, read_world
 from hmrsim.errors import WorldError
 from hmrsim.settings.arguments import read_settings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import WorldSettings
 from hmrsim.world.files import find
 from hmrsim.world.includes import read_document
 from hmrsim.world.options import ReadOptions

@@ -30,8 +30,7 @@ from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.file import read_file
-from hmrsim.settings.run import TIME_STANDS, RunSettings
-from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.run import TIME_STANDS, RunSettings, TraceSettings
 from hmrsim.world_checks.obstructions import check_obstructions
 from hmrsim_zenoh.errors import ParticipantLost
 from hmrsim_zenoh.hosting.host import Host

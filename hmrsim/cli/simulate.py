@@ -9,8 +9,7 @@ from hmrsim.cli.world_options import add_world_options
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options
 from hmrsim.settings.arguments import add_settings
-from hmrsim.settings.run import SimulateSettings
-from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.run import SimulateSettings, TraceSettings
 
 _EXAMPLES: Final = """\
 exit codes: 0 every script was finished; 1 one failed, or was not finished by --duration; 2 the world can't be read;

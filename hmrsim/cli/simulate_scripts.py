@@ -19,8 +19,7 @@ from hmrsim.program.log_options import log_level, logging_to_stderr
 from hmrsim.program.outputs import check_outputs
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.settings.arguments import read_settings
-from hmrsim.settings.run import SimulateSettings
-from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.run import SimulateSettings, TraceSettings
 from hmrsim.simulation.scripts import ScriptState
 from hmrsim.simulation.simulator import Simulator
 

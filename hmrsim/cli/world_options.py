@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from hmrsim.settings.arguments import add_settings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import WorldSettings
 
 
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:

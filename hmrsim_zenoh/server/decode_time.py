@@ -20,7 +20,7 @@ from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim.settings.payload import MAX_PAYLOAD
+from hmrsim.settings.option import MAX_PAYLOAD
 from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
