@@ -13,10 +13,9 @@ from hmrsim.cli.services import services
 from hmrsim.cli.topics import topics
 from hmrsim.cli.worlds import read_world
 from hmrsim.errors import HmrsimError
-from hmrsim.world.files import find
+from hmrsim.world.files import find, shipped_maps
 from hmrsim.world.formats import registry as formats
 from hmrsim.world.includes import read_document
-from hmrsim.world.shipped import shipped_maps
 from hmrsim_zenoh.client.completion import running
 
 if TYPE_CHECKING:

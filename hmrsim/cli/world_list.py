@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 
 if TYPE_CHECKING:
     from pathlib import Path

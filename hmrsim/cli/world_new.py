@@ -9,7 +9,7 @@ from typing import Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show
 from hmrsim.cli.targets import check_target, write_whole
-from hmrsim.world.shipped import folder
+from hmrsim.world.files import folder
 
 _SUFFIXES: Final = (".yaml", ".yml")
 SCHEMA: Final = "world.schema.json"

@@ -6,7 +6,7 @@ import argparse
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show
-from hmrsim.world.shipped import folder
+from hmrsim.world.files import folder
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import load_world
 
 

@@ -9,8 +9,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from hmrsim.drawing import PALETTE, THEMES, Drawing, type_looks
+from hmrsim.drawing.labels import Labels
 from hmrsim.world import World
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from tests.shipped import shipped
 
 MAPS = sorted(shipped_maps())
@@ -258,3 +259,21 @@ def test_a_huge_world_takes_little_time():
 
     assert process_time() - began < 5
     assert 9940 + len(["scale bar", "lane of the legend"]) == svg.count("<path ")
+
+
+def test_what_is_far_larger_than_the_picture_takes_all_of_it():
+    """A radius in millimetres where metres were meant costs no more than one that fits."""
+    labels = Labels((0.0, 0.0, 100.0, 100.0))
+    labels.block((-1e9, -1e9, 1e9, 1e9))
+
+    assert labels.place((50.0, 50.0), 2.0, 20.0, 10.0) is None
+
+
+def test_what_is_beside_the_picture_takes_none_of_it():
+    """A name is where it would be without."""
+    labels = Labels((0.0, 0.0, 100.0, 100.0))
+    before = labels.place((50.0, 50.0), 2.0, 20.0, 10.0)
+    other = Labels((0.0, 0.0, 100.0, 100.0))
+    other.block((200.0, 0.0, 300.0, 100.0))
+
+    assert before == other.place((50.0, 50.0), 2.0, 20.0, 10.0)

@@ -1,7 +1,8 @@
-"""What every kind of event in the registry promises."""
+"""The guarantees of every kind of event in the registry, and how its class is built."""
 
 from __future__ import annotations
 
+import gc
 import json
 
 import pytest
@@ -114,3 +115,21 @@ def test_flaws_are_found(monkeypatch):
         "sets 'robot', which is a field of it",
     ] == [line.rpartition("Bad: ")[2] for line in found]
     assert [f"{__name__}: Bad is not in EVENTS"] == [*events.flaws()]
+
+
+@pytest.mark.parametrize("allocations", range(1, 8))
+def test_a_class_is_made_while_garbage_is_collected(allocations):
+    """A collection in the middle of it takes nothing away, whenever it comes."""
+    before = gc.get_threshold()
+    gc.set_threshold(allocations, 1, 1)
+    try:
+
+        class EventStamped(Event, kind="of_this_test", severity="info", subject=("robot",), text="is there"):
+            """Something."""
+
+            robot: str
+
+    finally:
+        gc.set_threshold(*before)
+
+    assert "wall_e" == EventStamped(robot="wall_e").robot

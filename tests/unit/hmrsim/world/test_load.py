@@ -11,7 +11,7 @@ import yaml
 
 from hmrsim.errors import Problem, WorldError
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.schema import world_schema
 from tests.paths import ROOT

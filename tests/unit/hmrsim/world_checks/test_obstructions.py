@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.world import World
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import check_world
 from hmrsim.world_checks.obstructions import check_obstructions
 from tests.shipped import shipped

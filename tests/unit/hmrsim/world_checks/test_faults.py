@@ -1,4 +1,4 @@
-"""Faults that make no sense, each with the field and what would do."""
+"""Faults that make no sense, each reported with the field and a remedy."""
 
 from __future__ import annotations
 

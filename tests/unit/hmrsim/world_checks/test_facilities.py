@@ -1,4 +1,4 @@
-"""Docks that no robot gets to."""
+"""The check for docks that no robot can reach."""
 
 from __future__ import annotations
 
