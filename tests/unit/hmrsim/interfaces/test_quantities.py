@@ -24,7 +24,7 @@ from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNE
     ],
 )
 def test_a_value_out_of_range_is_told_with_the_range(quantity, value, wrong):
-    """With the unit, where it has one."""
+    """The error has the range with its unit, if it has one."""
     assert wrong == quantity.flaw(value)
 
 
@@ -47,5 +47,5 @@ def test_a_value_out_of_range_is_told_with_the_range(quantity, value, wrong):
     ],
 )
 def test_a_message_is_told_of_with_the_path_to_its_value(message, wrong):
-    """The first one that is wrong."""
+    """The error has the path of the first invalid value."""
     assert wrong == flaw(message)

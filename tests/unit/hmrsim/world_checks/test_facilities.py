@@ -37,7 +37,7 @@ def worlds(draw):
 
 @given(worlds(), st.tuples(st.floats(-1, 11), st.floats(-1, 11)) | points.map(lambda point: tuple(map(float, point))))
 def test_parts_near_a_point_are_those_that_it_is_on_or_sees(world, point):
-    """As a look at each lane and each wall finds them."""
+    """The parts near a point are the same as those found by checking each lane and each wall."""
     ways = _Ways(world)
     solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
     obstacles = Obstacles([wall for wall in world.walls if isinstance(wall, tuple)], solids)

@@ -19,7 +19,7 @@ def problems(*faults, **keys):
 
 
 def test_faults_that_make_sense_are_no_problem():
-    """The contract's example among them."""
+    """Valid faults have no errors, including the example of the contract tests."""
     told = problems(
         {"type": "lane_closed", "lane": ["home", "door"], "at": 30, "until": 60},
         {"type": "lane_closed", "lane": ["island", "far"], "name": "wet"},
@@ -71,12 +71,12 @@ def test_faults_that_make_sense_are_no_problem():
     ],
 )
 def test_what_makes_no_sense_is_told(fault, path, message):
-    """The path leads to the field."""
+    """An error has the path of the invalid field."""
     assert [(path, message)] == problems(fault)
 
 
 def test_a_cell_that_the_battery_does_not_have():
-    """They are counted from 0."""
+    """Cells of a battery are counted from 0."""
     robots = {"eve": {"at": "home", "components": {"battery": {"cells": 4}}}}
     told = problems({"type": "battery_cell", "robot": "eve", "cell": 4}, robots=robots, remap={})
 
@@ -84,14 +84,14 @@ def test_a_cell_that_the_battery_does_not_have():
 
 
 def test_two_faults_of_one_name():
-    """One of them could not be cleared."""
+    """Two faults of one name are an error, as one of them could not be cleared."""
     fault = {"type": "breakdown", "robot": "eve", "name": "ouch"}
 
     assert [("faults.1.name", "there is a fault 'ouch' already; give another name")] == problems(fault, fault)
 
 
 def test_what_follows_from_another_mistake_is_not_told(tmp_path):
-    """A robot that is left out because it is wrong is no unknown robot."""
+    """A robot that is left out because of an error is not reported as unknown."""
     world = {"robots": {"eve": {"at": [0]}}, "faults": [{"type": "breakdown", "robot": "eve"}]}
     path = tmp_path / "world.json"
     path.write_text(json.dumps(world))

@@ -29,7 +29,7 @@ def warnings(**fields):
 
 
 def test_lanes_that_cross_without_a_waypoint():
-    """Under free robots pass through each other there; lanes that share a waypoint are none of these."""
+    """Under `free` robots pass through each other at a crossing, but lanes that share a waypoint don't count."""
     text = (
         "'west'-'east' crosses lanes.1 'north'-'south' without a waypoint: under 'free' robots pass through each other"
         " there; 'reserve', 'priority' and 'planned' keep them apart"
@@ -38,7 +38,7 @@ def test_lanes_that_cross_without_a_waypoint():
 
 
 def test_lanes_nearer_than_robots_are_wide():
-    """The first one is told, with what two robots need; the others are counted."""
+    """The first one is reported, with the distance that two robots need, and the others are counted."""
     lanes = [CROSS["lanes"][0], CROSS["lanes"][2], CROSS["lanes"][1]]
     text = (
         "'west'-'east' is 0.75 from lanes.1 'side'-'north' and 1 more, and two robots need 0.8: under 'free' robots"
@@ -60,12 +60,12 @@ def test_lanes_nearer_than_robots_are_wide():
     ids=["kept apart", "kept apart by default", "one robot", "one that drives"],
 )
 def test_nothing_where_no_two_robots_pass_through_each_other(fields):
-    """Other policies keep them apart, and one robot meets no other one."""
+    """There is no warning under other policies or for a single robot."""
     assert [] == warnings(**fields)
 
 
 def test_it_is_told_with_its_line(tmp_path, capsys):
-    """Beside that the two lanes are not connected."""
+    """The warning has its line, besides one for lanes that are not connected."""
     path = tmp_path / "cross.yaml"
     path.write_text(
         "waypoints: {a: [0, 0], b: [2, 2], c: [0, 2], d: [2, 0]}\n"

@@ -36,7 +36,7 @@ def findings(battery, kind=None):
     ],
 )
 def test_a_charge_that_may_be_a_share(battery, kind, message):
-    """It is in units, as the capacity is."""
+    """There is a warning for a charge in units that looks like a share."""
     assert [("robots.eve.components.battery.initial_charge", message)] == findings(battery, kind)
 
 
@@ -44,12 +44,12 @@ def test_a_charge_that_may_be_a_share(battery, kind, message):
     "battery", [{"initial_charge": 0}, {"initial_charge": 900}, {"capacity": 1, "initial_charge": 0.3}, {}]
 )
 def test_other_charges(battery):
-    """An empty battery is meant so, and so is a small one."""
+    """There is no warning for empty and for small batteries."""
     assert [] == findings(battery)
 
 
 def test_a_drain_of_an_action_that_does_not_exist():
-    """With the one that may be meant."""
+    """The error suggests a similar action."""
     ((path, message),) = findings({"drain": {"actions": {"pick": 1}}})
 
     assert ("robots.eve.components.battery.drain.actions.pick", "no action 'pick'; did you mean 'pickup'?") == (
@@ -74,18 +74,18 @@ def problems(robot, **fields):
 
 
 def test_inside_four_walls():
-    """It gets nowhere."""
+    """There is a warning for a robot inside four walls."""
     assert [("warning", "robots.wall_e.at", WALLED_IN)] == problems({"at": [5, 5]})
 
 
 def test_at_a_waypoint_out_of_which_no_lane_leads():
-    """It got there by a one-way lane."""
+    """There is a warning for a robot at the end of a one-way lane."""
     text = "no lane leads out of 'end'; start it elsewhere"
     assert [("warning", "robots.wall_e.at", text)] == problems({"at": "end"})
 
 
 def test_behind_a_door_no_lane_leads_through():
-    """The planner takes it for a wall."""
+    """A door without a lane is a wall for the planner."""
     walls = [[[6, 4], [4, 4], [4, 6], [6, 6]]]
     found = problems({"at": [5, 5]}, walls=walls, doors={"door": {"at": [[6, 4], [6, 6]]}})
 
@@ -105,7 +105,7 @@ def test_behind_a_door_no_lane_leads_through():
     ids=["flies", "another planner", "no lanes", "a gap before a lane", "a gap beside its foot", "on a lane"],
 )
 def test_what_is_not_walled_in(robot, fields):
-    """A line or a lane leads out, or it needs none."""
+    """There is no warning if a line or lane leads out, or if the robot needs none."""
     assert [] == [path for _, path, _ in problems(robot, **fields) if path.startswith("robots")]
 
 
@@ -126,7 +126,7 @@ def is_planned(world, start, goals):
 @examples(300)
 @given(st.lists(POINTS, min_size=3, max_size=3, unique=True), st.lists(SEGMENTS, max_size=6), POINTS)
 def test_the_planner_finds_no_route_from_where_a_robot_is_walled_in(waypoints, walls, start):
-    """And one from anywhere else."""
+    """The planner finds a route exactly from the starts without a warning."""
     assume(not any(map(Obstacles(walls, ()).occupy, waypoints)))
     names = dict(zip("abc", waypoints, strict=True))
     robots = {"wall_e": {"at": start}}
