@@ -54,7 +54,7 @@ FORMS = {
 
 
 def test_forms_are_the_same_world(write):
-    """However it is saved, it is the same drawing."""
+    """A drawing is the same in every form in which it can be saved."""
     hashes = {}
     for i, (name, text) in enumerate(FORMS.items()):
         path = write("", f"{i}.drawio")
@@ -66,7 +66,7 @@ def test_forms_are_the_same_world(write):
 
 @pytest.mark.parametrize("text", [model(*CELLS), file(f"<diagram>{PACKED}</diagram>")])
 def test_page_without_a_name_is_called_as_in_the_original(load, text):
-    """A bare model, or a diagram without a name."""
+    """A bare model and a diagram without a name have the original's default name."""
     world = load(text, "map.xml").world
 
     assert world.name == "Window 1"
@@ -74,7 +74,7 @@ def test_page_without_a_name_is_called_as_in_the_original(load, text):
 
 
 def test_page_without_a_size_is_500_px(load):
-    """As in the original."""
+    """The default size is that of the original."""
     assert load("<mxGraphModel/>", "map.drawio").world.bounds == (0, 0, 500, 500)
 
 
@@ -87,14 +87,14 @@ def test_page_without_a_size_is_500_px(load):
 )
 @pytest.mark.parametrize("name", ["map.drawio.svg", "map.drawio"])
 def test_svg_export_is_refused_with_what_would_do(write, text, name):
-    """It is a picture, whatever it is called."""
+    """An SVG export is a picture, whatever its file name."""
     with pytest.raises(WorldError, match=r"is an SVG picture; open it in draw\.io and save it as \.drawio"):
         load_world(write(text, name))
 
 
 @pytest.mark.parametrize("name", ["map.drawio.png", "map.PDF"])
 def test_picture_is_refused_with_what_would_do(tmp_path, name):
-    """Not as a text that can't be decoded."""
+    """A picture is reported as such instead of as undecodable text."""
     path = tmp_path / name
     path.write_bytes(b"\x89PNG\r\n")
 
@@ -103,7 +103,7 @@ def test_picture_is_refused_with_what_would_do(tmp_path, name):
 
 
 def test_picture_that_is_not_there_is_just_that(tmp_path):
-    """No such file."""
+    """A missing picture is reported as a missing file."""
     with pytest.raises(WorldError, match="no such file"):
         load_world(tmp_path / "map.png")
 
@@ -125,19 +125,19 @@ def load(path, *, page=None, **rename):
     ("page", "place"), [(None, "ground"), ("Upper", "upper"), ("2", "upper"), ("1", "one"), ("3", "one")]
 )
 def test_page_is_chosen_by_name_or_number(write, page, place):
-    """A name goes before a number; the first page is the default."""
+    """Names take precedence over numbers, and the first page is the default."""
     assert list(load(write(PAGES, "map.drawio"), page=page).places) == [place]
 
 
 @pytest.mark.parametrize("page", ["4", "0", "-1", "upper", "", "9" * 5000])
 def test_unknown_page_is_an_error(write, page):
-    """There are these."""
+    """The error lists the pages."""
     with pytest.raises(WorldError, match=r"has no page '.*'; there are 1 \(Ground\), 2 \(Upper\), 3 \(1\)"):
         load(write(PAGES, "map.drawio"), page=page)
 
 
 def test_page_of_an_included_drawing_is_chosen(write):
-    """The option is for drawings, wherever they are."""
+    """The option also applies to included drawings."""
     write(PAGES, "map.drawio")
 
     assert list(load(write("include: [map.drawio]\n"), page="2").places) == ["upper"]
@@ -150,7 +150,7 @@ def test_page_without_a_drawing_is_an_error(write):
 
 
 def test_robots_are_renamed(write):
-    """Named ones and numbered ones, with what they follow; names may be exchanged."""
+    """Named and numbered robots are renamed, with their paths, and names can be swapped."""
     text = ROBOTS.replace("</root>", line("path", (200, 100), (200, 150), source="r") + "</root>")
     world = load(write(text, "map.drawio"), robot_1="eve", eve="wall_e")
 
@@ -159,7 +159,7 @@ def test_robots_are_renamed(write):
 
 
 def test_robots_of_an_included_drawing_are_renamed(write):
-    """The native file knows them by their new names."""
+    """The including file uses the new names."""
     write(ROBOTS, "map.drawio")
     world = load(write("include: [map.drawio]\nremap: {x/y: wall_e/navigate_to_pose}\n"), robot_2="wall_e")
 
@@ -183,7 +183,7 @@ def test_rename_that_makes_no_sense_is_an_error(write, rename, message):
 
 
 def test_new_name_that_the_native_file_has_is_an_error(write):
-    """Both files are named."""
+    """The error names both files."""
     write(ROBOTS, "map.drawio")
 
     with pytest.raises(WorldError, match=r"'wall_e' is in .*world.yaml already"):
@@ -198,7 +198,7 @@ def command(*arguments: str) -> argparse.Namespace:
 
 
 def test_command_line_has_the_options(write):
-    """--page, --rename and --lenient."""
+    """The command line has --page, --rename and --lenient."""
     pages = file(diagram(model(), "Ground"), diagram(model(typed("robot", 1, 1), typed("drone", 9, 9)), "Upper"))
     loaded = read_world(
         command(str(write(pages, "map.drawio")), "--page", "Upper", "--rename", "robot_1=wall_e", "--lenient")
@@ -218,7 +218,7 @@ def test_command_line_has_the_options(write):
     ],
 )
 def test_bad_rename_on_the_command_line_is_an_error(write, texts, message):
-    """What is wrong with it, and what would do."""
+    """The error has a remedy."""
     options = [part for text in texts for part in ("--rename", text)]
 
     with pytest.raises(WorldError, match=message):

@@ -21,7 +21,7 @@ from tests.profiles import examples
 
 
 def test_number_of_reported_errors_is_limited(write):
-    """The first one says how many there are."""
+    """The first error gives the number of all errors."""
     path = write("\n".join(["name: many", *(f"k{i}: {i}" for i in range(3000))]))
     with pytest.raises(WorldError) as caught:
         load_world(path)
@@ -33,7 +33,7 @@ def test_number_of_reported_errors_is_limited(write):
 
 
 def test_a_merge_key_is_told_with_its_line(errors_of):
-    """It looks like YAML, and is so no longer."""
+    """A merge key looks like YAML, but YAML 1.2 has none."""
     errors = errors_of("robots:\n  eve: &eve {at: [0, 0]}\n  wall_e:\n    <<: *eve\n")
 
     assert errors == ["4: has the merge key <<, which YAML 1.2 no longer has; write the keys out"]
@@ -43,7 +43,7 @@ STRIPES = [((0.0, float(y)), (1000.0, float(y))) for y in range(1000)]
 
 
 def test_a_short_line_is_compared_with_few_of_many_long_walls():
-    """A thousand stripes, of which it meets one."""
+    """Of a thousand walls, a line is compared with those near the one that it meets."""
     grid = SegmentGrid(STRIPES)
 
     assert grid.first_crossing((500.0, 700.5), (501.0, 701.5)) == 701
@@ -51,7 +51,7 @@ def test_a_short_line_is_compared_with_few_of_many_long_walls():
 
 
 def test_a_line_from_far_away_is_cut_to_where_the_walls_are():
-    """It crosses all of them in the end."""
+    """A line from far away that crosses all walls is found to do so."""
     grid = SegmentGrid(STRIPES)
 
     assert grid.first_crossing((10.0, 1e7), (10.0, -1e7)) == 0
@@ -59,14 +59,14 @@ def test_a_line_from_far_away_is_cut_to_where_the_walls_are():
 
 
 def test_a_line_beside_all_walls_meets_none():
-    """However long it is."""
+    """A line of any length beside the walls meets none of them."""
     grid = SegmentGrid(STRIPES)
 
     assert grid.first_crossing((-1e7, -5000.0), (1e7, -5000.0)) is None
 
 
 def test_lanes_and_walls_are_compared_within_bounds(monkeypatch):
-    """What was not looked at is said."""
+    """A warning reports what was not compared."""
     monkeypatch.setattr(lanes, "_MAX_COMPARISONS", 0)
     world = World.model_validate(
         {
@@ -113,7 +113,7 @@ def changed(value, path, new):
 @given(st.data())
 @examples(150)
 def test_any_change_of_a_file_is_read_or_told(kind, data):
-    """One value of it may be anything: what comes is a world, or findings, and nothing else is raised."""
+    """With any one value changed, a file is a world or has findings."""
     path = data.draw(st.sampled_from([*places(PLAIN[kind])]))
     text = json.dumps(changed(PLAIN[kind], path, data.draw(values)))
     try:
@@ -129,7 +129,7 @@ def test_any_change_of_a_file_is_read_or_told(kind, data):
 @pytest.mark.parametrize("kind", [*FILES, "movingai"])
 @given(st.text(max_size=100) | values.map(json.dumps))
 def test_any_text_is_read_or_refused(kind, text):
-    """No text makes anything but a document or a WorldError."""
+    """Any text is a document or a WorldError."""
     try:
         assert registry()[kind].read(text, "file", AS_IT_IS)
     except WorldError as error:
@@ -151,7 +151,7 @@ def test_any_text_is_read_or_refused(kind, text):
     ids=lambda value: repr(value[:20]),
 )
 def test_hostile_json_is_one_error(write, name, text, message):
-    """Whatever can't be read is refused before it costs anything."""
+    """Unreadable JSON is rejected before it costs anything."""
     with pytest.raises(WorldError, match=message) as caught:
         load_world(write(text, name))
 
@@ -159,7 +159,7 @@ def test_hostile_json_is_one_error(write, name, text, message):
 
 
 def test_a_json_file_of_too_many_values_is_refused(write, monkeypatch):
-    """They are counted before they are made."""
+    """Values are counted before they are parsed."""
     monkeypatch.setattr(_reading, "_MAX_VALUES", 10)
 
     with pytest.raises(WorldError, match="has more than 10 values"):
@@ -167,7 +167,7 @@ def test_a_json_file_of_too_many_values_is_refused(write, monkeypatch):
 
 
 def test_numbers_beyond_all_maps_are_told(errors_of):
-    """Those that overflow, and those that are too far away."""
+    """Numbers that overflow or are out of range are errors."""
     far = [
         {"type": "Feature", "properties": {"id": i}, "geometry": {"type": "Point", "coordinates": [number, 0]}}
         for i, number in enumerate((10**400, 1e308, 1e8))
@@ -181,7 +181,7 @@ def test_numbers_beyond_all_maps_are_told(errors_of):
 
 
 def test_number_of_reported_errors_of_other_formats_is_limited(write):
-    """Every value of the file is wrong."""
+    """The limit holds if every value of a file is invalid."""
     text = json.dumps({"features": [5] * 5000})
     with pytest.raises(WorldError) as caught:
         load_world(write(text, "g.geojson"))

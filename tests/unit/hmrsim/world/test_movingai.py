@@ -37,31 +37,31 @@ def arena():
 
 
 def test_cells_are_waypoints(arena):
-    """Terrain and swamp; called by column and row as in the file, a metre wide, row 0 at the top."""
+    """Terrain and swamp are waypoints, named by column and row, 1 m wide, with row 0 at the top."""
     assert (18, (0, 0, 6, 4)) == (len(arena.waypoints), arena.bounds)
     assert ((0.5, 3.5), (3.5, 2.5), (5.5, 0.5)) == tuple(arena.waypoints[cell] for cell in ("0_0", "3_1", "5_3"))
 
 
 def test_neighbours_are_joined(arena):
-    """Across corners only where both cells beside are open."""
+    """Cells are joined across corners only if both cells beside are open."""
     assert {frozenset(pair) for pair in (("2_0", "3_0"), ("2_0", "3_1"), ("3_2", "4_3"))} <= pairs(arena)
     assert frozenset(("3_1", "4_2")) not in pairs(arena)
 
 
 def test_four_neighbours():
-    """None across corners."""
+    """With 4 neighbors, cells are not joined across corners."""
     world = load_world(ARENA, options=ReadOptions(neighbours=4)).world
 
     assert {1.0} == {math.dist(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes}
 
 
 def test_closed_cells_are_obstacles(arena):
-    """Merged where they make a rectangle."""
+    """Closed cells that form a rectangle are one obstacle."""
     assert [((4, 2), (6, 4)), ((1, 1), (2, 3))] == [(wall.solid[0], wall.solid[2]) for wall in arena.walls]
 
 
 def test_a_way_is_as_long_as_the_benchmark_says(arena):
-    """Straight steps cost 1, diagonal ones the root of 2."""
+    """Straight steps cost 1, diagonal ones the square root of 2."""
     route = WaypointGraph(arena).plan(arena.point("0_0"), arena.point("5_3"), 1.0)
 
     assert pytest.approx(4.0 + 2.0 * math.sqrt(2.0), abs=1e-9) == route.length
