@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import MAX_FINDINGS, Finding, problems_of, shown
+from hmrsim.diagnostics import Finding, limited, problems_of, shown
 from hmrsim.documents.validation import Models, explain
 from hmrsim.documents.yaml_text import Unreadable, as_yaml, line_of, read_yaml
 from hmrsim.errors import DocumentError, Problem, WorldError, reason_of
@@ -68,11 +68,8 @@ class Document:
             DocumentError: There are findings; the error is of the document's class.
         """
         problems = self.problems([*self.findings, *findings])
-        if len(problems) > MAX_FINDINGS:
-            more = len(problems) - MAX_FINDINGS
-            problems = [*problems[:MAX_FINDINGS], Problem(self.file, "", f"and {more} more")]
         if problems:
-            raise self.error(problems)
+            raise self.error(limited(problems, self.file))
 
     def validated(self, model: type[M], parts: Models | None = None) -> M:
         """Return the content as a model; *parts* are the models of all parts, for the known keys in messages.

@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.diagnostics import MAX_FINDINGS
+from hmrsim.diagnostics import MAX_FINDINGS, limited
 from hmrsim.errors import Problem, WorldError
 from hmrsim.file_cache import FileCache
 from hmrsim.world import additions
@@ -213,11 +213,7 @@ def _in_order(problems: list[Problem], file: str) -> list[Problem]:
         files.setdefault(problem.file, len(files))
     ordered = sorted(problems, key=lambda problem: (files[problem.file], problem.line or 0))
     ordered.sort(key=lambda problem: problem.severity != "error")
-    if len(ordered) <= MAX_FINDINGS:
-        return ordered
-    more = len(ordered) - MAX_FINDINGS
-    last = Problem(file, "", f"and {more} more", severity=ordered[MAX_FINDINGS].severity)
-    return [*ordered[:MAX_FINDINGS], last]
+    return limited(ordered, file)
 
 
 def world_hash(world: World) -> str:
