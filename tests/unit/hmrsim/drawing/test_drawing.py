@@ -90,7 +90,7 @@ def test_the_same_world_is_the_same_picture():
     assert Drawing(TWO_ROOMS).svg() == Drawing(TWO_ROOMS.model_copy(deep=True)).svg()
 
 
-def test_metres_point_up():
+def test_meters_point_up():
     """In meters, greater y is further up."""
     low, _, high = layer(drawn(TWO_ROOMS), "waypoints")
 
@@ -227,7 +227,7 @@ def test_odd_worlds(world):
     assert "nan" not in Drawing(World.model_validate(world)).svg()
 
 
-def test_lanes_in_colours_of_their_own():
+def test_lanes_in_colors_of_their_own():
     """Directions with their own color and width are drawn beside each other, with their notes."""
     svg = Drawing(TWO_ROOMS).svg(
         {("a", "b"): ("#123456", 5.0), ("b", "a"): ("#654321", 2.0)}, lane_notes={("a", "b"): "12 times"}

@@ -52,7 +52,7 @@ def test_a_rejected_goal_is_meant():
     assert not EventPattern(goal="aborted", robot="eve").matches(rejected)
 
 
-def test_what_there_is_not_is_told_with_what_there_is():
+def test_what_there_is_not_is_reported_with_what_there_is():
     """Unknown kinds, fields and robots of events are errors that list the known ones."""
     unknown = [finding.message for finding in EventPattern(event="pickd").flaws()]
     field = [finding.message for finding in EventPattern(event="picked", where={"itm": "box"}).flaws()]
@@ -78,7 +78,7 @@ def test_event_and_goal_exclude_each_other(said, message):
         EventPattern(**said)
 
 
-def test_a_pattern_is_told_in_words():
+def test_a_pattern_is_described_in_words():
     """A pattern is described in words, as in the story of a failure."""
     assert EventPattern(goal="accepted", robot="eve", action="pickup").describe() == "pickup of eve is accepted"
     assert EventPattern(event="picked", where={"item": "box"}).describe() == "picked (item box)"

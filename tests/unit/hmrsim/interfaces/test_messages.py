@@ -108,7 +108,7 @@ def test_content_survives_json() -> None:
         assert message == cls.model_validate_json(message.model_dump_json()), name
 
 
-def test_unknown_field_is_refused() -> None:
+def test_unknown_field_is_rejected() -> None:
     """An unknown field is an error instead of being ignored."""
     for name, cls in messages().items():
         with case(name), pytest.raises(ValidationError, match="Extra inputs are not permitted"):
@@ -166,14 +166,14 @@ def test_defaults_are_not_shared() -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
-def test_not_finite_is_refused(value: float) -> None:
+def test_not_finite_is_rejected(value: float) -> None:
     """NaN and infinity are errors."""
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         Vector3(x=value)
 
 
 @pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity", "1e999"])
-def test_not_finite_is_refused_in_json(text: str) -> None:
+def test_not_finite_is_rejected_in_json(text: str) -> None:
     """NaN and infinity are errors also where JSON can spell them, at any depth."""
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         PoseStamped.model_validate_json(f'{{"pose": {{"position": {{"x": {text}}}}}}}')
@@ -194,7 +194,7 @@ def test_not_finite_is_refused_in_json(text: str) -> None:
         (Grasp, '{"allowed_touch_objects": "all"}', "valid array"),
     ],
 )
-def test_wrong_type_is_refused(cls: type[Message], text: str, error: str) -> None:
+def test_wrong_type_is_rejected(cls: type[Message], text: str, error: str) -> None:
     """A value of another type is an error; nothing is converted."""
     with pytest.raises(ValidationError, match=error):
         cls.model_validate_json(text)
@@ -228,13 +228,13 @@ class TestIntegers:
 
         assert [adapter.validate_python(value) for value in (least, most)] == [least, most]
 
-    def test_less_is_refused(self, integer: Any, least: int, most: int) -> None:
+    def test_less_is_rejected(self, integer: Any, least: int, most: int) -> None:
         """One less than the minimum is an error."""
         del most
         with pytest.raises(ValidationError, match="greater than or equal to"):
             TypeAdapter(integer).validate_python(least - 1)
 
-    def test_more_is_refused(self, integer: Any, least: int, most: int) -> None:
+    def test_more_is_rejected(self, integer: Any, least: int, most: int) -> None:
         """One more than the maximum is an error."""
         del least
         with pytest.raises(ValidationError, match="less than or equal to"):
@@ -321,7 +321,7 @@ def test_import_builds_nothing() -> None:
 
 
 @pytest.mark.parametrize("kind", [int, str, list[int], dict[str, float], float | None])
-def test_a_field_of_no_type_of_ros_is_refused(kind):
+def test_a_field_of_no_type_of_ros_is_rejected(kind):
     """The error is raised when the class is defined."""
     with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' has no ROS type; use a Message, or one of"):
         type("Odd", (Message,), {"__annotations__": {"x": kind}, "__module__": "odd_msgs"})

@@ -62,7 +62,7 @@ def test_its_request_may_be_empty(service):
     assert isinstance(run.log.answer("asked"), service.response)
 
 
-def test_an_unknown_field_is_refused(service):
+def test_an_unknown_field_is_rejected(service):
     """An unknown field is an error instead of being ignored."""
     with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
         read(service, {"no_such_field": 1})

@@ -64,7 +64,7 @@ class TestFilters:
             ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
         ],
     )
-    def test_a_filter_that_makes_no_sense_is_refused(self, run, filters, code, why):
+    def test_an_invalid_filter_is_rejected(self, run, filters, code, why):
         """An invalid filter is rejected with the reason, and without entities."""
         answer = run.ask("get_entities", {"filters": filters})
 

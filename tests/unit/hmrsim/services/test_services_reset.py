@@ -77,7 +77,7 @@ class TestGoals:
 
         assert GoalStatus.SUCCEEDED is run.log.answer("later").status
 
-    def test_goals_of_robots_that_stay_go_on_when_only_others_are_removed(self, run):
+    def test_goals_of_robots_that_stay_continue_when_only_others_are_removed(self, run):
         """Goals of robots that are not removed continue."""
         spawn(run)
         run((0.0, go()), (0.0, go(robot="bob", goal_id=NEXT)), until=1.0)
@@ -123,7 +123,7 @@ class TestTime:
 
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_samples_begin_anew(self):
+    def test_samples_start_again(self):
         """The first sample after the reset is due after a tenth of a second."""
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.advance(1.55)
@@ -133,7 +133,7 @@ class TestTime:
 
         assert [0.1, pytest.approx(0.2), pytest.approx(0.3)] == [time for time, _ in run.log.events]
 
-    def test_the_clock_is_told_once_more(self):
+    def test_the_clock_is_published_once_more(self):
         """The clock is published after a reset even if the time is unchanged."""
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.settle()
@@ -163,7 +163,7 @@ class TestTime:
             run.simulator.now,
         )
 
-    def test_a_script_ends_if_its_state_does_not_begin_anew(self):
+    def test_a_script_ends_if_its_state_does_not_start_again(self):
         """A script whose goal was aborted ends, as with any other abort."""
         run = simulate(SCRIPTED)
         run.simulator.advance(1.5)
@@ -216,7 +216,7 @@ class TestState:
 
         assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
 
-    def test_scripts_begin_anew(self):
+    def test_scripts_start_again(self):
         """Scripts restart at once."""
         run = simulate(SCRIPTED)
         run.simulator.advance(3.0)
@@ -266,7 +266,7 @@ class TestSpawned:
         assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
 
-def test_it_is_told(run):
+def test_it_is_published(run):
     """The reset is published after the aborted goals, at the new time."""
     run((0.0, go()), until=1.5)
     reset(run, TIME | STATE)

@@ -89,7 +89,7 @@ class TestStates:
 
         assert (1.5, (2.5, 2.0)) == (run.simulator.now, run.simulator.robots["wall_e"].pose().point)
 
-    def test_it_goes_on_where_it_was(self, run):
+    def test_it_continues_where_it_was(self, run):
         """A pause does not change later events."""
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
@@ -126,7 +126,7 @@ class TestStates:
         assert paused.ask(name, registry()[name].example) is not None
         assert 0.0 == paused.simulator.now
 
-    def test_to_stop_is_to_begin_anew_and_stand(self, run):
+    def test_to_stop_is_to_reset_and_pause(self, run):
         """Stopping aborts goals, and resets and pauses the simulation."""
         log = run((0.0, go()), until=1.5)
         become(run, STOPPED)
@@ -134,7 +134,7 @@ class TestStates:
         assert (1.5, "ABORTED") == log.changes(GOAL)[-1]
         assert (0.0, True) == (run.simulator.now, run.simulator.paused)
 
-    def test_states_are_told(self, paused):
+    def test_states_are_published(self, paused):
         """A change of the state is published."""
         become(paused, PLAYING)
 

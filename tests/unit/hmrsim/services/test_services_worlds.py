@@ -55,7 +55,7 @@ def test_everything_is_replaced(run):
     assert (3, 0.0) == (run.simulator.seed, run.simulator.now)
 
 
-def test_a_world_that_an_overlay_makes_too_large_is_refused(run, monkeypatch):
+def test_a_world_that_an_overlay_makes_too_large_is_rejected(run, monkeypatch):
     """The current world continues if the text of the new world would be too large to be read again."""
     monkeypatch.setattr(yaml_text, "MAX_NODES", 1_000)
     grown = "overlay: {each 1..400: {places.p$i: {at: [0, 0]}}}\n"
@@ -238,7 +238,7 @@ def test_what_can_not_be_loaded(run, request_, code, why):
     )
 
 
-def test_all_errors_are_told(run):
+def test_all_errors_are_reported(run):
     """All errors are reported, one per line."""
     text = "robots: {a: {at: nowhere}, b: {type: ghost, at: [1, 2]}}"
     result = load(run, resource_string=text).result
@@ -280,7 +280,7 @@ def test_a_world_of_json(run):
     assert 1 == load(run, resource_string=json.dumps({"name": "plain", "robots": {"a": {"at": [1, 2]}}})).result.result
 
 
-def test_a_world_of_too_many_pairs_is_refused(run):
+def test_a_world_of_too_many_pairs_is_rejected(run):
     """A world is rejected if its checks would make other clients wait."""
     docks = {f"d{i}": {"at": "a"} for i in range(2_100)}
     robots = {f"r{i}": {"at": [i, 1]} for i in range(2_100)}

@@ -76,7 +76,7 @@ def test_a_word_is_read_as_its_setting(read, words, field, value):
         (("--participants", "a b"), "'a b' is neither a number nor names such as nurses,porters"),
     ],
 )
-def test_a_word_that_makes_no_sense_is_wrong_use(read, capsys, words, told):
+def test_an_invalid_word_is_wrong_use(read, capsys, words, told):
     """An invalid argument is reported in one line."""
     with pytest.raises(SystemExit, match="2"):
         read(*words)
@@ -110,7 +110,7 @@ def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys)
     ] == capsys.readouterr().err.splitlines()
 
 
-def test_options_that_do_not_go_together_are_told_also_of_a_file(tmp_path, monkeypatch, capsys):
+def test_options_that_do_not_go_together_are_reported_also_of_a_file(tmp_path, monkeypatch, capsys):
     """Conflicting settings of a file are reported like those of the command line."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.yaml").write_text("ros_domain_id: 3\n")

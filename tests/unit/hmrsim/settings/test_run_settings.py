@@ -34,7 +34,7 @@ from hmrsim_zenoh.settings import SERVED
         ({"hold": 1.0}, "not permitted"),
     ],
 )
-def test_a_setting_that_makes_no_sense_is_refused(fields, why):
+def test_an_invalid_setting_is_rejected(fields, why):
     """An invalid setting is rejected with its name, its value and a remedy."""
     with pytest.raises(ValidationError, match=why):
         RunSettings(**fields)
@@ -52,7 +52,7 @@ def test_minus_one_is_for_ever(name):
     assert math.inf == getattr(RunSettings(**{name: -1}), name) == getattr(RunSettings(**{name: math.inf}), name)
 
 
-def test_names_of_participants_are_told_once():
+def test_names_of_participants_are_unique():
     """Names of participants can be a list, and duplicates are dropped."""
     assert ("nurses", "porters") == RunSettings(participants=["nurses", "porters", "nurses"]).participants
 

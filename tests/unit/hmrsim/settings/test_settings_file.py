@@ -83,7 +83,7 @@ def test_a_file_of_comments_is_an_error(read):
         (b"seed: \xff", "s.yaml:1: is not UTF-8"),
     ],
 )
-def test_a_mistake_is_told_with_its_line(read, text, told):
+def test_an_error_is_reported_with_its_line(read, text, told):
     """An error has the line, the setting, its value and a remedy."""
     with pytest.raises(SettingsError) as error:
         read(text)
@@ -91,7 +91,7 @@ def test_a_mistake_is_told_with_its_line(read, text, told):
     assert str(error.value).startswith(told)
 
 
-def test_all_mistakes_are_told_at_once(read):
+def test_all_errors_are_reported_at_once(read):
     """All errors are reported at once, in the order of the file."""
     with pytest.raises(SettingsError) as error:
         read("seed: x\nclok: lockstep\nclock: sundial\nseed: 3\n")
@@ -112,7 +112,7 @@ def test_a_file_that_is_none(tmp_path, monkeypatch, path, told):
         read_file(Path(path), SERVED)
 
 
-def test_a_huge_file_is_refused(read):
+def test_a_huge_file_is_rejected(read):
     """A huge file is rejected before it is parsed."""
     with pytest.raises(SettingsError, match="is larger than 16 MiB"):
         read(b"#" * (16 * 1024 * 1024 + 1))

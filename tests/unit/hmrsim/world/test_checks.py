@@ -181,7 +181,7 @@ def test_lifts_join_what_lanes_do_not():
     assert problems(**attic) == []
 
 
-def test_robots_bad_setting_is_told_once():
+def test_robots_bad_setting_is_reported_once():
     """An error of a type is not repeated for each of its robots."""
     kind = {"components": {"claw": {"reach": -1}}}
     robot = {"type": "nurse", "at": "home", "components": {"claw": {"max_weight": 1.0}}}

@@ -53,7 +53,7 @@ def test_shapes_are_solids_and_text_is_none(ward):
     ]
 
 
-def test_things_are_at_their_centre(ward):
+def test_things_are_at_their_center(ward):
     """Half of a size is rounded down: 12 px at 62.5 have their center at 68.5."""
     assert ward.items["syrup"].at == (68.5, 49.0)
     assert {name: place.at for name, place in ward.places.items()} == {"bed": (100, 350), "POI_1": (400, 80)}

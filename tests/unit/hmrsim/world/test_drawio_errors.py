@@ -16,7 +16,7 @@ LENIENT = ReadOptions(lenient=True)
 TYPES = "robot, pickable, POI, map-path, path, debug"
 
 
-def test_all_bad_cells_are_told_at_once(wrong):
+def test_all_bad_cells_are_reported_at_once(wrong):
     """Each invalid cell is reported, whatever other errors there are."""
     errors = wrong(
         road((0, 0), (1, 1), identifier="m", source="nobody"),
@@ -61,7 +61,7 @@ def test_all_bad_cells_are_told_at_once(wrong):
         ),
     ],
 )
-def test_object_without_a_cell_is_told(wrong, cell, error):
+def test_object_without_a_cell_is_reported(wrong, cell, error):
     """An object without a cell is an error instead of being dropped."""
     assert [f"1: {error}"] == wrong(cell)
 
@@ -80,7 +80,7 @@ def test_cell_in_a_group_that_is_nowhere_is_warned_of(warned):
     assert ["POI cell 'p': is in 'nope', which is not a cell of this page; it is placed on the page itself"] == warnings
 
 
-def test_all_numbers_of_a_cell_are_told(wrong):
+def test_all_numbers_of_a_cell_are_reported(wrong):
     """All invalid numbers of a cell are reported."""
     cell = shape("rounded=0;rotation=steep", 1, 2, 3, 4, id="s").replace('x="1"', 'x="NaN"').replace('"4"', '"tall"')
 
@@ -102,7 +102,7 @@ def test_all_numbers_of_a_cell_are_told(wrong):
         (typed("pickable", 1, 1), None),
     ],
 )
-def test_problem_has_the_value_that_makes_no_sense(write, cell, value):
+def test_problem_has_the_value_that_is_invalid(write, cell, value):
     """The problem has the invalid value, and its path names the cell."""
     with pytest.raises(WorldError, match="cell") as caught:
         load_world(write(drawing(cell), "map.drawio"))
@@ -110,7 +110,7 @@ def test_problem_has_the_value_that_makes_no_sense(write, cell, value):
     assert [value] == [problem.value for problem in caught.value.problems]
 
 
-def test_lines_are_told_in_plain_files(errors_of):
+def test_lines_are_reported_in_plain_files(errors_of):
     """Each cell of an uncompressed file has its line."""
     text = drawing(typed("drone", 1, 1, id="a"), typed("robo", 1, 1, id="b")).replace("<object", "\n<object")
 
@@ -161,7 +161,7 @@ def test_lenient_forgives_nothing_else(write):
 
 
 @pytest.mark.parametrize("number", ["nan", "inf", "-Infinity", "1e300", "1e8", "ten", "", "1e9999", "0x10", "1_0"])
-def test_absurd_coordinate_is_refused(wrong, number):
+def test_absurd_coordinate_is_rejected(wrong, number):
     """NaN, infinity and absurd sizes are errors."""
     (error,) = wrong(typed("POI", 1, 2, id="p").replace('x="1"', f'x="{number}"'))
 
@@ -169,7 +169,7 @@ def test_absurd_coordinate_is_refused(wrong, number):
 
 
 @pytest.mark.parametrize("attribute", ["pageWidth", "pageHeight"])
-def test_absurd_page_is_refused(errors_of, attribute):
+def test_absurd_page_is_rejected(errors_of, attribute):
     """The page size must be valid, as it becomes the world's bounds."""
     (error,) = errors_of(file(diagram(f'<mxGraphModel {attribute}="wide"/>')), "map.drawio")
 

@@ -86,14 +86,14 @@ def test_page_without_a_size_is_500_px(load):
     ],
 )
 @pytest.mark.parametrize("name", ["map.drawio.svg", "map.drawio"])
-def test_svg_export_is_refused_with_what_would_do(write, text, name):
+def test_svg_export_is_rejected_with_a_remedy(write, text, name):
     """An SVG export is a picture, whatever its file name."""
     with pytest.raises(WorldError, match=r"is an SVG picture; open it in draw\.io and save it as \.drawio"):
         load_world(write(text, name))
 
 
 @pytest.mark.parametrize("name", ["map.drawio.png", "map.PDF"])
-def test_picture_is_refused_with_what_would_do(tmp_path, name):
+def test_picture_is_rejected_with_a_remedy(tmp_path, name):
     """A picture is reported as such instead of as undecodable text."""
     path = tmp_path / name
     path.write_bytes(b"\x89PNG\r\n")
@@ -176,7 +176,7 @@ def test_robots_of_an_included_drawing_are_renamed(write):
         ({"eve": "9"}, "robots.9: "),
     ],
 )
-def test_rename_that_makes_no_sense_is_an_error(write, rename, message):
+def test_rename_that_is_invalid_is_an_error(write, rename, message):
     """The old name is unknown; the new name is taken, or is not a valid name."""
     with pytest.raises(WorldError, match=message.replace("(", r"\(")):
         load(write(ROBOTS, "map.drawio"), **rename)

@@ -74,7 +74,7 @@ def test_share_of_a_shape_goes_round_with_it(draw):
     assert (at(straight), at(turned)) == ({"port": (200, 125)}, {"port": (150, 175)})
 
 
-def test_layers_are_read_and_hidden_ones_are_told(warned, draw):
+def test_layers_are_read_and_hidden_ones_are_reported(warned, draw):
     """Hidden layers are read with a warning, as in the original, and a layer can have data."""
     hidden = '<mxCell id="l" parent="0" value="Upper &lt;b&gt;floor&lt;/b&gt;" visible="0"/>'
     other = '<object id="m" label="Notes" owner="me"><mxCell parent="0" visible="0"/></object>'
@@ -114,7 +114,7 @@ def test_thousands_of_groups_in_each_other_are_placed(draw):
     assert at(draw(point("bed", 0, 0, "g0"), *groups[:-1])) == {"bed": (2504.5, 5)}
 
 
-def test_error_of_a_group_is_told_once(wrong):
+def test_error_of_a_group_is_reported_once(wrong):
     """Children of an invalid group are not reported."""
     group = shape("group", 1, 2, 9, 9, id="g").replace('x="1"', 'x="one"')
 

@@ -90,7 +90,7 @@ def test_missing_coordinate_is_nought(draw):
     assert lanes(draw(road((0, 30), (50, 0)).replace(' x="0"', "").replace(' y="0"', ""))) == [((0, 30), (50, 0))]
 
 
-def test_road_without_points_is_told(warned):
+def test_road_without_points_is_reported(warned):
     """A road without points leads nowhere."""
     assert warned(road((5, 5), (5, 5), identifier="r")) == [
         "map-path cell 'r': has fewer than two points, so it is not a road"
@@ -107,7 +107,7 @@ def test_road_without_points_is_told(warned):
         ([typed("map-path", 1, 1)], "is a shape; a map-path is a line"),
     ],
 )
-def test_road_that_makes_no_sense_is_an_error(wrong, cells, message):
+def test_road_that_is_invalid_is_an_error(wrong, cells, message):
     """The error names the cell."""
     cells = [cell.replace("map-path1-1", "r") for cell in cells]
     (error,) = wrong(road((50, 50), (60, 60), identifier="r") if "'r'" in message else "", *cells)
@@ -125,14 +125,14 @@ def test_road_to_a_bad_shape_is_not_spoken_of(wrong):
     ]
 
 
-def test_too_many_roads_are_refused(wrong):
+def test_too_many_roads_are_rejected(wrong):
     """The number of pieces is limited, as each is compared with all others."""
     (error,) = wrong(road(*((i % 2, i % 300) for i in range(2002))))
 
     assert error == "1: lanes: 2001 pieces of road; at most 2000"
 
 
-def test_too_many_links_between_walls_are_refused(wrong, monkeypatch):
+def test_too_many_links_between_walls_are_rejected(wrong, monkeypatch):
     """The number of links that are checked against walls is limited."""
     monkeypatch.setattr(_drawio_roads, "_MAX_COMPARISONS", 10_000)
     walls = [shape(WALL, 0, y / 5, 600, 0.04, id=f"w{y}") for y in range(1000)]

@@ -116,7 +116,7 @@ def test_speed_of_old_maps_is_a_frame(draw):
     assert (base.speed, base.radius) == (300, 15)
 
 
-def test_all_errors_of_a_robot_are_told_at_once(wrong):
+def test_all_errors_of_a_robot_are_reported_at_once(wrong):
     """Each invalid attribute is reported with its position."""
     bad = robot(
         component_Claw="[80",
@@ -151,7 +151,7 @@ def test_all_errors_of_a_robot_are_told_at_once(wrong):
         ("battery", "{", "is '{'; expected JSON such as {"),
     ],
 )
-def test_attribute_that_makes_no_sense_is_an_error(wrong, attribute, text, message):
+def test_attribute_that_is_invalid_is_an_error(wrong, attribute, text, message):
     """The error has the value and a remedy."""
     (error,) = wrong(robot(**{attribute: text}))
 
@@ -200,7 +200,7 @@ def test_robots_without_a_name_are_numbered(draw):
     assert {name: robot.at[0] for name, robot in world.robots.items()} == {"robot_1": 25, "robot_2": 75, "robot_3": 125}
 
 
-def test_illegal_name_is_told_where_it_is(wrong):
+def test_illegal_name_is_reported_where_it_is(wrong):
     """An invalid name is reported with its line."""
     (error,) = wrong(robot("wall e"))
 

@@ -53,7 +53,7 @@ def test_shape_covers_its_bars(draw, style, boxes):
         ("direction=up", "direction is 'up'; expected one of east, south, west, north"),
     ],
 )
-def test_walls_that_make_no_sense_are_told(wrong, style, error):
+def test_walls_that_are_invalid_are_reported(wrong, style, error):
     """The error has the cell, the value and a remedy."""
     assert [f"1: cell 'w': {error}"] == wrong(shape(f"{ROOM};{style}", 100, 100, 100, 60, id="w"))
 
@@ -173,7 +173,7 @@ def test_missing_numbers_are_nought_and_a_wall_is_1_px_thin(draw):
     assert spans(draw(cell)) == [(0, 0, 60, 1)]
 
 
-def test_shape_without_a_size_is_told(warned):
+def test_shape_without_a_size_is_reported(warned):
     """A shape without a size can't be an obstacle."""
     assert warned(shape("rounded=0", 1, 1, 0, 5, id="s")) == ["cell 's': has the size 0 x 5, so it is not an obstacle"]
 

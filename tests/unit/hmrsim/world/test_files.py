@@ -50,7 +50,7 @@ def test_native_file_is_not_taken_for_another(load):
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "latin-1"])
-def test_other_encodings_are_told_what_would_do(tmp_path, encoding):
+def test_other_encodings_are_reported_with_a_remedy(tmp_path, encoding):
     """Some editors save UTF-16 by default."""
     path = tmp_path / "world.yaml"
     path.write_bytes("name: \u00e4".encode(encoding))
@@ -59,7 +59,7 @@ def test_other_encodings_are_told_what_would_do(tmp_path, encoding):
         load_world(path)
 
 
-def test_empty_name_is_told():
+def test_empty_name_is_reported():
     """An empty name is not the current folder."""
     with pytest.raises(WorldError, match=r"^the name of the world is empty; expected a file, or the name of a shipped"):
         load_world("")

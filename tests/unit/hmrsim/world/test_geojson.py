@@ -58,7 +58,7 @@ def test_an_edge_is_straight_whatever_its_line(crossing):
     assert 4.0 == WaypointGraph(crossing.world).plan((0.0, 0.0), (4.0, 0.0), 1.0).length
 
 
-def test_what_means_nothing_here_is_told(crossing):
+def test_what_means_nothing_here_is_reported(crossing):
     """Each kind of ignored data is reported once, with the line of the first."""
     assert [
         (6, "costs other than the length: 1 left out"),
@@ -108,7 +108,7 @@ def test_a_name_that_looks_like_a_number_of_another_node_is_its_own(load):
     assert ["node_2_", "node_2"] == list(load(text(SHELF, named), "g.geojson").world.waypoints)
 
 
-def test_all_mistakes_are_told_with_their_lines(errors_of):
+def test_all_errors_are_reported_with_their_lines(errors_of):
     """Missing ids and points, duplicate ids, dangling edges and invalid numbers are all reported."""
     nowhere = {"type": "Feature", "properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}
     nameless = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}

@@ -32,7 +32,7 @@ def test_number_of_reported_errors_is_limited(write):
     assert len(caught.value.problems) == 1000
 
 
-def test_a_merge_key_is_told_with_its_line(errors_of):
+def test_a_merge_key_is_reported_with_its_line(errors_of):
     """A merge key looks like YAML, but YAML 1.2 has none."""
     errors = errors_of("robots:\n  eve: &eve {at: [0, 0]}\n  wall_e:\n    <<: *eve\n")
 
@@ -158,7 +158,7 @@ def test_hostile_json_is_one_error(write, name, text, message):
     assert 1 == len(caught.value.problems)
 
 
-def test_a_json_file_of_too_many_values_is_refused(write, monkeypatch):
+def test_a_json_file_of_too_many_values_is_rejected(write, monkeypatch):
     """Values are counted before they are parsed."""
     monkeypatch.setattr(_reading, "_MAX_VALUES", 10)
 
@@ -166,7 +166,7 @@ def test_a_json_file_of_too_many_values_is_refused(write, monkeypatch):
         load_world(write('{"features": [' + "[]," * 10 + "0]}", "g.geojson"))
 
 
-def test_numbers_beyond_all_maps_are_told(errors_of):
+def test_numbers_beyond_all_maps_are_reported(errors_of):
     """Numbers that overflow or are out of range are errors."""
     far = [
         {"type": "Feature", "properties": {"id": i}, "geometry": {"type": "Point", "coordinates": [number, 0]}}

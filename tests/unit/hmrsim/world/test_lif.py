@@ -87,7 +87,7 @@ def test_an_edge_to_another_level_is_a_lift(depot):
     assert {"UP": ("N2", "N4")} == {name: lift.stops for name, lift in depot.lifts.items()}
 
 
-def test_what_means_nothing_here_is_told():
+def test_what_means_nothing_here_is_reported():
     """Each kind of ignored data is reported once, with the line of the first."""
     assert [
         (9, "theta: 1 left out"),
@@ -143,7 +143,7 @@ def test_a_station_may_be_called_as_another_node(load):
     assert ["station A"] == [*world.places]
 
 
-def test_all_mistakes_are_told(errors_of):
+def test_all_errors_are_reported(errors_of):
     """Duplicate and missing ids, nodes without position, dangling edges and stations without nodes are reported."""
     bad = layout("a", {"A": 0, "B": "x"}, [("A", "Z")], [{"stationId": "S", "interactionNodeIds": []}])
     twice = layout("b", {"A": 1}, (), [{"stationId": "T", "interactionNodeIds": ["A"]}] * 2)

@@ -34,7 +34,7 @@ seed: 8
 KEYS = "name, units, bounds, include, overlay, waypoints, lanes, walls"
 
 
-def test_all_errors_are_told_at_once_with_their_lines(errors_of):
+def test_all_errors_are_reported_at_once_with_their_lines(errors_of):
     """Errors of every kind are reported in file order, without errors that follow from others."""
     assert errors_of(MANY) == [
         f"2: colour: unknown key 'colour'; there are {KEYS} and 12 more",
@@ -146,7 +146,7 @@ def test_file_that_cannot_be_read_is_one_problem(tmp_path):
     }
 
 
-def test_file_that_is_too_large_is_refused(tmp_path):
+def test_file_that_is_too_large_is_rejected(tmp_path):
     """A file of more than 16 MiB is rejected."""
     path = tmp_path / "large.yaml"
     with path.open("wb") as stream:
@@ -206,7 +206,7 @@ def test_error_in_an_included_file_names_that_file_and_its_line(write):
         ("broken.yaml", "is not valid YAML"),
     ],
 )
-def test_include_that_cannot_be_is_refused(write, name, message):
+def test_include_that_cannot_be_is_rejected(write, name, message):
     """Loops, files outside the folder, duplicate names and different units are errors."""
     outside = write("name: outside\n", "outside.yaml")
     write("include: [world.yaml]\n", "inside/loop.yaml")
@@ -262,7 +262,7 @@ def test_1000_problems_are_told_at_most(write):
     assert len(f"w: {'x' * 1000}…") == len(str(Problem("w", "", "x" * 2000)))
 
 
-def test_include_that_is_not_there_is_told_with_who_asks_for_it(write):
+def test_include_that_is_not_there_is_reported_with_who_asks_for_it(write):
     """One line has the including file, its line, and the file that is missing."""
     path = write("units: m\ninclude: [missing.yaml]\n", "inside/world.yaml")
 
@@ -305,7 +305,7 @@ def test_robots_and_items_can_be_added(write):
         ("e-v@1,2", "--robot e-v@1,2: robots.e-v: 'e-v' is not a ROS name"),
     ],
 )
-def test_robot_that_cannot_be_added_is_refused(write, robot, message):
+def test_robot_that_cannot_be_added_is_rejected(write, robot, message):
     """The error names the option as it was given."""
     path = write("robots: {wall_e: {at: [0, 0]}}\n")
 

@@ -22,7 +22,7 @@ def test_wall_is_a_polyline_or_a_solid(wall):
 
 
 @pytest.mark.parametrize("fields", [{"seed": "7"}, {"bounds": [0, 0, 1, float("inf")]}, {"size": 1}])
-def test_wrong_field_is_refused(fields):
+def test_wrong_field_is_rejected(fields):
     """Text is not a number, infinity is no coordinate, and unknown keys are errors."""
     with pytest.raises(ValidationError, match="1 validation error"):
         World.model_validate(fields)
@@ -35,7 +35,7 @@ def test_fault_keeps_its_own_fields():
     assert world.faults[0].model_extra == {"at": 30}
 
 
-def test_fault_with_infinity_is_refused():
+def test_fault_with_infinity_is_rejected():
     """The fields of a fault must be finite."""
     with pytest.raises(ValidationError, match="until must be a finite number"):
         World.model_validate({"faults": [{"type": "x", "until": [float("inf")]}]})

@@ -42,13 +42,13 @@ def test_cells_are_waypoints(arena):
     assert ((0.5, 3.5), (3.5, 2.5), (5.5, 0.5)) == tuple(arena.waypoints[cell] for cell in ("0_0", "3_1", "5_3"))
 
 
-def test_neighbours_are_joined(arena):
+def test_neighbors_are_joined(arena):
     """Cells are joined across corners only if both cells beside are open."""
     assert {frozenset(pair) for pair in (("2_0", "3_0"), ("2_0", "3_1"), ("3_2", "4_3"))} <= pairs(arena)
     assert frozenset(("3_1", "4_2")) not in pairs(arena)
 
 
-def test_four_neighbours():
+def test_four_neighbors():
     """With 4 neighbors, cells are not joined across corners."""
     world = load_world(ARENA, options=ReadOptions(neighbours=4)).world
 
@@ -67,7 +67,7 @@ def test_a_way_is_as_long_as_the_benchmark_says(arena):
     assert pytest.approx(4.0 + 2.0 * math.sqrt(2.0), abs=1e-9) == route.length
 
 
-def test_water_is_told():
+def test_water_is_reported():
     """It is traversable in the benchmarks, but not from terrain."""
     assert ["map: cells of water: 1; nothing drives there"] == [
         f"{warning.path}: {warning.message}" for warning in load_world(ARENA).warnings
@@ -92,7 +92,7 @@ def test_lines_may_end_as_on_windows(load):
         ("?", ["1: expected the lines `type octile`, `height …`, `width …` and `map`"]),
     ],
 )
-def test_mistakes_are_told_with_their_lines(errors_of, content, errors):
+def test_errors_are_reported_with_their_lines(errors_of, content, errors):
     """All at once."""
     found = errors_of(content, "m.map")
 
@@ -100,14 +100,14 @@ def test_mistakes_are_told_with_their_lines(errors_of, content, errors):
     assert all(line.startswith(error) for line, error in zip(found, errors, strict=True))
 
 
-def test_a_grid_beyond_all_benchmarks_is_refused(errors_of, monkeypatch):
+def test_a_grid_beyond_all_benchmarks_is_rejected(errors_of, monkeypatch):
     """Before anything is made of it."""
     monkeypatch.setattr(movingai, "_MAX_OPEN", 3)
 
     assert ["4: map: has 4 cells to drive on; at most 3"] == errors_of(text("..", ".."), "m.map")
 
 
-def test_neighbours_of_no_grid_are_an_error(write):
+def test_neighbors_of_no_grid_are_an_error(write):
     """The option has no use."""
     with pytest.raises(WorldError, match=r"--neighbours 4: there is no grid; only MovingAI maps are grids"):
         load_world(write("name: x\n"), options=ReadOptions(neighbours=4))

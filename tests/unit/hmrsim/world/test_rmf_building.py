@@ -38,7 +38,7 @@ def hall(load):
     return lambda more="elevation: 0", before="": load(before + ONE_LANE.format(more=more), "hall.building.yaml")
 
 
-def test_pixels_become_metres_with_y_up(clinic):
+def test_pixels_become_meters_with_y_up(clinic):
     """By the measurement, 200 px are 10 m."""
     assert ((2.0, -5.0), (8.0, -5.0)) == (clinic.waypoints["L1/lobby"], clinic.waypoints["charger_1"])
 
@@ -102,7 +102,7 @@ def test_spawned_robots(clinic):
     assert ("charger_1", "carrier", 3.141592653589793) == (robot.at, robot.type, robot.yaw)
 
 
-def test_what_means_nothing_here_is_told():
+def test_what_means_nothing_here_is_reported():
     """Each kind of ignored data is reported once, with the line of the first."""
     warnings = [(warning.line, warning.message) for warning in load_world(CLINIC).warnings if warning.line]
 
@@ -147,7 +147,7 @@ def test_the_scale_is_the_mean_of_the_measurements(hall):
     assert (15.0, -15.0) == hall(more).world.waypoints["b"]
 
 
-def test_without_measurements_a_pixel_is_a_metre(hall):
+def test_without_measurements_a_pixel_is_a_meter(hall):
     """The default is that of Open-RMF, with a warning."""
     loaded = hall()
 
@@ -155,12 +155,12 @@ def test_without_measurements_a_pixel_is_a_metre(hall):
     assert "levels.L1: has no measurements, so that a pixel of its drawing counts as a metre" in str(loaded.warnings[0])
 
 
-def test_metres_are_metres(hall):
+def test_meters_are_meters(hall):
     """In meters y points up in the file, too."""
     assert (10.0, 10.0) == hall(before="coordinate_system: cartesian_meters\n").world.waypoints["b"]
 
 
-def test_degrees_become_metres(load):
+def test_degrees_become_meters(load):
     """At the equator, a thousandth of a degree is 111.3 m east and 110.6 m north."""
     text = ONE_LANE.format(more="elevation: 0").replace("[10, 10, 0, b]", "[0.001, 0.001, 0, b]")
     waypoints = load(f"coordinate_system: wgs84\n{text}", "campus.building.yaml").world.waypoints
@@ -169,7 +169,7 @@ def test_degrees_become_metres(load):
     assert pytest.approx((55.6597, 55.2871), abs=1e-3) == waypoints["b"]
 
 
-def test_degrees_all_over_the_world_are_refused(errors_of):
+def test_degrees_all_over_the_world_are_rejected(errors_of):
     """Points all over the world are hardly degrees."""
     text = "coordinate_system: wgs84\n" + ONE_LANE.format(more="elevation: 0")
 
@@ -193,7 +193,7 @@ def test_a_lift_without_waypoints_is_left_out(hall):
     assert {} == hall(before=lift).world.lifts
 
 
-def test_all_mistakes_are_told_with_their_lines(errors_of):
+def test_all_errors_are_reported_with_their_lines(errors_of):
     """Each error of a level is reported separately."""
     text = """\
         name: bad
@@ -236,7 +236,7 @@ def test_all_mistakes_are_told_with_their_lines(errors_of):
     ] == errors_of(text, "bad.building.yaml")
 
 
-def test_a_building_without_levels_is_told(errors_of):
+def test_a_building_without_levels_is_reported(errors_of):
     """A building needs levels."""
     assert ["1: has no levels"] == errors_of("levels: {}\n", "empty.building.yaml")
 

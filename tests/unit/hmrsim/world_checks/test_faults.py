@@ -70,7 +70,7 @@ def test_faults_that_make_sense_are_no_problem():
         ({"type": "door_jammed", "door": "gate"}, "faults.0.door", "no door 'gate'; there are none"),
     ],
 )
-def test_what_makes_no_sense_is_told(fault, path, message):
+def test_an_invalid_value_is_reported(fault, path, message):
     """An error has the path of the invalid field."""
     assert [(path, message)] == problems(fault)
 
@@ -90,7 +90,7 @@ def test_two_faults_of_one_name():
     assert [("faults.1.name", "there is a fault 'ouch' already; give another name")] == problems(fault, fault)
 
 
-def test_what_follows_from_another_mistake_is_not_told(tmp_path):
+def test_what_follows_from_another_error_is_not_told(tmp_path):
     """A robot that is left out because of an error is not reported as unknown."""
     world = {"robots": {"eve": {"at": [0]}}, "faults": [{"type": "breakdown", "robot": "eve"}]}
     path = tmp_path / "world.json"

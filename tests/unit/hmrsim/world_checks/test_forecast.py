@@ -210,7 +210,7 @@ def test_worlds_without_lanes(fields):
 
 
 @pytest.mark.parametrize("world", [H, ROW])
-def test_under_free_nothing_is_foretold(world):
+def test_under_free_nothing_is_forecast(world):
     """Under `free` robots pass through each other, so that there are no warnings."""
     assert [] == warnings(world, "free", docks=DOCK if world is H else {})
 
@@ -226,7 +226,7 @@ def test_shipped_worlds_come_to_no_harm(name):
     assert [] == [*forecast(shipped(name).world)]
 
 
-def test_it_is_told_with_its_line_if_asked_for(tmp_path, capsys):
+def test_it_is_reported_with_its_line_if_asked_for(tmp_path, capsys):
     """A flag enables the warnings, each with its line."""
     path = tmp_path / "row.yaml"
     path.write_text(

@@ -64,7 +64,7 @@ def test_nothing_where_no_two_robots_pass_through_each_other(fields):
     assert [] == warnings(**fields)
 
 
-def test_it_is_told_with_its_line(tmp_path, capsys):
+def test_it_is_reported_with_its_line(tmp_path, capsys):
     """The warning has its line, besides one for lanes that are not connected."""
     path = tmp_path / "cross.yaml"
     path.write_text(

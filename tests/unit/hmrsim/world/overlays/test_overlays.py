@@ -46,13 +46,13 @@ def test_a_path_changes_one_value_and_a_pattern_several() -> None:
     assert {robot.yaw for robot in world.robots.values()} == {1.5}
 
 
-def test_mappings_go_on_with_the_path_and_keep_what_is_beside() -> None:
+def test_mappings_continue_with_the_path_and_keep_what_is_beside() -> None:
     """A mapping continues the path and keeps the other entries."""
     world = laid({"robots": {"eve": {"components": {"battery.initial_charge": 0.3}}}})
     assert world.robot_type(world.robots["eve"]).components["battery"] == {"capacity": 100, "initial_charge": 0.3}
 
 
-def test_entries_are_added_and_taken_away() -> None:
+def test_entries_are_added_and_removed() -> None:
     """Entries can be appended and removed."""
     world = laid(
         {
@@ -131,7 +131,7 @@ def test_a_distribution_replaces_another_value_as_a_whole() -> None:
         ({"items.box.at": "nowhere"}, "items.box.at: no waypoint, place or dock 'nowhere'"),
     ],
 )
-def test_what_is_wrong_is_told_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
+def test_what_is_wrong_is_reported_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
     """Errors name the overlay that causes them."""
     found = problems({"name": "fine"}, change)
     assert len(found) == 1
@@ -139,7 +139,7 @@ def test_what_is_wrong_is_told_with_the_overlay_that_says_it(change: dict[str, o
     assert said in found[0]
 
 
-def test_all_mistakes_are_told_at_once() -> None:
+def test_all_errors_are_reported_at_once() -> None:
     """All errors are reported at once."""
     assert len(problems({"robots.evv.yaw": 1, "seed": "x"}, {"~items.vase": None})) == 3
 
@@ -171,7 +171,7 @@ def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
         (None, "levels.csv: no such file"),
     ],
 )
-def test_what_is_wrong_with_a_table_is_told_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
+def test_what_is_wrong_with_a_table_is_reported_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
     """Errors of a table have its line."""
     if table is not None:
         (tmp_path / "levels.csv").write_text(table, encoding="utf-8")
@@ -182,7 +182,7 @@ def test_what_is_wrong_with_a_table_is_told_with_its_line(tmp_path: Path, table:
     assert said in str(error.value)
 
 
-def test_an_option_sets_or_takes_away_one_entry() -> None:
+def test_an_option_sets_or_removes_one_entry() -> None:
     """An option sets or removes one entry."""
     changes = [setting("robots.eve.base={speed: 0.5, radius: 0.2}"), setting("~robots.wall_e"), setting("name=x=y")]
     world = world_of(TWO, "two.yaml", changes)
@@ -190,7 +190,7 @@ def test_an_option_sets_or_takes_away_one_entry() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "seed", "=3", "~seed=3", "seed=[1", "seed={a: 1, a: 2}"])
-def test_an_option_that_is_none_is_refused_and_so_are_all_others(text: str) -> None:
+def test_an_option_that_is_none_is_rejected_and_so_are_all_others(text: str) -> None:
     """All invalid options are reported at once."""
     with pytest.raises(WorldError) as error:
         overlays_of(["/nowhere/over.yaml"], ["seed=1", text])
