@@ -27,7 +27,7 @@ from hmrsim.experiments.file.model import (
     Variant,
 )
 from hmrsim.experiments.file.plan import Plan
-from hmrsim.world.formats import Document as Overlay
+from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
 
@@ -179,7 +179,7 @@ def _overlay(document: Document, path: tuple[str, ...]) -> Source:
         data = data[step]
     if path[0] == "variants":
         data = {key: value for key, value in data.items() if key != _PARAMETERS}
-    return Source(document.file, Overlay(data, lambda inner: document.line((*path, *inner))))
+    return Source(document.file, WorldDocument(data, lambda inner: document.line((*path, *inner))))
 
 
 def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dict[str, Any]:
