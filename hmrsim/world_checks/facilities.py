@@ -126,7 +126,7 @@ class _Ways:
         try:
             start, kind = self._world.point(robot.at), self._world.robot_type(robot)
         except KeyError:
-            # That it makes no sense is said where it is named.
+            # The unknown place or type has another error.
             return True
         if kind.base.flies or distance(start, point) <= SAME_PLACE:
             return True

@@ -1,6 +1,6 @@
 """A forecast of a world's traffic: robots that block each other for good, or have nowhere to go.
 
-It follows from the lanes, the traffic policy and where robots start, not from what they will be asked to do.
+It follows from the lanes, the traffic policy and the starts of robots, not from their later goals.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class _Forecast:
     def check_room(self) -> Iterator[Finding]:
         """Yield the parts of the lanes with fewer places for robots than robots.
 
-        What is beside the lanes has room of its own: docks, places, and where robots start there.
+        Docks, places and starts beside the lanes have additional room.
         """
         beside = self._room_beside()
         there = {name: point for name, point in self._starts.items() if self._place_at(point)}

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def shown(world: World) -> dict[str, Any]:
     """Return the constant data for showing a simulation of a world.
 
-    That is the world itself, `resolved`; the forms of what may be asked of it, the JSON Schemas of what people
-    fill in for each action and for each fault, by name; and the templates of events by kind, `hmrsim.events.texts`.
+    It consists of the world itself, `resolved`, the JSON Schemas of the forms for each action and each fault, by name,
+    and the templates of events by kind, `hmrsim.events.texts`.
     """
     return {
         "world": resolved(world),

@@ -93,7 +93,7 @@ def _check_order(world: World, robot: str, path: Path, text: str) -> Iterator[Fi
     try:
         carried = world.robot_type(world.robots[robot]).components
     except KeyError:
-        # Its type is not there, which is said where it is named.
+        # The unknown type has another error.
         return
     if needed is not None and needed not in carried:
         yield Finding(path, f"{shown(text)} takes a {needed}, which {robot} does not have", text)

@@ -73,16 +73,16 @@ class Cell:
     """A shape, a line or a layer.
 
     Attributes:
-        id: By which lines and groups refer to it.
-        kind: The ``type`` of an object, "" for one without; None for a bare cell.
+        id: The id by which lines and groups refer to it.
+        kind: The ``type`` of an object, "" if it has none; None for a bare cell.
         label: Its text, which may be HTML.
-        attributes: Those of the object.
-        own: Those of the ``mxCell``.
+        attributes: The attributes of the object.
+        own: The attributes of the ``mxCell``.
         style: Keys and values; a word alone has the value "".
         geometry: Its ``mxGeometry``.
-        line: Where it is in the file.
-        origin: Where the group that it is in begins on the page.
-        box: Where a shape is on the page.
+        line: Its line in the file.
+        origin: The origin of its group on the page.
+        box: The box of a shape on the page.
         failed: Whether it has an error that was reported.
     """
 
@@ -134,7 +134,7 @@ class Cell:
         """Yield the points of a line, without those of the shapes at its ends.
 
         Raises:
-            BadCell: A number makes no sense.
+            BadCell: A number is invalid.
         """
         if self.geometry is None:
             return

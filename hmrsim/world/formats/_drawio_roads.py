@@ -241,7 +241,7 @@ def road(drawing: Drawing, cell: Cell) -> None:
     """Read a road: from the center of the shape at its start, along its points, to its end.
 
     Raises:
-        BadCell: An end is not a shape, or a number makes no sense.
+        BadCell: An end is not a shape, or a number is invalid.
     """
     source, target = drawing.end(cell, "source"), drawing.end(cell, "target")
     if any(end is not None and end.failed for end in (source, target)):

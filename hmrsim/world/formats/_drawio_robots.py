@@ -166,7 +166,7 @@ def way(drawing: Drawing, cell: Cell) -> None:
     """Read a path that the robot at its start follows by itself.
 
     Raises:
-        BadCell: There is no robot, or a number makes no sense.
+        BadCell: There is no robot, or a number is invalid.
     """
     source = drawing.end(cell, "source")
     if source is None or source.kind != "robot":

@@ -36,7 +36,7 @@ def outlines(box: Box, style: dict[str, str]) -> list[Outline]:
     """Return the area of a shape as closed outlines, rotated like the shape.
 
     Raises:
-        BadCell: A number of the style makes no sense.
+        BadCell: A number of the style is invalid.
     """
     shape = _shape(style)
     if shape in _BARS:
@@ -53,7 +53,7 @@ def thickness(style: dict[str, str]) -> float:
     """Return the thickness of a shape's walls, or 0 if it covers its whole box.
 
     Raises:
-        BadCell: That makes no sense.
+        BadCell: The thickness is invalid.
     """
     if _shape(style) not in _BARS:
         return 0.0
@@ -111,7 +111,7 @@ def obstacle(drawing: Drawing, cell: Cell) -> None:
     """Read a bare cell: a shape that is not a decoration is an obstacle.
 
     Raises:
-        BadCell: A number of its style makes no sense.
+        BadCell: A number of its style is invalid.
     """
     if cell.geometry is None and cell.own.get("vertex") == "1":
         drawing.warn(cell, "has no mxGeometry, so it is nowhere and left out")

@@ -62,7 +62,7 @@ def _stops(shafts: Shafts, lift: Part) -> list[str]:
     """Return the names of the waypoints where a lift stops, from the lowest level up.
 
     Raises:
-        BadPart: It doesn't say where it is, or a level is unknown.
+        BadPart: Its position is missing, or a level is unknown.
     """
     drawn = complex(lift.want("x").number(), lift.want("y").number())
     own = lift.get("reference_floor_name")

@@ -38,9 +38,9 @@ def by_scale(scale: float, shift: complex = 0.0) -> Alignment:
 def by_fiducials(own: Mapping[str, complex], reference: Mapping[str, complex], scale: float) -> Alignment | None:
     """Return the alignment of a level with the reference level, or None without two different common points.
 
-    Each pair of fiducials that both levels have tells a turn and a scale, each fiducial then a shift; all count alike.
+    Each pair of common fiducials gives a rotation and a scale, and each fiducial then a shift; they are averaged.
 
-    The points of both levels are named; *scale* is metres a unit of the reference level's drawing.
+    *own* and *reference* are the named points of both levels, and *scale* is meters per unit of the reference level.
     """
     common = [(own[name], point) for name, point in reference.items() if name in own]
     sides = [(b - a, to - at) for (a, at), (b, to) in combinations(common, 2) if a != b and at != to]
@@ -101,8 +101,8 @@ class Vertex(_Described):
     """A vertex.
 
     Attributes:
-        drawn: Where it is in the drawing, y up.
-        name: Its name; empty for none.
+        drawn: Its position in the drawing, y up.
+        name: Its name, or an empty text.
     """
 
     drawn: complex
@@ -125,12 +125,12 @@ class Level:
     """A level.
 
     Attributes:
-        elevation: Metres above the ground.
-        vertices: Its vertices by their indices, without those that can't be read.
-        fiducials: Named points that other levels have, too.
+        elevation: Meters above the ground.
+        vertices: Its valid vertices by their indices.
+        fiducials: Named points that other levels also have.
         lines: Its lines by kind.
-        align: Tells where in metres a point of the drawing is, were this the only level.
-        shift: How far it is moved along x, to be beside the others.
+        align: Returns the position in meters of a point of the drawing, before the shift.
+        shift: The shift along x that places it beside the others.
         names: The names of its waypoints, by the indices of their vertices.
     """
 

@@ -80,7 +80,7 @@ def _read_cell(drawing: Drawing, cell: Cell) -> None:
     """Read a cell, if its shape fits its type.
 
     Raises:
-        BadCell: It makes no sense.
+        BadCell: The cell is invalid.
     """
     if cell.kind is None:
         _drawio_shapes.obstacle(drawing, cell)

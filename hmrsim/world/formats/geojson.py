@@ -38,9 +38,9 @@ class _Graph:
     """A route graph that is being read.
 
     Attributes:
-        points: Where the waypoints are.
-        names: What they are called, by the ids of their nodes.
-        taken: The names that there are.
+        points: The positions of the waypoints.
+        names: The names of the waypoints, by the ids of their nodes.
+        taken: The names in use.
         data: The waypoints, as in a world file.
     """
 
