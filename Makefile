@@ -1,4 +1,4 @@
-# Everything needs Python 3.11 or newer, git and make; the rest is installed into .venv.
+# You need Python 3.11 or newer, git and make. Everything else is installed into .venv.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +12,7 @@ help:  ## List the targets
 
 $(READY): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo "hmrsim needs Python 3.11 or newer; name one with make PYTHON=…" >&2; exit 2; }
+		{ echo "hmrsim needs Python 3.11 or newer; choose one with make PYTHON=…" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
@@ -24,19 +24,19 @@ dev: $(READY)  ## Set up the development environment
 demo: $(READY)  ## Run the main job: a hospital mission, simulator and controller as two processes
 	$(BIN)/hmrsim demo
 
-test: $(READY)  ## Run every test; some of them by ARGS="-k cancel"
+test: $(READY)  ## Run every test, or some with ARGS="-k cancel"
 	$(PYTEST) $(ARGS)
 
-test-unit: $(READY)  ## Run the tests that need nothing but their own process, in about a minute
+test-unit: $(READY)  ## Run the tests that need only their own process, in about a minute
 	$(PYTEST) tests/unit $(ARGS)
 
-test-docs: $(READY)  ## Run each code block of the documentation, and compare what it prints
+test-docs: $(READY)  ## Run each code block of the documentation and compare its output
 	$(BIN)/python -m pytest -n auto --dist load tests/docs $(ARGS)
 
-test-nightly: $(READY)  ## Run what hypothesis tries, with many more examples
+test-nightly: $(READY)  ## Run the hypothesis tests with many more examples
 	HYPOTHESIS_PROFILE=nightly $(PYTEST) -m hypothesis --timeout 14400 $(ARGS)
 
-torture: $(READY)  ## Send a million requests that nobody should send, damage 100,000 files, compare monitors, repeat 1,000 controllers
+torture: $(READY)  ## Send a million malformed requests, damage 100,000 files, compare monitors, repeat 1,000 controllers
 	$(BIN)/python -m tests.torture.requests $(ARGS)
 	$(BIN)/python -m tests.torture.files $(ARGS)
 	$(BIN)/python -m tests.torture.monitors $(ARGS)
@@ -45,10 +45,10 @@ torture: $(READY)  ## Send a million requests that nobody should send, damage 10
 soak: $(READY)  ## Run random clients for an hour, and fail if memory grows or answers slow down
 	$(BIN)/python -m tests.torture.soak $(ARGS)
 
-coverage: $(READY)  ## Run every test, and fail below the coverage that pyproject.toml asks for
+coverage: $(READY)  ## Run every test, and fail below the coverage required in pyproject.toml
 	$(PYTEST) --cov --cov-report=term:skip-covered $(ARGS)
 
-golden: $(READY)  ## Compare golden runs with what is pinned; ARGS="--help" says how to see the first difference
+golden: $(READY)  ## Compare golden runs with the stored results; ARGS="--help" explains how to see the first difference
 	$(BIN)/python -m tests.golden $(ARGS)
 
 lint: $(READY)  ## Check style, types and the direction of imports
@@ -77,11 +77,11 @@ lint: $(READY)  ## Check style, types and the direction of imports
 	$(BIN)/codespell
 	$(BIN)/python -m tools.prose
 
-format: $(READY)  ## Format the code, and mend what can be mended
+format: $(READY)  ## Format the code, and fix what ruff can fix
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format .
 
-schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
+schemas: $(READY)  ## Regenerate schemas/ and the generated tables in docs/
 	$(BIN)/python -m hmrsim_zenoh.schemas
 	$(BIN)/python -m tools.event_tables
 	$(BIN)/python -m tools.settings
@@ -92,29 +92,29 @@ schemas: $(READY)  ## Write schemas/ and the generated tables in docs/ anew
 	$(BIN)/python -m tools.sbom
 	$(BIN)/python -m tools.notebook
 
-docs: $(READY)  ## Build the site of the documentation into .make/site, and fail at a dead link
+docs: $(READY)  ## Build the documentation site into .make/site, and fail at a dead link
 	$(BIN)/python -m tools.site
 
-docs-serve: $(READY)  ## Show the site at localhost:8000, anew at each change
+docs-serve: $(READY)  ## Show the site at localhost:8000, and rebuild it at each change
 	$(BIN)/zensical serve $(ARGS)
 
-bench: $(READY)  ## Measure, and print tables; some of them by ARGS="scale --quick"
+bench: $(READY)  ## Run the benchmarks and print tables, or some with ARGS="scale --quick"
 	$(BIN)/python -m benchmarks $(ARGS)
 
 package: $(READY)  ## Build the wheel and the source distribution
 	$(BIN)/python -m build
 
-release-check: $(READY)  ## Build what would be released twice, compare it, install it in an empty environment, try it
+release-check: $(READY)  ## Build the release twice, compare the builds, install one in an empty environment and try it
 	$(BIN)/python -m tools.release
 
-audit: $(READY)  ## Look the locked dependencies up among known vulnerabilities, where an index answers
+audit: $(READY)  ## Look up known vulnerabilities of the locked dependencies, if an index answers
 	@{ $(PYTHON) -m venv .make/audit && .make/audit/bin/python -m pip install --quiet --disable-pip-version-check \
 		'pip-audit>=2.9,<3'; } 2>.make/audit.log || { echo "not audited: $$(tail -n 1 .make/audit.log)"; exit 0; }; \
 		.make/audit/bin/python -m tools.audit
 
-lock:  ## Write requirements.lock anew, with hashes; needs uv
+lock:  ## Update requirements.lock, with hashes; needs uv
 	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes \
 		--no-header --no-annotate --no-emit-index-url --quiet --output-file requirements.lock
 
-clean:  ## Remove what make has made
+clean:  ## Remove everything that make has created
 	rm -rf $(VENV) .make build dist .coverage* .mypy_cache .ruff_cache .pytest_cache

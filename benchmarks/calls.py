@@ -12,8 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import gymnasium
+
+import hmrsim_gym  # noqa: F401 - registers the environments
 from benchmarks._report import Row
+from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.running.tasks import execute_run
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
@@ -24,6 +30,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 from hmrsim.world.model import World
 from hmrsim.world_checks import LoadedWorld
+from hmrsim_gym import nearest
 from hmrsim_zenoh import Client
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
@@ -52,6 +59,8 @@ def drive(client):
 """
 _WARM: Final = 5
 """Runs before the one that is counted: the first ones fill caches."""
+_EPISODE: Final = 1_800.0
+"""Simulated seconds of an episode."""
 _MANY: Final = 50
 """Goals over Zenoh of which the mean is taken: how many queries are served together is a matter of chance."""
 
@@ -175,6 +184,47 @@ def schedule() -> Counts:
         return _warm(run)
 
 
+def experiment() -> Counts:
+    """Return what an experiment takes for one run of the hospital's mission, of which one of six robots drives."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "study.yaml")
+        path.write_text(STUDY.format(replications=1), encoding="utf-8")
+        plan = read_plan(path)
+        one = plan.run(0, "one", 0)
+
+        def run() -> None:
+            row = execute_run(plan, one)
+            if row.ending != "succeeded":
+                raise AssertionError(row.cause)
+
+        return _warm(run)
+
+
+def decision() -> Counts:
+    """Return what the mean decision of an episode in the shipped world with orders takes."""
+    env: Any = gymnasium.make("hmrsim/Dispatch-v0", world="warehouse_orders", horizon=_EPISODE).unwrapped
+    for seed in range(2):
+        _episode(env, seed, Counts())
+    counts = Counts()
+    decisions = _episode(env, 1, counts)
+    calls = Counter({module: round(number / decisions) for module, number in counts.calls.items()})
+    return Counts(+calls, round(counts.passes / decisions))
+
+
+def _episode(env: Any, seed: int, counts: Counts) -> int:
+    """Count what the decisions of an episode take, each for the nearest order; return how many there are."""
+    observation, _ = env.reset(seed=seed)
+    decisions, over = 0, False
+    while not over:
+        action = nearest(observation)
+        with counted() as once:
+            observation, _, ended, truncated, _ = env.step(action)
+        counts.calls += once.calls
+        counts.passes += once.passes
+        decisions, over = decisions + 1, ended or truncated
+    return decisions
+
+
 def _warm(run: Callable[[], None]) -> Counts:
     for _ in range(_WARM):
         run()
@@ -194,6 +244,8 @@ def run() -> list[Row]:
         "a goal in lockstep over Zenoh, the simulator's side": (served_goal(), 260, None, 3),
         "a test of a tree of four goals, with set-up and end": (tree(), 1_900, None, 6),
         "a schedule of a search, with one goal": (schedule(), 1_300, None, 4),
+        "a run of an experiment, of which one robot drives": (experiment(), 4_500, None, None),
+        "a decision of the Gymnasium environment": (decision(), 1_750, None, None),
     }
     rows = []
     for name, (counts, calls, modules, passes) in cases.items():

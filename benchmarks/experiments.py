@@ -16,7 +16,7 @@ from benchmarks._spread import Spread
 
 QUICK: dict[str, Any] = {"replications": 8, "rounds": 1}
 
-_STUDY = """\
+STUDY = """\
 name: study
 world: hospital
 factors: {{speed: [0.5, 0.8, 1.1], charge: [1000, 2000, 3000], reach: [0.9, 1.0, 1.1]}}
@@ -47,7 +47,7 @@ def run(*, replications: int = 48, rounds: int = 3) -> list[Row]:
     tables: set[int] = set()
     with tempfile.TemporaryDirectory() as name:
         home = Path(name)
-        (home / "study.yaml").write_text(_STUDY.format(replications=replications), encoding="utf-8")
+        (home / "study.yaml").write_text(STUDY.format(replications=replications), encoding="utf-8")
         for turn in range(rounds):
             for way, options in _WHERE.items():
                 folder = home / f"{turn} {way}"

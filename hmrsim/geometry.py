@@ -6,9 +6,10 @@ A point is ``(x, y)`` in the world's unit. No function here depends on the direc
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Final, NamedTuple
 
 Point = tuple[float, float]
 
@@ -17,6 +18,9 @@ MAX_COORDINATE = 1e7
 
 SAME_PLACE = 1e-6
 """Two points nearer than this are one."""
+
+METER: Final[Mapping[str, float]] = MappingProxyType({"m": 1.0, "px": 80.0})
+"""A meter, in units of a world; in pixels, as many as stand for one."""
 
 
 class Pose(NamedTuple):
@@ -77,14 +81,24 @@ def _side(a: Point, b: Point, c: Point) -> float:
 
 def crosses(a: Point, b: Point, c: Point, d: Point) -> bool:
     """Return whether the segments *a*-*b* and *c*-*d* meet; touching is meeting."""
+    # Most segments are nowhere near each other, and min() and max() take longer than all of this.
     if (
-        max(a[0], b[0]) < min(c[0], d[0])
-        or max(c[0], d[0]) < min(a[0], b[0])
-        or max(a[1], b[1]) < min(c[1], d[1])
-        or max(c[1], d[1]) < min(a[1], b[1])
+        (a[0] < c[0] and a[0] < d[0] and b[0] < c[0] and b[0] < d[0])
+        or (a[0] > c[0] and a[0] > d[0] and b[0] > c[0] and b[0] > d[0])
+        or (a[1] < c[1] and a[1] < d[1] and b[1] < c[1] and b[1] < d[1])
+        or (a[1] > c[1] and a[1] > d[1] and b[1] > c[1] and b[1] > d[1])
     ):
         return False
     return _side(a, b, c) * _side(a, b, d) <= 0.0 and _side(c, d, a) * _side(c, d, b) <= 0.0
+
+
+def apart(a: Sequence[float], b: Sequence[float], c: Point, d: Point, room: float) -> bool:
+    """Return whether the segments *a*-*b* and *c*-*d* are farther than *room* from each other in x or in y."""
+    for i in (0, 1):
+        low, high = (c[i], d[i]) if c[i] < d[i] else (d[i], c[i])
+        if (a[i] < low - room and b[i] < low - room) or (a[i] > high + room and b[i] > high + room):
+            return True
+    return False
 
 
 def gap(a: Point, b: Point, c: Point, d: Point) -> float:

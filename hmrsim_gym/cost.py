@@ -29,7 +29,7 @@ class Cost:
         since, self._until = self._until, now
         if now <= since:
             return 0.0
-        cost = sum(_cost(order, since, now) for order in self._demand.open.values())
+        cost = sum([_cost(order, since, now) for order in self._demand.open.values()])
         for order in reversed(self._demand.closed):
             if order.ended is None or order.ended <= since:
                 break

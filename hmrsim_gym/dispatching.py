@@ -15,7 +15,7 @@ from hmrsim.trials.local import LocalTrial
 from hmrsim_gym.errand import dock, go, pick_up, put_down, send
 from hmrsim_gym.setting import CHARGED
 from hmrsim_gym.truth import Truth
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,6 +49,7 @@ class Dispatching:
         sinks: Further sinks of events.
 
     Attributes:
+        now: Simulated seconds.
         truth: What is true in it.
         demand: The orders of the world; to be read only.
         free: The orders that nobody serves, in the order in which they came.
@@ -70,16 +71,12 @@ class Dispatching:
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
         self._watching = False
+        self.now = 0.0
         self._go_on(0.0)
 
     def close(self) -> None:
         """End the run."""
         self._trial.close()
-
-    @property
-    def now(self) -> float:
-        """Simulated seconds."""
-        return self._lockstep.now
 
     @property
     def ended(self) -> bool:
@@ -129,31 +126,43 @@ class Dispatching:
     def run_on(self) -> None:
         """Let time go on until a robot asks, or it is over."""
         while not (self.over or self.asking):
-            if self.idle and not self._watching:
-                self._watching = True
-                self._lockstep.watch(_COMES, self._note_order)
-            low = [self.now + self.truth.lasts(robot) for robot in self.idle]
-            self._go_on(min([self._setting.horizon, *self._rests.values(), *self._failed.values(), *low]))
+            until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
+            if idle := self.idle:
+                if not self._watching:
+                    self._watching = True
+                    self._lockstep.watch(_COMES, self._note_order)
+                until.append(self.now + min(map(self.truth.lasts, idle)))
+            self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
         """Let time go on until something happens, or until then."""
         self._lockstep.advance(until=until)
+        self.now = self._lockstep.now
+        if self._rests:
+            self._end_rests()
+        if self._failed:
+            self._forget_failures()
+        serving, before = self.serving.values(), self.free
+        self.free = [
+            order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in serving
+        ]
+        if not all(map(before.__contains__, self.free)):
+            self._waiting.clear()
+        for robot in self.idle:
+            self._charge_if_low(robot)
+
+    def _end_rests(self) -> None:
         now = self.now
         for robot in [robot for robot, end in self._rests.items() if end <= now]:
             del self._rests[robot]
             self._resume(robot)
+
+    def _forget_failures(self) -> None:
+        now = self.now
         if ended := [pair for pair, end in self._failed.items() if end <= now]:
             for pair in ended:
                 del self._failed[pair]
             self._waiting.clear()
-        before, served = [*self.free], [*self.serving.values()]
-        self.free = [
-            order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in served
-        ]
-        if any(order not in before for order in self.free):
-            self._waiting.clear()
-        for robot in self.idle:
-            self._charge_if_low(robot)
 
     def _note_order(self, _error: RequestError | None) -> None:
         self._watching = False
@@ -165,14 +174,14 @@ class Dispatching:
 
     def _rest(self, robot: str) -> None:
         self._doing[robot] = "rests"
-        self._rests[robot] = self.now + REST
+        self._rests[robot] = self._lockstep.now + REST
 
     def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
         if succeeded:
             del self.serving[robot]
             self._become_idle(robot)
             return
-        self._failed[robot, order.name] = self.now + _PATIENCE
+        self._failed[robot, order.name] = self._lockstep.now + _PATIENCE
         self._resume(robot)
 
     def _resume(self, robot: str) -> None:

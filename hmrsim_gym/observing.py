@@ -51,7 +51,7 @@ class Observer:
         orders = np.zeros((most, len(OrderFeature)), np.float32)
         for row, order in enumerate(choices):
             orders[row] = _row(run, order, robot, others)
-        late = sum(order.late for order in run.demand.open.values())
+        late = sum([order.late for order in run.demand.open.values()])
         seen = [0.0] * len(FleetFeature)
         seen[FleetFeature.TIME] = now / self._setting.horizon
         seen[FleetFeature.BACKLOG] = min(len(run.free), MOST)
@@ -80,7 +80,7 @@ def mask(most: int, choices: int) -> Mask:
 def _row(run: Dispatching, order: Order, robot: str, others: Sequence[str]) -> list[float]:
     item, now = run.truth.item_point(order), run.now
     approach = run.truth.seconds(robot, run.truth.point(robot), item)
-    rival = min((run.truth.seconds(other, run.truth.point(other), item) for other in others), default=None)
+    rival = min([run.truth.seconds(other, run.truth.point(other), item) for other in others], default=None)
     row = [0.0] * len(OrderFeature)
     row[OrderFeature.VALID] = 1.0
     row[OrderFeature.APPROACH] = _minutes(approach)

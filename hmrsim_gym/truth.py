@@ -25,17 +25,17 @@ class Truth:
     """
 
     def __init__(self, simulator: Simulator, setting: Setting) -> None:
-        self._simulator = simulator
+        self._roster, self._env = simulator.roster, simulator.env
         self._setting = setting
         self.demand: Demand = simulator.demand
 
     def point(self, robot: str) -> Point:
         """Return where a robot is."""
-        return self._simulator.robots[robot].pose().point
+        return self._roster.robots[robot].pose().point
 
     def item_point(self, order: Order) -> Point:
         """Return where an order's item is."""
-        return self._simulator.items[order.item].position
+        return self._roster.items[order.item].position
 
     def destination(self, order: Order) -> Point:
         """Return where an order's item has to be brought."""
@@ -43,28 +43,28 @@ class Truth:
 
     def carries(self, robot: str, order: Order) -> bool:
         """Return whether a robot carries an order's item."""
-        item = self._simulator.items.get(order.item)
+        item = self._roster.items.get(order.item)
         return item is not None and item.carrier is not None and item.carrier.name == robot
 
     def seconds(self, robot: str, start: Point, goal: Point) -> float:
         """Return how long a robot's way takes at its greatest speed, by route, or straight if it flies."""
-        its = self._simulator.robots[robot]
+        its = self._roster.robots[robot]
         if its.flies:
             return distance(start, goal) / its.speed
         return self._setting.routes.seconds(start, goal, its.speed)
 
     def battery(self, robot: str) -> float:
         """Return how full a robot's battery is; 1 if it has none."""
-        energy = self._simulator.robots[robot].energy
-        return 1.0 if energy is None else energy.battery.share(self._simulator.now)
+        energy = self._roster.robots[robot].energy
+        return 1.0 if energy is None else energy.battery.share(self._env.now)
 
     def may_charge(self, robot: str) -> bool:
         """Return whether a robot has a battery, and there is a charger for it."""
-        return bool(self._setting.chargers[robot]) and self._simulator.robots[robot].energy is not None
+        return bool(self._setting.chargers[robot]) and self._roster.robots[robot].energy is not None
 
     def lasts(self, robot: str) -> float:
         """Return in how many seconds a robot has to charge if it goes on as now; infinite for never."""
-        energy, now = self._simulator.robots[robot].energy, self._simulator.now
+        energy, now = self._roster.robots[robot].energy, self._env.now
         if energy is None or not self._setting.chargers[robot]:
             return math.inf
         flow, left = energy.battery.flow(now), energy.battery.share(now) - self._setting.charge_below
@@ -79,7 +79,7 @@ class Truth:
             bound: The chargers to which others are bound, by the robot's name.
         """
         chargers, here = self._setting.chargers[robot], self.point(robot)
-        docked = {name: its.dock.name for name, its in self._simulator.robots.items() if its.dock is not None}
+        docked = {name: its.dock.name for name, its in self._roster.robots.items() if its.dock is not None}
         others = Counter(dock for name, dock in {**docked, **bound}.items() if name != robot)
         return min(
             chargers,

@@ -43,7 +43,7 @@ def searched(check, executor=Serial, **options: Any):
     with Evaluator(check, executor, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         check = limited(check, nominal)
-        evaluator.take(check)
+        evaluator.take(check, nominal)
         return Campaign(check, evaluator, nominal, Options(**options)).run()
 
 

@@ -21,11 +21,11 @@ _HEAD: Final = """\
 
 <!-- generated from examples/asks by `make schemas`, not to be edited -->
 
-Each line is a question from the issues of another project, and an example that answers it.
-An example is a world, a controller and a test, in one file to copy.
-`pytest examples/asks` runs all of them, in a few seconds.
+Each row is a question from the issues of another project, and an example that answers it.
+An example is one file with a world, a controller and a test, which you can copy.
+`pytest examples/asks` runs all of them in a few seconds.
 
-| what | asked in | example |
+| question | asked in | example |
 |---|---|---|
 """
 

@@ -23,8 +23,8 @@ _HEAD: Final = """\
 
 <!-- generated from the parsers by `make schemas`, not to be edited -->
 
-Options that have a value can be given as a variable, too, such as `HMRSIM_CONNECT`; the command line comes first.
-`--help` of each command has examples, and its exit codes; [error codes](errors/index.md) explains them.
+You can also set options with a value as environment variables, such as `HMRSIM_CONNECT`. The command line wins.
+The `--help` of each command has examples and its exit codes, which [error codes](errors/index.md) explains.
 """
 
 

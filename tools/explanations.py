@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _page(each: Explanation) -> str:
     return (
-        f"# {each.code}: {each.name}\n\n{_GENERATED}\n{each.means}\n\n*Of {each.of}.*\n\n"
+        f"# {each.code}: {each.name}\n\n{_GENERATED}\n{each.means}\n\n*Used by {each.of}.*\n\n"
         f"## Why it happens\n\n{each.why}\n\n## What to do\n\n{each.do}\n\n"
         f"`hmrsim explain {each.code}` prints this. [All codes](index.md)\n"
     )
@@ -52,9 +52,10 @@ def _index() -> str:
     )
     return (
         f"# Error codes\n\n{_GENERATED}\n"
-        "The codes of results are Nav2's and MoveIt's. Rejected goals have a reason, goals that did not succeed a "
-        "cause, services a result, and commands an exit code.\n`hmrsim explain CODE` prints the page of a code.\n\n"
-        "| code | name | of | meaning |\n|---|---|---|---|\n" + "\n".join(lines) + "\n"
+        "The codes of results are those of Nav2 and MoveIt. Rejected goals have a reason, goals that did not succeed "
+        "have a cause, services have a result, and commands have an exit code.\n"
+        "`hmrsim explain CODE` prints the page of a code.\n\n"
+        "| code | name | used by | meaning |\n|---|---|---|---|\n" + "\n".join(lines) + "\n"
     )
 
 

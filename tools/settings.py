@@ -107,7 +107,7 @@ def tables() -> str:
         "\n".join(
             [
                 f"### {title[:1].upper()}{title[1:] or 'The run'}\n",
-                "| setting | default | unit, bounds | what it is |",
+                "| setting | default | unit, bounds | description |",
                 "|---|---|---|---|",
                 *(_row(each, variables[each.flag]) for each in settings if each.option.group == title),
                 "",

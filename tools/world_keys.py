@@ -21,8 +21,8 @@ _HEAD: Final = """\
 
 <!-- generated from the schema of worlds by `make schemas`, not to be edited -->
 
-Each key of a world file, with its type and default. [Worlds](worlds.md) says how they belong together.
-`hmrsim world schema` prints the schema, by which editors complete keys.
+This page lists each key of a world file with its type and default. [Worlds](worlds.md) explains how to use them.
+`hmrsim world schema` prints the schema, which editors use to complete keys.
 """
 
 _Schema = Mapping[str, Any]

@@ -11,7 +11,7 @@ from bt_controller.behaviours import subscribers
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
 
 _HYSTERESIS: Final = 5.0
 """Hysteresis in per cent: the warning ends so far above the threshold."""

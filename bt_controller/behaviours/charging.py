@@ -19,14 +19,14 @@ from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.topics import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
-    from hmrsim_zenoh.client.condition import Operator
+    from hmrsim_zenoh.client.conditions import Operator
 
 
 _PATIENCE: Final = 3.0

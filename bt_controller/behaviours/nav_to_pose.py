@@ -10,7 +10,7 @@ from bt_controller.world.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.diagnostics import shown
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:
     from bt_controller.core.action_leaf import GoalSource

@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeAlias, TypeVar
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 from pydantic import ValidationError
 from pydantic_core import to_json
 
+from bt_controller.core.node import QuietBehaviour
 from bt_controller.core.resume import Resumption, place_of
 from bt_controller.errors import TreeError
 from bt_controller.world.directory import Directory, NotServed
@@ -28,7 +28,7 @@ from hmrsim.errors import GoalRejected, HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.program.users_code import mistakes_in
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client.goal_places import with_poses
+from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ GoalSource: TypeAlias = T | Callable[[], T | None] | str
 """A goal, a function that returns a goal or None, or the goal's blackboard key."""
 
 
-class ActionLeaf(Behaviour, Generic[G, R, F]):
+class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
     """Sends one goal and follows it.
 
     Args:
@@ -92,11 +92,12 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
         self.verdicts = 0
         self._resumption: Resumption | None = None
         self._wake: Callable[[], None] = _let_be
-        self._blackboard = self.attach_blackboard_client()
-        for key in self._on_success:
-            self._blackboard.register_key(key, Access.WRITE)
-        if isinstance(goal, str):
-            self._blackboard.register_key(goal, Access.READ)
+        if self._on_success or isinstance(goal, str):
+            self._blackboard = self.attach_blackboard_client()
+            for key in self._on_success:
+                self._blackboard.register_key(key, Access.WRITE)
+            if isinstance(goal, str):
+                self._blackboard.register_key(goal, Access.READ)
 
     @property
     def action(self) -> Action[G, R, F] | None:
@@ -111,8 +112,14 @@ class ActionLeaf(Behaviour, Generic[G, R, F]):
     @property
     def open_goals(self) -> list[GoalHandle[R, F]]:
         """The goals that are not done; more than one while a canceled goal has not ended."""
-        self._open = [handle for handle in self._open if not handle.done]
+        if self._open:
+            self._open = [handle for handle in self._open if not handle.done]
         return self._open
+
+    @property
+    def wants_feedback(self) -> bool:
+        """Whether a node of the tree reads what this one writes of its feedback."""
+        return False
 
     @property
     def is_unfinished(self) -> bool:

@@ -92,8 +92,8 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node reads what this one writes of its feedback."""
-        return any(self.is_read(port) for port in self.FEEDBACK_OUTPUTS)
+        """Whether a node of the tree reads what this one writes of its feedback."""
+        return bool(self.FEEDBACK_OUTPUTS) and any(self.is_read(port) for port in self.FEEDBACK_OUTPUTS)
 
     def clear_result(self) -> None:
         """Write empty values to the output ports: the goal did not succeed, or the node was halted."""

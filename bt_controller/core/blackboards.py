@@ -35,7 +35,7 @@ class Entries(dict[str, Any]):
 
     def __setitem__(self, key: str, value: Any) -> None:
         """Write an entry and count the write."""
-        self.writes[key] += 1
+        self.writes[key] = self.writes.get(key, 0) + 1
         self.changes += key not in self or self[key] != value
         super().__setitem__(key, value)
 
@@ -49,8 +49,9 @@ class Board:
 
     def __init__(self) -> None:
         self._storage = Entries()
-        self._metadata: dict[str, KeyMetaData] = {}
-        self._clients: dict[uuid.UUID, str] = {}
+        metadata: dict[str, KeyMetaData] = {}
+        clients: dict[uuid.UUID, str] = {}
+        self._use = _InUse(self._storage, metadata, clients)
 
     @property
     def changes(self) -> int:
@@ -64,7 +65,7 @@ class Board:
 
     def in_use(self) -> AbstractContextManager[None]:
         """Make py_trees use this blackboard."""
-        return _InUse(self._storage, self._metadata, self._clients)
+        return self._use
 
 
 class _InUse(AbstractContextManager[None]):
@@ -72,10 +73,11 @@ class _InUse(AbstractContextManager[None]):
 
     def __init__(self, *parts: dict[Any, Any]) -> None:
         self._parts = parts
+        self._others: list[tuple[dict[Any, Any], ...]] = []
 
     def __enter__(self) -> None:
-        self._others = Blackboard.storage, Blackboard.metadata, Blackboard.clients
+        self._others.append((Blackboard.storage, Blackboard.metadata, Blackboard.clients))
         Blackboard.storage, Blackboard.metadata, Blackboard.clients = self._parts
 
     def __exit__(self, *_error: object) -> None:
-        Blackboard.storage, Blackboard.metadata, Blackboard.clients = self._others
+        Blackboard.storage, Blackboard.metadata, Blackboard.clients = self._others.pop()

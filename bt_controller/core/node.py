@@ -14,10 +14,10 @@ import math
 import re
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias
 
 from py_trees.behaviour import Behaviour
-from py_trees.blackboard import Blackboard
+from py_trees.blackboard import Blackboard, KeyMetaData
 from py_trees.common import Access, Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from py_trees.blackboard import Client
 
     from bt_controller.core.ports import Places, Port
-    from hmrsim_zenoh.client.condition import Condition as TopicCondition
+    from hmrsim_zenoh.client.conditions import Condition as TopicCondition
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
@@ -43,6 +43,73 @@ Ticks: TypeAlias = "Generator[Behaviour, None, Status]"
 
 class PortError(HmrsimError):
     """A port has no value, or one of another kind; the text names the port and the node."""
+
+
+class QuietBehaviour(Behaviour):
+    """A behaviour without children and without py_trees' debug log, which takes longer than the tick itself."""
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick the behaviour, as py_trees does."""
+        if self.status is not Status.RUNNING:
+            self.initialise()
+        status = self.update()
+        if not isinstance(status, Status):
+            text = f"A behaviour returned an invalid status, setting to INVALID [{status}][{self.name}]"
+            self.logger.error(text)
+            status = Status.INVALID
+        if status is not Status.RUNNING:
+            self.stop(status)
+        self.status = status
+        yield self
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End the behaviour with a status, or interrupt it with INVALID."""
+        self.terminate(new_status)
+        self.status = new_status
+
+
+class Connections(NamedTuple):
+    """The blackboard keys of a node's ports, the same for each node that is made of one element of a file.
+
+    Attributes:
+        namespace: What keys without a slash are below.
+        keys: The key of each port.
+        texts: The values in the file, by key.
+        read: The keys of input ports that other nodes may write.
+        written: The keys of output ports that other nodes may read.
+    """
+
+    namespace: str
+    keys: Mapping[str, str]
+    texts: Mapping[str, str]
+    read: Sequence[str]
+    written: Sequence[str]
+
+    @classmethod
+    def of(cls, kind: type[Node], own: str, remappings: Mapping[str, str], namespace: str) -> Connections:
+        """Return the connections of a node.
+
+        Args:
+            kind: Its class.
+            own: A name that no other node of the tree has.
+            remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out has
+                a key of its own.
+            namespace: What keys without a slash are below.
+        """
+        below = Blackboard.absolute_name(namespace, _NO_NAME.sub("_", own))
+        keys, texts = {}, {}
+        shared: tuple[list[str], list[str]] = ([], [])
+        for ports, there in zip((kind.INPUTS, kind.OUTPUTS), shared, strict=True):
+            for port in ports:
+                if port not in remappings:
+                    keys[port] = f"{below}/{port}"
+                elif CONST_PREFIX in remappings[port]:
+                    keys[port] = f"{below}/{port}__const"
+                    texts[keys[port]] = decode_const_value(remappings[port])
+                else:
+                    keys[port] = Blackboard.absolute_name(namespace, remappings[port])
+                    there.append(keys[port])
+        return cls(namespace, keys, texts, *shared)
 
 
 class Node(PortsMixin):
@@ -74,6 +141,8 @@ class Node(PortsMixin):
         self._subtree_namespace: str | None = None
         self._ports_logger: Any = None
         self._behaviour_class_name = behaviour_class_name or type(self).__name__
+        self._places: Places | None = None
+        self._parsed: dict[str, tuple[str, Any]] = {}
 
     def setup_ports(
         self,
@@ -92,21 +161,46 @@ class Node(PortsMixin):
             subtree_namespace: What keys without a slash are below.
             logger: What nodes may log to; the node's own if left out.
         """
-        keys = port_remappings or {}
-        client = self._blackboard_client = self.attach_blackboard_client(self.name, subtree_namespace)
-        self._subtree_namespace, self._ports_logger = subtree_namespace, logger or self.logger
-        own = Blackboard.absolute_name(subtree_namespace, _NO_NAME.sub("_", f"{self.name}_{self.id}"))
-        for ports, access in ((self.INPUTS, Access.READ), (self.OUTPUTS, Access.WRITE)):
-            for port, information in ports.items():
-                if port not in keys:
-                    key = f"{own}/{port}"
-                elif CONST_PREFIX in keys[port]:
-                    key = f"{own}/{port}__const"
-                    Blackboard.set(key, decode_const_value(keys[port]))
-                else:
-                    key = Blackboard.absolute_name(subtree_namespace, keys[port])
-                needed = information.required and not information.has_default
-                client.register_key(key=port, access=access, required=needed, remap_to=key)
+        self._ports_logger = logger
+        own = f"{self.name}_{self.id}"
+        self.connect(Connections.of(type(self), own, port_remappings or {}, subtree_namespace))
+
+    def connect(self, connections: Connections) -> None:
+        """Connect the ports with the blackboard in use."""
+        self._keys = connections.keys
+        self._subtree_namespace = connections.namespace
+        self._ports_logger = self._ports_logger or self.logger
+        # Not by py_trees' clients, which take longer for it than all the rest of a node.
+        Blackboard.storage.update(connections.texts)
+        for key in connections.read:
+            _known(key).read.add(self.id)
+        for key in connections.written:
+            _known(key).write.add(self.id)
+        if connections.read or connections.written:
+            Blackboard.clients[self.id] = self.name
+
+    @property
+    def blackboard_client(self) -> Client:
+        """The node's ports as py_trees' own interface has them; made when first used.
+
+        Raises:
+            RuntimeError: The ports have not been set up.
+        """
+        if self._blackboard_client is None and self._subtree_namespace is not None:
+            client = self._blackboard_client = self.attach_blackboard_client(self.name, self._subtree_namespace)
+            for ports, access in ((self.INPUTS, Access.READ), (self.OUTPUTS, Access.WRITE)):
+                for port, information in ports.items():
+                    needed = information.required and not information.has_default
+                    client.register_key(key=port, access=access, required=needed, remap_to=self._keys[port])
+        return super().blackboard_client
+
+    def key_of(self, port: str) -> str:
+        """Return the blackboard key of a port."""
+        return self._keys[port]
+
+    def entry(self, port: str) -> Any:
+        """Return the blackboard entry of a port, which may be text that is yet to be read; None if it has no value."""
+        return Blackboard.storage.get(self._keys[port])
 
     def setup(self, **kwargs: Any) -> None:
         """Keep the places, and check the ports' texts early.
@@ -118,10 +212,10 @@ class Node(PortsMixin):
             PortError: A port's value in the file is invalid.
         """
         super().setup(**kwargs)
-        self._places: Places | None = kwargs.get("places")
+        self._places = kwargs.get("places")
+        self._parsed.clear()
         for port in self.INPUTS:
-            client = self.blackboard_client
-            if client.exists(port) and isinstance(client.get(port), str):
+            if isinstance(Blackboard.storage.get(self._keys[port]), str):
                 self.read(port)
 
     def read(self, port: str) -> Any:
@@ -131,8 +225,7 @@ class Node(PortsMixin):
             PortError: The port has no value, or one of another kind.
         """
         information = self.INPUTS[port]
-        client = self.blackboard_client
-        value = client.get(port) if client.exists(port) else None
+        value = Blackboard.storage.get(self._keys[port])
         if value is None:
             if information.required and information.default_value is None:
                 raise PortError(f"{self._whose(port)} has no value yet")
@@ -141,17 +234,17 @@ class Node(PortsMixin):
             return None if isinstance(default, str) and default.startswith("{") else default
         kind = information.kind
         if isinstance(value, str) and kind.type is not str:
-            try:
-                return kind.read(value, getattr(self, "_places", None))
-            except ValueError as error:
-                raise PortError(f"{self._whose(port)}: {error}") from None
+            return self._read_text(port, value)
         if not kind.holds(value):
             raise PortError(f"{self._whose(port)} takes {kind.name}, got {type(value).__name__} {value!r:.80}")
         return value
 
     def write(self, port: str, value: Any) -> None:
         """Write a value to an output port's key; drop it if the file omits the port."""
-        self.blackboard_client.set(port, value)
+        if port not in self.OUTPUTS:
+            there = ", ".join(self.OUTPUTS) or "none"
+            raise ValueError(f"{self.located} has no output port {port!r}; there are {there}")
+        Blackboard.storage[self._keys[port]] = value
 
     def next_tick_time(self) -> float:
         """Return when this node has to be ticked again without an event of its goals or children.
@@ -176,8 +269,7 @@ class Node(PortsMixin):
 
     def is_read(self, port: str) -> bool:
         """Return whether a node reads what an output port of this one writes."""
-        client = self.blackboard_client
-        known = Blackboard.metadata.get(client.remappings[client.absolute_name(port)])
+        known = Blackboard.metadata.get(self._keys[port])
         return known is not None and bool(known.read)
 
     @property
@@ -185,11 +277,33 @@ class Node(PortsMixin):
         """The node's name, and where it stands in its file, for messages."""
         return f"{self.name} ({self.origin})" if self.origin else self.name
 
+    def _read_text(self, port: str, text: str) -> Any:
+        """Return the value of a text; the same text has the same value until the node is set up again."""
+        known = self._parsed.get(port)
+        if known is not None and known[0] == text:
+            return known[1]
+        try:
+            value = self.INPUTS[port].kind.read(text, self._places)
+        except ValueError as error:
+            raise PortError(f"{self._whose(port)}: {error}") from None
+        # Who reads a list may change it.
+        if not isinstance(value, list):
+            self._parsed[port] = text, value
+        return value
+
     def _whose(self, port: str) -> str:
         return f"{self.located}: port {port!r}"
 
 
-class Leaf(Node, Behaviour):
+def _known(key: str) -> KeyMetaData:
+    """Return who reads and who writes an entry of the blackboard in use."""
+    known = Blackboard.metadata.get(key)
+    if known is None:
+        known = Blackboard.metadata[key] = KeyMetaData()
+    return known
+
+
+class Leaf(Node, QuietBehaviour):
     """A node without children that takes no time and does not depend on changing state.
 
     Other subclasses override the time of the next tick.

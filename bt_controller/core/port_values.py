@@ -58,11 +58,10 @@ def connect(built: Node, **ports: object) -> None:
             raise ValueError(f"{built.name}: port {port!r} needs a value")
     keys = {port: key for port, value in ports.items() if (key := _key_of(value)) is not None}
     built.setup_ports(keys)
-    client = built.blackboard_client
     for port, value in ports.items():
         if port not in keys:
-            # py_trees has made up a key that no other node has.
-            Blackboard.set(client.remappings[client.absolute_name(port)], value)
+            # Its key is one that no other node has.
+            Blackboard.set(built.key_of(port), value)
 
 
 def _key_of(value: object) -> str | None:

@@ -20,7 +20,7 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.nav2_msgs import Route, TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message

@@ -10,7 +10,8 @@ from typing import Any, Final
 
 from py_trees import decorators, timers
 
-_TELLING: Final[tuple[Any, ...]] = (timers, decorators)
+_TIMERS: Final[Any] = timers
+_DECORATORS: Final[Any] = decorators
 """The modules of py_trees that use ``time``."""
 
 NANOSECONDS: Final = 1e9
@@ -77,19 +78,17 @@ def simulated_time(now: float | None) -> AbstractContextManager[None]:
 
 
 class _Simulated(AbstractContextManager[None]):
-    """Gives py_trees and this package's nodes a time; for every tick, so no generator."""
+    """Gives py_trees' modules that use ``time`` and this package's nodes a time; for every tick, so no generator."""
 
     def __init__(self, now: float) -> None:
         self._now = now
 
     def __enter__(self) -> None:
         stand_in: Any = _Time(self._now)
-        self._others = [module.time for module in _TELLING]
-        for module in _TELLING:
-            module.time = stand_in
+        self._others = _TIMERS.time, _DECORATORS.time
+        _TIMERS.time = _DECORATORS.time = stand_in
         self._token = _NOW.set(self._now)
 
     def __exit__(self, *_error: object) -> None:
         _NOW.reset(self._token)
-        for module, other in zip(_TELLING, self._others, strict=True):
-            module.time = other
+        _TIMERS.time, _DECORATORS.time = self._others

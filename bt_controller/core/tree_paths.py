@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,16 +12,21 @@ if TYPE_CHECKING:
 
 def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
     """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
-    yield from _below(root, root.name)
+    todo = [(root, root.name)]
+    while todo:
+        node, path = todo.pop()
+        yield node, path
+        names = [child.name for child in node.children]
+        if len(names) != len({*names}):
+            names = _numbered(names)
+        todo += [*zip(node.children, [f"{path}/{name}" for name in names], strict=True)][::-1]
 
 
-def _below(node: Behaviour, path: str) -> Iterator[tuple[Behaviour, str]]:
-    yield node, path
-    if not node.children:
-        return
-    alike = Counter(child.name for child in node.children)
-    seen: Counter[str] = Counter()
-    for child in node.children:
-        seen[child.name] += 1
-        number = f"[{seen[child.name]}]" if alike[child.name] > 1 else ""
-        yield from _below(child, f"{path}/{child.name}{number}")
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Return names with their numbers, of those that are there more than once."""
+    alike, seen = Counter(names), Counter[str]()
+    numbered = []
+    for name in names:
+        seen[name] += 1
+        numbered.append(f"{name}[{seen[name]}]" if alike[name] > 1 else name)
+    return numbered

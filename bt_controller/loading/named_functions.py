@@ -47,6 +47,8 @@ class NamedFunction:
         Raises:
             TreeError: It does not take them.
         """
+        if not arguments:
+            return self
         _check_arguments(self.name, self.function, arguments)
         return replace(self, arguments={**self.arguments, **arguments})
 
@@ -104,6 +106,8 @@ class _Nothing:
 
 
 def _check_arguments(name: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    if not arguments:
+        return
     try:
         parameters = inspect.signature(function).parameters
     except (TypeError, ValueError):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bt_controller.core.topics import Topics
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from bt_controller.running.mailbox import CLOCK, RESET, STOP
 from hmrsim.errors import HmrsimError
-from hmrsim_zenoh.client.sim_clock import SimClock
+from hmrsim_zenoh.client.subscription import SimClock
 from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:

@@ -6,20 +6,20 @@ import logging
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.action_node import ActionNode
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
-from hmrsim_zenoh.client.warm_up import for_client
+from hmrsim_zenoh.client.action_client import for_client
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class Mission:
     def wants_feedback(self) -> bool:
         """Whether a node of the tree reads feedback that another one writes."""
         with self._board.in_use():
-            return any(leaf.wants_feedback for leaf in self._leaves() if isinstance(leaf, ActionNode))
+            return any(leaf.wants_feedback for leaf in self._leaves())
 
     @property
     def actions(self) -> dict[str, AnyAction]:
@@ -129,7 +129,7 @@ class Mission:
         for robot in self._robots:
             known["directory"].check_robot(robot)
         with self._board.in_use():
-            for node in self.root.iterate():
+            for node in self._nodes():
                 node.setup(client=client, robot=self.robot, wake=wake, resume=self._resume, **known)
 
     def tick(self, now: float | None) -> None:
@@ -203,7 +203,7 @@ class Mission:
     def shutdown(self) -> None:
         """Shut down the behaviours."""
         with self._board.in_use():
-            for node in self.root.iterate():
+            for node in self._nodes():
                 node.shutdown()
 
     def snapshot(self, sim_time: float | None, *, blackboard: bool = False) -> Snapshot:
@@ -227,14 +227,28 @@ class Mission:
         return Snapshot(self.robot, sim_time, self._ticks, nodes, ended, blackboard)
 
     def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
-        found, todo = [], [self.root]
-        # Not by py_trees' iterate: it resumes a generator of each parent for each node.
+        nodes: list[Any] = self._nodes()
+        return [node for node in nodes if _sends_goals(node.__class__)]
+
+    def _nodes(self) -> list[Behaviour]:
+        """Return the nodes, children before their parents, as py_trees' ``iterate`` yields them.
+
+        That resumes a generator of each parent for each node.
+        """
+        found: list[Behaviour] = []
+        todo = [self.root]
         while todo:
             node = todo.pop()
-            if isinstance(node, ActionLeaf):
-                found.append(node)
-            todo += reversed(node.children)
+            found.append(node)
+            todo += node.children
+        found.reverse()
         return found
+
+
+@cache
+def _sends_goals(kind: type[Behaviour]) -> bool:
+    """Return whether a class is a leaf with goals; once for each, as classes of py_trees take a while to say so."""
+    return issubclass(kind, ActionLeaf)
 
 
 def told(error: Exception) -> str:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from bt_controller.running.mailbox import Mailbox
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
 
 _PERIOD: Final = 1.0
 """Simulated seconds between two polls of state that has no notification."""

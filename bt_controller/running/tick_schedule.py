@@ -19,7 +19,7 @@ from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
 
 
 class Due(NamedTuple):

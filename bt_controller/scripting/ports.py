@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from py_trees.blackboard import Blackboard
-
 from bt_controller.core.node import Node
 from bt_controller.core.ports import ANY, input_port, output_port
 from bt_controller.scripting.parser import ScriptError
@@ -54,17 +52,6 @@ class Scripted(Node):
         parts |= {"INPUTS": inputs, "OUTPUTS": outputs, "scripts": dict(scripts)}
         return type(cls.__name__, (cls,), parts)
 
-    def setup(self, **kwargs: Any) -> None:
-        """Look up the keys of the scripts' names.
-
-        Raises:
-            PortError: A port's value in the file is invalid.
-        """
-        super().setup(**kwargs)
-        # A client's own get takes some names, such as "id", for its own attributes.
-        names = [name for script in self.scripts.values() for name in script.names]
-        self._keys = {name: self._get_blackboard_key(name) for name in names}
-
     def run(self, attribute: str) -> Any:
         """Run a script, and return its value.
 
@@ -92,7 +79,7 @@ class Scripted(Node):
 
     def get(self, name: str) -> Any:
         """Return the value of an entry; None if there is none."""
-        return Blackboard.storage.get(self._keys[name])
+        return self.entry(name)
 
     def set(self, name: str, value: Any) -> None:
         """Change or create an entry."""

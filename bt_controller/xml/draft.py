@@ -13,10 +13,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.parsers.behaviour_tree_xml import build_tree_from_xml
 
+from bt_controller.core.node import Connections, Node
 from bt_controller.errors import TreeError
 from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from bt_controller.xml.translation import Translation
 
 
@@ -35,10 +38,23 @@ class Draft(Behaviour):
         self._tag = behaviour_class_name
         self._known = known
         self._ports: dict[str, Any] = {}
+        self._connections: Connections | None = None
+        self._shown, self._origin = name, ""
+        if "child" in known:
+            self.children = [known["child"]]
+        self.children += known.get("children", ())
 
-    def setup_ports(self, **ports: Any) -> None:
-        """Keep the keys of the ports, and their namespace."""
-        self._ports = ports
+    def setup_ports(self, port_remappings: Mapping[str, str], subtree_namespace: str = "/", **others: Any) -> None:
+        """Look up the keys of the ports: those of all nodes that are made of this draft, each on its own blackboard."""
+        if issubclass(self._node, Node):
+            own = f"{self.name}_{self.id}"
+            self._connections = Connections.of(self._node, own, port_remappings, subtree_namespace)
+        else:
+            self._ports = {"port_remappings": port_remappings, "subtree_namespace": subtree_namespace, **others}
+
+    def label(self, shown: str, origin: str) -> None:
+        """Set what the nodes are called in messages, and where they stand in the file."""
+        self._shown, self._origin = shown, origin
 
     def update(self) -> Status:
         """Return that a draft can't be ticked."""
@@ -59,7 +75,12 @@ class Draft(Behaviour):
             node = self._node(name=self.name, behaviour_class_name=self._tag, **known)
         except Exception as error:
             raise TreeError(f"<{self._tag}>: {described(error)}") from error
-        node.setup_ports(**self._ports)
+        if self._connections is None:
+            node.setup_ports(**self._ports)
+        else:
+            node.connect(self._connections)
+            node.origin = self._origin
+        node.name = self._shown
         return node
 
 

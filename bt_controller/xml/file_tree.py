@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from py_trees.blackboard import Blackboard
 
 from bt_controller.core.blackboards import Board
-from bt_controller.core.node import Node
 from bt_controller.errors import TreeError
 from bt_controller.xml.check import check
 from bt_controller.xml.document import document
@@ -52,10 +51,6 @@ class FileTree:
         for key, text in self.texts.items():
             Blackboard.set(key, text)
         root: Behaviour = self.draft.made()
-        for node, (name, origin) in zip(_named(root), self.labels, strict=True):
-            node.name = name
-            if isinstance(node, Node):
-                node.origin = str(origin)
         return root
 
 
@@ -116,7 +111,11 @@ def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> Fi
             texts.update({f"{namespace}{key}": text for key, text in part.texts.items()})
         else:
             labels.append((part.shown, part.origin))
-    return FileTree(drafted(main, translation), tuple(labels), texts, files)
+    draft = drafted(main, translation)
+    drafts: Iterable[Any] = draft.iterate()
+    for each, (name, origin) in zip(drafts, labels, strict=True):
+        each.label(name, str(origin))
+    return FileTree(draft, tuple(labels), texts, files)
 
 
 def _tried(

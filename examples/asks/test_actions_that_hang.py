@@ -1,6 +1,6 @@
-"""An action that hangs does not hang the tree, nor its test.
+"""An action that hangs blocks neither the tree nor its test.
 
-Asked in https://github.com/BehaviorTree/BehaviorTree.CPP/issues/930: there, a mocked action that does not return hangs
+Asked in https://github.com/BehaviorTree/BehaviorTree.CPP/issues/930, where a mocked action that does not return blocks
 the whole tree.
 """
 
@@ -20,7 +20,7 @@ def visit(robot: str) -> Behaviour:
 
 
 def test_a_drive_that_takes_for_ever_is_ended_by_a_timeout() -> None:
-    """After a minute of simulated time, which takes no time at all; its goal is canceled."""
+    """The goal is canceled after a minute of simulated time, which passes instantly."""
     with simulation("cafe", tree=visit, robots=["mocha"], changes={"faults.+": SLOW}) as run:
         outcome = run.to_the_end()
 

@@ -1,6 +1,6 @@
-"""The fleet adapter restarts in the middle of a task, and finds the task again.
+"""A fleet adapter restarts in the middle of a task and resumes the task.
 
-Asked in https://github.com/open-rmf/rmf_ros2/issues/224: there, the tasks of an adapter that restarts are lost.
+Asked in https://github.com/open-rmf/rmf_ros2/issues/224, where a restarted adapter loses its tasks.
 """
 
 from hmrsim.actions import registry
@@ -14,7 +14,7 @@ GOAL_ID = "c0ffee" + "0" * 26
 
 
 def test_the_second_adapter_gets_the_result_of_the_first_ones_goal() -> None:
-    """The robot drives on meanwhile; the goal is not sent twice."""
+    """The robot drives on during the restart, and the goal is not sent twice."""
     with simulation("cafe") as run:
         first = run.open_client("adapter")
         first.action_client("mocha", NAVIGATE).send_goal(GOAL, goal_id=GOAL_ID).wait_accepted()

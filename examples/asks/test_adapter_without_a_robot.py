@@ -1,7 +1,7 @@
-"""A fleet adapter is tried without the robot that it is for.
+"""A fleet adapter is tested without its robot.
 
-Asked in https://github.com/open-rmf/fleet_adapter_ecobot/issues/5. The adapter below is written against an interface of
-its own, as for a vendor's robot; the simulated robot stands behind it.
+Asked in https://github.com/open-rmf/fleet_adapter_ecobot/issues/5. The adapter below is written against its own
+interface, as for a vendor's robot, with the simulated robot behind it.
 """
 
 from typing import Protocol
@@ -11,20 +11,20 @@ from hmrsim_zenoh import Commander, GoalFailed
 
 
 class RobotApi(Protocol):
-    """What adapters ask of a vendor's robot."""
+    """The interface of a vendor's robot."""
 
     def navigate(self, place: str) -> bool:
-        """Drive to a place; return whether it is there."""
+        """Drive to a place; return whether the robot arrived."""
 
 
 class SimulatedRobot:
-    """The interface, with a simulated robot behind it."""
+    """An implementation of the interface with a simulated robot."""
 
     def __init__(self, commander: Commander) -> None:
         self._commander = commander
 
     def navigate(self, place: str) -> bool:
-        """Drive to a place; return whether it is there."""
+        """Drive to a place; return whether the robot arrived."""
         try:
             self._commander.navigate_to(place)
         except GoalFailed:
@@ -33,12 +33,12 @@ class SimulatedRobot:
 
 
 def clean(robot: RobotApi, rooms: list[str]) -> list[str]:
-    """Be the adapter: visit rooms, try each twice, and return those that were missed."""
+    """Visit rooms as the adapter does, trying each twice, and return the missed ones."""
     return [room for room in rooms if not (robot.navigate(room) or robot.navigate(room))]
 
 
 def test_the_adapter_tries_twice() -> None:
-    """A drive that fails once is no missed room."""
+    """A room is not missed if only the first attempt fails."""
     once = {"type": "goals_aborted", "robot": "chai", "action": "navigate_to_pose", "count": 1, "at": 5, "duration": 60}
     with simulation("cafe", changes={"faults.+": once}) as run:
         assert clean(SimulatedRobot(run.commander("chai")), ["counter", "entrance", "table_1"]) == []

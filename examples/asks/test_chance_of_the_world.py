@@ -1,4 +1,4 @@
-"""Chance belongs to the world, and a reset with a seed makes it the same again.
+"""Randomness belongs to the world, and a reset with a seed repeats it.
 
 Asked in https://github.com/sea-bass/pyrobosim/issues/231 and https://github.com/sea-bass/pyrobosim/issues/380.
 """
@@ -24,7 +24,7 @@ def tries(seed: int) -> int:
 
 
 def test_a_seed_decides_what_chance_does() -> None:
-    """The same seed the same, others differ."""
+    """The same seed gives the same number, and other seeds differ."""
     counts = [tries(seed) for seed in range(10)]
 
     assert counts == [tries(seed) for seed in range(10)]

@@ -1,6 +1,6 @@
-"""A dispenser fails, and the task goes on at another one.
+"""A dispenser fails, and the task continues at another one.
 
-Asked in https://github.com/open-rmf/rmf_demos/issues/330: there, a task waits for ever for a dispenser that has failed.
+Asked in https://github.com/open-rmf/rmf_demos/issues/330, where a task waits forever for a dispenser that has failed.
 """
 
 from hmrsim.testing import simulation
@@ -10,7 +10,7 @@ JAMMED = {"type": "item_lost", "item": "coffee", "at": 3}
 
 
 def fetch(robot: Commander, items: list[str]) -> str:
-    """Take the first item that is there; return which."""
+    """Take the first available item and return its name."""
     robot.navigate_to("counter")
     for item in items:
         try:
@@ -23,7 +23,7 @@ def fetch(robot: Commander, items: list[str]) -> str:
 
 
 def test_the_other_dispenser_is_asked() -> None:
-    """There is no coffee, so that cake is served."""
+    """There is no coffee, so cake is served."""
     with simulation("cafe", changes={"faults.+": JAMMED}) as run:
         mocha = run.commander("mocha")
 

@@ -1,7 +1,7 @@
 """Docking fails, and the robot goes to another charger.
 
-Asked in https://github.com/equinor/isar/issues/31 and https://github.com/equinor/flotilla/issues/716: there, what a
-mission does when docking fails could not be tried without the robot.
+Asked in https://github.com/equinor/isar/issues/31 and https://github.com/equinor/flotilla/issues/716, where a mission
+could not be tested for failed docking without the robot.
 """
 
 from hmrsim.testing import simulation
@@ -13,7 +13,7 @@ FREE = {"robots.mocha.at": "table_1", "robots.latte.at": "hall"}
 
 
 def charge(robot: Commander, chargers: list[str]) -> str:
-    """Dock at the first charger that works; return which."""
+    """Dock at the first charger that works and return its name."""
     for charger in chargers:
         try:
             robot.dock(charger)
@@ -25,7 +25,7 @@ def charge(robot: Commander, chargers: list[str]) -> str:
 
 
 def test_the_other_charger_is_used() -> None:
-    """The first try ends with Nav2's code for it."""
+    """The first attempt ends with Nav2's error code."""
     with simulation("cafe", changes={"faults.+": BROKEN, **FREE}) as run:
         chai = run.commander("chai")
 

@@ -1,6 +1,6 @@
-"""The emergency is switched on and off, again and again; all robots stop, and go on.
+"""An emergency is switched on and off repeatedly, and all robots stop and resume.
 
-Asked in https://github.com/open-rmf/rmf_ros2/issues/462: there, a few toggles crash the adapter.
+Asked in https://github.com/open-rmf/rmf_ros2/issues/462, where a few toggles crash the adapter.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ TOGGLES = 50
 
 
 async def emergency(client: AsyncClient, drives: list[asyncio.Task[object]]) -> None:
-    """Stop all robots; a task that is canceled ends when its robot has stopped."""
+    """Stop all robots; a canceled task ends when its robot has stopped."""
     for drive in drives:
         drive.cancel()
     await asyncio.wait(drives)
@@ -21,7 +21,7 @@ async def emergency(client: AsyncClient, drives: list[asyncio.Task[object]]) -> 
 
 
 async def patrol(robots: dict[str, AsyncRobot], client: AsyncClient) -> None:
-    """Let robots drive for moments, with an emergency after each."""
+    """Let robots drive for short times, with an emergency after each."""
     for _ in range(TOGGLES):
         drives = [asyncio.ensure_future(robot.navigate_to(ROUTES[name])) for name, robot in robots.items()]
         await client.sleep(0.3)
@@ -30,7 +30,7 @@ async def patrol(robots: dict[str, AsyncRobot], client: AsyncClient) -> None:
 
 
 def test_robots_arrive_after_fifty_emergencies() -> None:
-    """Each goal has ended once: those before as canceled, the last ones as succeeded."""
+    """Each goal ends once: the last ones succeed, and all others are canceled."""
     with simulation("cafe") as run:
 
         async def main() -> None:

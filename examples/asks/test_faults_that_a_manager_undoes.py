@@ -1,4 +1,4 @@
-"""A fault lasts until a lifecycle manager has noticed it and undone it.
+"""A fault lasts until a lifecycle manager detects and clears it.
 
 Asked in https://github.com/selfpatch/selfpatch_demos/issues/20.
 """
@@ -9,7 +9,7 @@ from hmrsim.testing import Run, simulation
 
 
 def heal(run: Run) -> list[str]:
-    """Be the manager: clear what is wrong; return what that was."""
+    """Clear all faults, as the manager does, and return them."""
     key = run.client.keys.world
     faults = json.loads(run.client.get(key("get_faults"), payload=b"{}"))["faults"]
     active = [fault["name"] for fault in faults if fault["active"]]
@@ -19,7 +19,7 @@ def heal(run: Run) -> list[str]:
 
 
 def test_the_robot_works_again_when_the_manager_was_there() -> None:
-    """Not before."""
+    """The goal succeeds only after the manager has cleared the fault."""
     broken = {"type": "breakdown", "robot": "mocha", "name": "controller_server_down", "at": 2}
     with simulation("cafe", changes={"faults.+": broken}) as run:
         run.client.sleep(10)

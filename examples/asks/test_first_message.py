@@ -1,6 +1,6 @@
-"""The first message: a goal as JSON, with no library but Zenoh.
+"""A first message: a goal as JSON, with no library but Zenoh.
 
-Asked in https://github.com/bekirbostanci/vda5050_visualizer/issues/4: a sample order, please.
+Asked in https://github.com/bekirbostanci/vda5050_visualizer/issues/4, which requests a sample order.
 """
 
 import json
@@ -11,7 +11,7 @@ ORDER = {"goal": {"pose": {"pose": {"position": {"x": 6, "y": 6}}}}}
 
 
 def test_a_goal_and_its_result_are_one_query_each() -> None:
-    """Over a network they are ``session.get(key, payload=...)``, in any language."""
+    """Over a network, the query is ``session.get(key, payload=...)`` in any language."""
     with simulation("cafe") as run:
         action = "hmrsim/mocha/navigate_to_pose/_action"
         accepted = json.loads(run.client.get(f"{action}/send_goal", payload=json.dumps(ORDER).encode()))

@@ -1,6 +1,6 @@
-"""A test of a whole mission does the same each time, however busy the machine is.
+"""A test of a whole mission always gives the same result, however busy the machine is.
 
-Asked in https://github.com/open-rmf/rmf_ros2/issues/77: there, tests of missions have been flaky since 2021.
+Asked in https://github.com/open-rmf/rmf_ros2/issues/77, where tests of missions have been flaky since 2021.
 """
 
 import hashlib
@@ -19,10 +19,10 @@ def digest(**options: object) -> str:
 
 
 def test_the_mission_is_the_same_each_time() -> None:
-    """Eight robots, doors, chargers and faults: byte for byte."""
+    """The traces of eight robots with doors, chargers and faults are equal, byte for byte."""
     assert len({digest() for _ in range(3)}) == 1
 
 
 def test_another_world_is_another_run() -> None:
-    """What is compared is not the same in any case."""
+    """Another world gives another trace, so the comparison is meaningful."""
     assert digest() != digest(changes={"robots.*.base.speed": 0.5})

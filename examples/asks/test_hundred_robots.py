@@ -1,13 +1,14 @@
-"""A hundred robots work on one core, far faster than in real time.
+"""A hundred robots work on one core, far faster than real time.
 
-Asked in https://github.com/open-rmf/rmf/issues/712: for a light simulation in 2-D, as those in 3-D lag from there on.
+Asked in https://github.com/open-rmf/rmf/issues/712, which requests a light 2D simulation, because 3D simulations lag
+with that many robots.
 """
 
 from hmrsim.testing import simulation
 
 
 def test_an_hour_of_a_warehouse() -> None:
-    """A hundred robots with scripts: all goals end, and all of that within a second or two."""
+    """A hundred robots run their scripts within a second or two, and all goals end."""
     with simulation("warehouse") as run:
         run.client.sleep(600)
 

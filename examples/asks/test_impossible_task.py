@@ -1,7 +1,7 @@
-"""A task that can't be done fails at once, and says why; robots that can are asked instead.
+"""An impossible task fails at once with a reason, and goes to a robot that can do it.
 
-Asked in https://github.com/open-rmf/rmf_demos/issues/341 and https://github.com/open-rmf/rmf_ros2/issues/16: there,
-tasks are given to robots that can't get there.
+Asked in https://github.com/open-rmf/rmf_demos/issues/341 and https://github.com/open-rmf/rmf_ros2/issues/16, where
+tasks are assigned to robots that can't get there.
 """
 
 import pytest
@@ -11,7 +11,7 @@ from hmrsim_zenoh import Commander, GoalFailed
 
 
 def able(robots: list[Commander], place: str) -> list[str]:
-    """Return who has a path to a place."""
+    """Return the robots that have a path to a place."""
     found = []
     for robot in robots:
         try:
@@ -33,7 +33,7 @@ def test_who_can_get_there_is_known_before() -> None:
 
 
 def test_an_impossible_drive_ends_with_a_reason() -> None:
-    """It does not wait."""
+    """The goal ends at once, without waiting."""
     closed = {"faults.+": {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}}
     with simulation("cafe", changes=closed) as run:
         run.client.sleep(1)

@@ -1,4 +1,4 @@
-"""A run that was logged is run again, without its controller.
+"""A logged run is replayed without its controller.
 
 Asked in https://github.com/splintered-reality/py_trees/issues/419.
 """
@@ -10,7 +10,7 @@ from hmrsim.testing import simulation
 
 
 def test_a_trace_is_replayed_and_every_line_is_the_same(tmp_path: Path) -> None:
-    """What a controller did once is enough to look into the run as often as wanted."""
+    """The trace of one run is enough to replay it any number of times."""
     with simulation("hospital", tree="bt_controller.examples.hospital:mission") as run:
         run.to_the_end()
         trace = run.trace
@@ -21,7 +21,7 @@ def test_a_trace_is_replayed_and_every_line_is_the_same(tmp_path: Path) -> None:
 
 
 def test_a_run_that_differs_is_found_out(tmp_path: Path) -> None:
-    """With the line."""
+    """The replay names the line that differs."""
     with simulation("cafe") as run:
         run.commander("mocha").navigate_to("table_1")
         trace = run.trace

@@ -1,13 +1,13 @@
 """A mission that ends at the instant at which it begins leaves no robot busy.
 
-Asked in https://github.com/equinor/flotilla/issues/1387: there, such a mission leaves its robot busy for ever.
+Asked in https://github.com/equinor/flotilla/issues/1387, where such a mission leaves its robot busy forever.
 """
 
 from hmrsim.testing import simulation
 
 
 def test_the_robot_is_free_after_a_hundred_of_them() -> None:
-    """The robot is at the kitchen already; each goal has one terminal status."""
+    """The robot is already in the kitchen; each goal gets one terminal status."""
     with simulation("cafe") as run:
         chai = run.commander("chai")
         for _ in range(100):

@@ -1,7 +1,7 @@
-"""An order fails midway: what has happened, what has not, and where the load is.
+"""An order fails midway, and you see what was done, what was not, and where the load is.
 
-Asked in https://github.com/VDA5050/VDA5050/issues/511: what happens when an order fails is not specified, and those who
-implement it differ. Here each action of the order ends once, and what follows is the controller's to say.
+Asked in https://github.com/VDA5050/VDA5050/issues/511: the effects of a failed order are not specified, and
+implementations differ. Here each action of the order ends once, and the controller decides what follows.
 """
 
 from dataclasses import dataclass, field
@@ -12,14 +12,14 @@ from hmrsim_zenoh import Commander, GoalFailed
 
 @dataclass
 class Order:
-    """Actions to do one after the other, and how far they are."""
+    """A sequence of actions with their progress."""
 
     waiting: list[tuple[str, str]]
     finished: list[tuple[str, str]] = field(default_factory=list)
     failed: tuple[str, str] | None = None
 
     def run(self, robot: Commander) -> None:
-        """Do what waits, until something fails."""
+        """Execute the waiting actions until one fails."""
         while self.waiting:
             name, subject = self.waiting.pop(0)
             try:

@@ -1,6 +1,6 @@
-"""Doors open in the order in which a robot comes to them, and only for robots that may pass.
+"""Doors open in the order in which a robot reaches them, and only for robots that may pass.
 
-Asked in https://github.com/open-rmf/rmf/issues/478: to try doors and lifts of one's own without Gazebo.
+Asked in https://github.com/open-rmf/rmf/issues/478, which requests a test of custom doors and lifts without Gazebo.
 """
 
 import pytest
@@ -22,7 +22,7 @@ AIRLOCK = {
 
 
 def test_doors_open_one_after_the_other() -> None:
-    """The inner one after the outer one."""
+    """The inner door opens after the outer one."""
     with simulation(AIRLOCK) as run:
         run.commander("wall_e").navigate_to("inside")
 
@@ -30,7 +30,7 @@ def test_doors_open_one_after_the_other() -> None:
 
 
 def test_who_may_not_pass_has_no_way() -> None:
-    """It is known before the robot drives."""
+    """The simulator detects this before the robot drives."""
     with simulation(AIRLOCK) as run:
         with pytest.raises(GoalFailed, match=r"\(208\)"):
             run.commander("eve").navigate_to("inside")

@@ -1,4 +1,4 @@
-"""Robots learn to share work, each as an agent of PettingZoo.
+"""Robots learn to share work, each as a PettingZoo agent.
 
 Asked in https://github.com/semitable/robotic-warehouse/issues/23.
 """
@@ -7,7 +7,7 @@ import pytest
 
 
 def test_an_episode_with_eight_agents() -> None:
-    """They take the nearest order each; the same seed is the same episode."""
+    """Each agent takes the nearest order, and the same seed gives the same episode."""
     pytest.importorskip("pettingzoo", reason="needs the extra gym")
     from hmrsim_gym import nearest, parallel_env  # noqa: PLC0415 - it needs the extra
 

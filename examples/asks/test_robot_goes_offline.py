@@ -1,6 +1,6 @@
-"""A robot goes offline, and its task is given to another one.
+"""A robot goes offline, and another robot takes over its task.
 
-Asked in https://github.com/open-rmf/rmf_ros2/issues/105: there, tasks of a robot that disappears wait for ever.
+Asked in https://github.com/open-rmf/rmf_ros2/issues/105, where tasks of a robot that disappears wait forever.
 """
 
 import asyncio
@@ -20,7 +20,7 @@ async def serve(robot: AsyncRobot) -> None:
 
 
 async def reassign(client: AsyncClient, names: list[str]) -> str:
-    """Give the task to one robot after the other; one that is silent for half a minute is taken off it."""
+    """Give the task to one robot after the other, replacing a robot that is silent for half a minute."""
     for name in names:
         work = asyncio.create_task(serve(client.robot(name)))
         late = asyncio.create_task(client.sleep(40))

@@ -1,6 +1,6 @@
-"""A robot loses its way: it believes to be where it is not, and says that it has arrived.
+"""A robot is lost: its pose estimate is wrong, and it reports that it has arrived.
 
-Asked in https://github.com/equinor/flotilla/issues/2334: there, a robot in the field reports to be at home.
+Asked in https://github.com/equinor/flotilla/issues/2334, where a robot in the field reports that it is at home.
 """
 
 import json
@@ -11,7 +11,7 @@ JUMP = {"type": "localisation_jump", "robot": "mocha", "dx": 3, "dy": 0, "at": 1
 
 
 def test_what_the_robot_says_is_not_where_it_is() -> None:
-    """Odometry is off by three metres; the truth is known to the test."""
+    """Odometry is off by 3 m, and the test knows the true pose."""
     with simulation("cafe", changes={"faults.+": JUMP}) as run:
         run.client.sleep(2)
         said = json.loads(run.client.get("hmrsim/mocha/odom"))["pose"]["pose"]["position"]

@@ -1,7 +1,7 @@
-"""Runs in large numbers, each with its seed, say whether a change matters.
+"""Large numbers of seeded runs show whether a change matters.
 
-Asked in https://github.com/ros-navigation/navigation2/issues/1205: for a comparison that is significant, and for seeds
-that are kept.
+Asked in https://github.com/ros-navigation/navigation2/issues/1205, which requests a significant comparison and recorded
+seeds.
 """
 
 import pytest
@@ -25,7 +25,7 @@ def duration(seed: int, speed: float) -> float:
 
 
 def test_a_faster_robot_is_better_and_it_is_known_how_sure_that_is() -> None:
-    """Both meet the same doors under the same seed, so that few runs are enough."""
+    """Both controllers meet the same doors under the same seed, so few runs are enough."""
     statistics = pytest.importorskip("hmrsim.experiments.statistics", reason="needs the extra experiments")
     slow = [duration(seed, 0.8) for seed in SEEDS]
     fast = [duration(seed, 1.0) for seed in SEEDS]
@@ -37,5 +37,5 @@ def test_a_faster_robot_is_better_and_it_is_known_how_sure_that_is() -> None:
 
 
 def test_a_run_is_made_again_from_its_seed() -> None:
-    """And another seed is another run."""
+    """The same seed gives the same run, and another seed another one."""
     assert duration(7, 1.0) == duration(7, 1.0) != duration(8, 1.0)

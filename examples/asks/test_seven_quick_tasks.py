@@ -1,6 +1,6 @@
-"""Seven quick tasks come at once, and each of them is done once.
+"""Seven tasks arrive in quick succession, and each is done once.
 
-Asked in https://github.com/open-rmf/rmf_demos/issues/302: there, tasks that come quickly get no bids.
+Asked in https://github.com/open-rmf/rmf_demos/issues/302, where tasks that arrive quickly get no bids.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ TASKS = ["table_1", "table_2", "hall", "entrance", "table_1", "counter", "table_
 
 
 async def work(robot: AsyncRobot, tasks: list[str], done: list[tuple[str, str]]) -> None:
-    """Do tasks as long as there are some."""
+    """Execute tasks while there are any."""
     while tasks:
         place = tasks.pop(0)
         await robot.navigate_to(place)
@@ -21,7 +21,7 @@ async def work(robot: AsyncRobot, tasks: list[str], done: list[tuple[str, str]])
 
 
 def test_each_task_is_done_once() -> None:
-    """By robots that share them."""
+    """The robots share the tasks."""
     with simulation("cafe") as run:
         done: list[tuple[str, str]] = []
 

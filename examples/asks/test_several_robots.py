@@ -1,7 +1,7 @@
-"""Several robots of different kinds in one world, each with its own namespace and interface.
+"""One world has several robots of different types, each with its own namespace and interface.
 
-Asked in https://github.com/ros-navigation/navigation2/pull/4992: Nav2's loopback simulation has one robot, and what
-lies above the controller is to be tried.
+Asked in https://github.com/ros-navigation/navigation2/pull/4992: Nav2's loopback simulator has one robot, and the
+layers above the controller need a test.
 """
 
 import json
@@ -10,7 +10,7 @@ from hmrsim.testing import simulation
 
 
 def test_each_robot_has_its_own_actions_and_topics() -> None:
-    """Some have no claw, and so no pickup."""
+    """Robots without a claw have no pickup action."""
     with simulation("hospital") as run:
         robots = {robot["name"]: robot for robot in run.client.info()["robots"]}
 

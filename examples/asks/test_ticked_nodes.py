@@ -1,4 +1,4 @@
-"""Which nodes of a tree has a test ticked, and which ones never?
+"""Coverage shows which nodes of a tree a test has ticked, and which ones it never has.
 
 Asked in https://github.com/ros-navigation/navigation2/issues/2801 and
 https://github.com/splintered-reality/py_trees/issues/230.
@@ -12,7 +12,7 @@ from hmrsim.testing import simulation
 
 
 def visit(robot: str) -> Behaviour:
-    """Go to table 3, or to table 1 where that fails."""
+    """Go to table 3, or to table 1 if that fails."""
     return Selector(f"{robot} visits", memory=True, children=[GoTo("table_3"), GoTo("table_1")])
 
 
@@ -30,7 +30,7 @@ def test_the_way_out_is_not_tested_by_a_run_in_which_all_goes_well() -> None:
 
 
 def test_a_closed_corridor_tests_it() -> None:
-    """Both were."""
+    """Both nodes were ticked."""
     closed = {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}
 
     assert all(ticked(changes={"faults.+": closed}).values())

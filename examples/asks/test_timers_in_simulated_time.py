@@ -1,7 +1,7 @@
-"""Timers of a tree run in simulated time, as all else does.
+"""The timers of a tree run in simulated time.
 
-Asked in https://github.com/splintered-reality/py_trees_ros/issues/147: there, timers run by the wall's clock while the
-simulation runs by its own.
+Asked in https://github.com/splintered-reality/py_trees_ros/issues/147, where timers use the wall clock while the
+simulation uses its own.
 """
 
 import time
@@ -21,7 +21,7 @@ def patrol(robot: str) -> Behaviour:
 
 
 def test_half_an_hour_passes_in_no_time() -> None:
-    """By the simulation's clock, that is."""
+    """The timers use the simulation's clock."""
     began = time.monotonic()
     with simulation("cafe", tree=patrol, robots=["mocha"]) as run:
         run.to_the_end()

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from itertools import accumulate, pairwise
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.geometry import distance, foot, heading, turn
+from hmrsim.geometry import METER, distance, foot, heading, turn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,8 +14,8 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.robots.robot import Robot
 
-_WINDOW: Final = MappingProxyType({"m": 2.0, "px": 160.0})
-"""How far ahead on the path its nearest point is looked for, beside what the robot may have driven since, in units."""
+_WINDOW: Final = 2.0
+"""How far ahead on the path its nearest point is looked for, beside what the robot may have driven since, in meters."""
 
 
 class PathTracker:
@@ -55,7 +54,7 @@ class PathTracker:
 
     def _approach(self, point: Point) -> float:
         """Go on to the point of the path nearest to another one; return how far left of the path that is."""
-        window = _WINDOW[self._robot.units] + self._robot.speed * (self._robot.now - self._looked)
+        window = _WINDOW * METER[self._robot.units] + self._robot.speed * (self._robot.now - self._looked)
         self._looked = self._robot.now
         begin, best = self._along, math.inf
         for number in range(self._at, len(self._segments)):

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions._planning import path_values
 from hmrsim.actions._routes import ends_of, find_route, poses_on, route_values
-from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.geometry import METER, SAME_PLACE, distance
 
 if TYPE_CHECKING:
     from hmrsim.actions import Report
@@ -24,9 +23,9 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.robots.robot import Robot
 
-_NEAR: Final = MappingProxyType({"m": 2.0, "px": 160.0})
-"""How near the robot has to come to a waypoint, in the world's unit."""
-_NEAR_END: Final = MappingProxyType({"m": 1.0, "px": 80.0})
+_NEAR: Final = 2.0
+"""How near the robot has to come to a waypoint, in meters."""
+_NEAR_END: Final = 1.0
 """How near it has to come to the first and the last one."""
 _PERIOD: Final = 0.02
 """The shortest time between two looks, in seconds."""
@@ -124,7 +123,7 @@ class RouteTracker:
 
     @property
     def _radius(self) -> float:
-        return (_NEAR_END if self._at_end else _NEAR)[self._robot.units]
+        return (_NEAR_END if self._at_end else _NEAR) * METER[self._robot.units]
 
     @property
     def _at_end(self) -> bool:

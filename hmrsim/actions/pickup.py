@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -> Generator[Any, Any, Pickup.Result]:
-    report.send(Pickup.Feedback(state="PLANNING"))
+    report.send(_busy("PLANNING"))
     claw = robot.component(Claw)
     _find(robot, claw, goal.target_name)
-    report.send(Pickup.Feedback(state="MONITOR"))
+    report.send(_busy("MONITOR"))
     yield from robot.hold(robot.draw(claw.settings.handling_time, "handling_time"))
     # It may be gone by now, or elsewhere.
     item = _find(robot, claw, goal.target_name)
@@ -32,10 +32,15 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
         raise GoalAborted(MoveItErrorCodes.CONTROL_FAILED, f"the claw has missed {item.name!r}")
     robot.pick(item)
     claw.grasp(item)
-    report.send(Pickup.Feedback(state="IDLE"))
+    report.send(_busy("IDLE"))
     if not goal.possible_grasps:
         return _done()
     return Pickup.Result(error_code=_done().error_code, grasp=goal.possible_grasps[0])
+
+
+@cache
+def _busy(state: str) -> Pickup.Feedback:
+    return Pickup.Feedback(state=state)
 
 
 @cache

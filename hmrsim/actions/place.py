@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Order, Report
@@ -20,18 +21,34 @@ if TYPE_CHECKING:
 
 
 def _process(robot: Robot, goal: Place.Goal, report: Report[Place.Feedback]) -> Generator[Any, Any, Place.Result]:
-    report.send(Place.Feedback(state="PLANNING"))
+    report.send(_busy("PLANNING"))
     claw = robot.component(Claw)
     item = _held(claw, goal.attached_object_name)
     point, location = _where(robot, claw, goal)
-    report.send(Place.Feedback(state="MONITOR"))
+    report.send(_busy("MONITOR"))
     yield from robot.hold(robot.draw(claw.settings.handling_time, "handling_time"))
     # It may have been taken out of the claw meanwhile.
     _held(claw, item.name)
     claw.release()
     robot.put(item, point)
-    report.send(Place.Feedback(state="IDLE"))
-    return Place.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS), place_location=location)
+    report.send(_busy("IDLE"))
+    # Copies: both are large, and all but this is the same each time.
+    return _done().model_copy(update={"place_location": location})
+
+
+@cache
+def _busy(state: str) -> Place.Feedback:
+    return Place.Feedback(state=state)
+
+
+@cache
+def _done() -> Place.Result:
+    return Place.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS))
+
+
+@cache
+def _anywhere() -> PlaceLocation:
+    return PlaceLocation()
 
 
 def _held(claw: Claw, name: str) -> Item:
@@ -55,7 +72,7 @@ def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLoca
     """
     centre = robot.pose().point
     if not goal.place_locations:
-        return centre, PlaceLocation(place_pose=robot.pose_stamped())
+        return centre, _anywhere().model_copy(update={"place_pose": robot.pose_stamped()})
     reach = claw.reach(robot.units)
     for location in goal.place_locations:
         position = location.place_pose.pose.position

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
 
 _OK: Final = 1
-_PATIENCE: Final = 60.0
-"""Wall seconds that a request may take, such as steps of a large world."""
 
 
 class Refused(HmrsimError):
@@ -26,7 +24,7 @@ def ask(client: Client, service: str, **request: Any) -> dict[str, Any]:
         Refused: Its result is not success.
         HmrsimError: As `Client.get`.
     """
-    answer = client.get(client.keys.world(service), _PATIENCE, payload=json.dumps(request).encode())
+    answer = client.get(client.keys.world(service), payload=json.dumps(request).encode())
     response: dict[str, Any] = json.loads(answer)
     result = response.get("result", {"result": _OK})
     if result["result"] != _OK:

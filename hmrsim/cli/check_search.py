@@ -62,7 +62,7 @@ def search(args: argparse.Namespace) -> int:
         results.prepare()
         _warn_of(nominal)
         check = limited(check, nominal)
-        evaluator.take(check)
+        evaluator.take(check, nominal)
         teller = _Teller(check, results, line, quiet=args.json)
         earlier = _earlier(results)
         options = Options(

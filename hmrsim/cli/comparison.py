@@ -16,7 +16,7 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import TraceError, printable, reason_of
 from hmrsim.experiments.comparing import Contrast, contrast, sides_of
 from hmrsim.experiments.statistics.verdicts import WORSE
-from hmrsim.report.wording import UNKNOWN
+from hmrsim.report.html import UNKNOWN
 from hmrsim.trace.difference import compared
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from hmrsim.report import of_trace
 from hmrsim.report.compile import report_of
 from hmrsim.report.page import page_of
 from hmrsim.settings.run import RunSettings
-from hmrsim.trials.trial import unwatched
+from hmrsim_zenoh.hosting.served_simulation import unwatched
 
 if TYPE_CHECKING:
     from pathlib import Path

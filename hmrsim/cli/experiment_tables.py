@@ -20,7 +20,7 @@ from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.results.table import write_csv, write_json, write_table
 from hmrsim.program.outputs import check_outputs
-from hmrsim.report.wording import UNKNOWN
+from hmrsim.report.html import UNKNOWN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

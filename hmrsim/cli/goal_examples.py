@@ -8,7 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.errors import HmrsimError
-from hmrsim_zenoh.client.goal_places import with_names
+from hmrsim_zenoh.client.places import with_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from hmrsim.cli.output import show
 from hmrsim.errors import printable
-from hmrsim.report.wording import UNKNOWN, amount, seconds, share, times
+from hmrsim.report.html import UNKNOWN, amount, seconds, share, times
 from hmrsim.trace.sections import restart_text
 
 if TYPE_CHECKING:

@@ -34,6 +34,7 @@ from hmrsim.settings.run import TIME_STANDS, RunSettings, TraceSettings
 from hmrsim.world_checks.obstructions import check_obstructions
 from hmrsim_zenoh.errors import ParticipantLost
 from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.hosting.served_simulation import unwatched
 from hmrsim_zenoh.settings import SERVED, MonitorSettings, RecordSettings, Ros2Settings, ViewSettings
 from hmrsim_zenoh.wire.exposure import exposed
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -42,10 +43,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.cli.run_monitor import RunMonitor
-    from hmrsim.cli.run_recording import Watchers
     from hmrsim.cli.view_options import View
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
+    from hmrsim_zenoh.hosting.served_simulation import Watchers
 
 _MAX_WARNINGS: Final = 5
 """Warnings of traffic that are printed; a fleet with more of them has them in common."""
@@ -142,7 +143,7 @@ def _monitor(path: Path | None, world: World) -> RunMonitor | None:
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:
     """Return the context of the sink that records a run, if a path is given."""
     if path is None:
-        return nullcontext(lambda _simulator, _pacing: ())
+        return nullcontext(unwatched)
     # Loads the MCAP writer, which takes 100 ms and is needed for recorded runs only.
     from hmrsim.cli.run_recording import recorded  # noqa: PLC0415
 

@@ -25,7 +25,7 @@ from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
-from hmrsim_zenoh.client.goal_places import with_poses
+from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
 from hmrsim_zenoh.wire.options import ENVIRONMENT
 

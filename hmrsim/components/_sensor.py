@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 
 from hmrsim.components import Settings
-from hmrsim.geometry import distance
+from hmrsim.geometry import METER, distance
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point, Pose
 
-_RESOLUTION = {"m": 0.1, "px": 8.0}
+_RESOLUTION = 0.1
+"""Meters that a detected entity has to move before it is published again, where a sensor's settings say nothing."""
 
 
 class SensorSettings(Settings):
@@ -36,8 +36,8 @@ class Sensor:
     settings: Any
     blind: bool = False
 
-    default_range: ClassVar[Mapping[str, float]]
-    """How far one sees of which nothing is said, by the world's unit."""
+    default_range: ClassVar[float]
+    """How far one sees of which nothing is said, in meters."""
 
     @property
     def through_walls(self) -> bool:
@@ -50,12 +50,12 @@ class Sensor:
 
     def range(self, units: str) -> float:
         """Return how far it sees, in *units*."""
-        return self.settings.range or self.default_range[units]
+        return self.settings.range or self.default_range * METER[units]
 
     def resolution(self, units: str) -> float:
         """Return the distance a detected entity has to move before it is published again, in *units*."""
         own: float | None = self.settings.resolution
-        return _RESOLUTION[units] if own is None else own
+        return _RESOLUTION * METER[units] if own is None else own
 
     def covers(self, here: Pose, there: Point, units: str) -> bool:
         """Return whether a point is where it looks from *here*, if nothing stands between."""

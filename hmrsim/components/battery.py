@@ -100,6 +100,7 @@ class Battery:
         charging: Those that go in at full power; 0 while it is not being charged.
         drained: Energy drawn since the start.
         charged: Energy charged since the start.
+        usable: Units of energy that it holds when full, by the cells that work.
         failed: The cells that do not work any more, by number from 0.
     """
 
@@ -108,17 +109,15 @@ class Battery:
         self.drain = self.charging = 0.0
         self.drained = self.charged = 0.0
         self.failed: frozenset[int] = frozenset()
+        self.usable = settings.capacity
         self._charge = settings.capacity if settings.initial_charge is None else settings.initial_charge
         self._since = 0.0
 
-    @property
-    def usable(self) -> float:
-        """Units of energy that it holds when full, by the cells that work."""
-        return self.settings.capacity * (1.0 - len(self.failed) / self.settings.cells)
-
     def charge(self, now: float) -> float:
         """Return the units of energy in it."""
-        elapsed = max(0.0, now - self._since)
+        if now <= self._since:
+            return self._charge
+        elapsed = now - self._since
         if not self.charging:
             return max(0.0, self._charge - self.drain * elapsed)
         full, taper = self.usable, self._taper_from
@@ -151,17 +150,15 @@ class Battery:
 
     def reaches(self, level: float) -> float:
         """Return when so many units are in it, if nothing changes; infinite if it takes for ever."""
-        return self._since + self._seconds_to(level)
-
-    def _seconds_to(self, level: float) -> float:
         if not self.charging:
-            return max(0.0, self._charge - level) / self.drain if self.drain else math.inf
+            return self._since + max(0.0, self._charge - level) / self.drain if self.drain else math.inf
         taper = self._taper_from
         constant = max(0.0, min(taper, level) - self._charge) / self.charging
         if level <= max(taper, self._charge):
-            return constant
+            return self._since + constant
         limit, slowness = self._taper
-        return constant + slowness * math.log((limit - max(taper, self._charge)) / (limit - level))
+        tapering = slowness * math.log((limit - max(taper, self._charge)) / (limit - level))
+        return self._since + (constant + tapering)
 
     @property
     def _taper_from(self) -> float:
@@ -211,6 +208,7 @@ class Battery:
         share = self.share(now) if self.usable else 1.0
         self.settle(now)
         self.failed = failed
+        self.usable = self.settings.capacity * (1.0 - len(failed) / self.settings.cells)
         self.settle(now, share * self.usable)
 
     def ampere_hours(self, energy: float) -> float:

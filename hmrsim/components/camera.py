@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -36,7 +35,7 @@ class CameraSettings(SensorSettings):
 class Camera(Sensor):
     """One robot's camera."""
 
-    default_range = MappingProxyType({"m": 10.0, "px": 800.0})
+    default_range = 10.0
 
     def faces(self, here: Pose, there: Point) -> bool:
         """Return whether a point is before it."""

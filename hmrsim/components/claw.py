@@ -10,12 +10,10 @@ from pydantic import Field
 
 from hmrsim.components import Component, Settings
 from hmrsim.distributions import RandomSeconds
+from hmrsim.geometry import METER
 
 if TYPE_CHECKING:
     from hmrsim.items import Item
-
-
-_REACH = {"m": 1.0, "px": 80.0}
 
 
 class ClawSettings(Settings):
@@ -46,7 +44,7 @@ class Claw:
 
     def reach(self, units: str) -> float:
         """Return how far it reaches, in *units*."""
-        return self.settings.reach or _REACH[units]
+        return self.settings.reach or METER[units]
 
     def grasp(self, item: Item) -> None:
         """Hold an item."""

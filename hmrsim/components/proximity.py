@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from hmrsim.components import Component
 from hmrsim.components._sensor import Sensor, SensorSettings
@@ -25,7 +24,7 @@ class ProximitySettings(SensorSettings):
 class Proximity(Sensor):
     """One robot's proximity sensor."""
 
-    default_range = MappingProxyType({"m": 2.0, "px": 160.0})
+    default_range = 2.0
 
     @property
     def through_walls(self) -> bool:

@@ -12,6 +12,7 @@ import simpy
 from simpy.events import NORMAL, URGENT, EventPriority
 
 from hmrsim.engine.internal_errors import BUGS
+from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import EndlessInstant
 
 _LAST = EventPriority(2)
@@ -57,6 +58,10 @@ class Environment(_Clock):
     # Simpy's property is a function call, and time is read several times an event.
     now: float = _Clock._now  # type: ignore[misc]  # noqa: SLF001 - the slot's descriptor
     horizon = math.inf
+    _scheduled = 0
+    """The number of events that were ever scheduled: those of one time and priority happen in the order of theirs."""
+    _stamped = (-1.0, 0)
+    """An instant, and its stamp."""
     _abandoned = 0
     """The number of scheduled events that no process waits for any more."""
     _background = 0
@@ -67,6 +72,15 @@ class Environment(_Clock):
     def __init__(self, on_error: Callable[[BaseException, simpy.Process | None], None] | None = None) -> None:
         super().__init__()
         self._on_error = _raise if on_error is None else on_error
+
+    @property
+    def stamp(self) -> int:
+        """The stamp of this instant."""
+        at, number = self._stamped
+        if at != self._now:
+            number = stamp(self._now)
+            self._stamped = self._now, number
+        return number
 
     @property
     def idle(self) -> bool:
@@ -134,7 +148,8 @@ class Environment(_Clock):
         at = self._now + delay
         if at != at:  # noqa: PLR0124 - NaN; this is done for each event
             raise ValueError("a delay is NaN")
-        heapq.heappush(self._queue, (at, priority, next(self._eid), event))
+        self._scheduled += 1
+        heapq.heappush(self._queue, (at, priority, self._scheduled, event))
 
     def succeed(self, event: simpy.Event) -> None:
         """Let an event happen at this instant, after all that is due; at once if nothing is, as it would be the next.
@@ -168,7 +183,7 @@ class Environment(_Clock):
         """
         queue, step, began = self._queue, self.step, self._now
         for taken in range(most):
-            if self._abandoned:
+            if queue and queue[0][3].callbacks is _ABANDONED:
                 self._clear()
             # The horizon may come nearer with any event.
             if not queue or queue[0][0] > self.horizon or (self._background and not idle and self.idle):
@@ -195,9 +210,10 @@ class Environment(_Clock):
 
     def peek(self) -> float:
         """Return when the next event is due that is not abandoned; infinite when there is none."""
-        if self._abandoned:
+        queue = self._queue
+        if queue and queue[0][3].callbacks is _ABANDONED:
             self._clear()
-        return self._queue[0][0] if self._queue else math.inf
+        return queue[0][0] if queue else math.inf
 
     def abandon(self, event: simpy.Timeout | At) -> None:
         """Abandon an event of some time that no process waits for any more: time does not advance for it."""
@@ -214,7 +230,8 @@ class Environment(_Clock):
 
     def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""
-        heapq.heappush(self._queue, (self._now, URGENT, next(self._eid), _Call(self, call)))
+        self._scheduled += 1
+        heapq.heappush(self._queue, (self._now, URGENT, self._scheduled, _Call(self, call)))
 
     def _clear(self) -> None:
         """Remove abandoned events from the top of the schedule."""
@@ -236,11 +253,13 @@ class Environment(_Clock):
         """
         if at != at:  # noqa: PLR0124 - NaN
             raise ValueError("a time is NaN")
-        heapq.heappush(self._queue, (at, NORMAL, next(self._eid), event))
+        self._scheduled += 1
+        heapq.heappush(self._queue, (at, NORMAL, self._scheduled, event))
 
     def schedule_last(self, event: simpy.Event, at: float) -> None:
         """Schedule an event at this time, after all others of that instant."""
-        heapq.heappush(self._queue, (at, _LAST, next(self._eid), event))
+        self._scheduled += 1
+        heapq.heappush(self._queue, (at, _LAST, self._scheduled, event))
 
     def restart(self) -> None:
         """Reset time to 0 and drop future events; events that are due now are due at 0."""

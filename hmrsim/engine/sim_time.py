@@ -15,8 +15,8 @@ def nanoseconds(seconds: float) -> int:
 
 def stamp(seconds: float) -> int:
     """Return the stamp of an event at this time: its nanoseconds, but never zero, which ROS reads as "unset"."""
-    # Written out, here and below: both are computed several times an event.
-    return max(1, round(min(seconds * NANOSECONDS, MAX_NANOSECONDS)))
+    exact = seconds * NANOSECONDS
+    return round(exact) if 1.0 <= exact <= MAX_NANOSECONDS else max(1, nanoseconds(seconds))
 
 
 def end_of_instant(seconds: float) -> float:
@@ -24,4 +24,4 @@ def end_of_instant(seconds: float) -> float:
 
     The first instant is the first two nanoseconds, as both have the same stamp.
     """
-    return max(seconds, (max(1, round(min(seconds * NANOSECONDS, MAX_NANOSECONDS))) + 0.5) / NANOSECONDS)
+    return max(seconds, (stamp(seconds) + 0.5) / NANOSECONDS)

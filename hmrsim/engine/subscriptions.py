@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
-from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.outputs import EventStamped, Sampled
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    import simpy
-
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
@@ -60,6 +57,14 @@ class Interest:
         return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
+class Clock(Protocol):
+    """Tells the simulated time."""
+
+    @property
+    def stamp(self) -> int:
+        """The stamp of this instant."""
+
+
 class EventPublisher:
     """Publishes the events of the world, if a sink wants them.
 
@@ -68,20 +73,20 @@ class EventPublisher:
         emit: For outputs that are no events of the world.
     """
 
-    def __init__(self, env: simpy.Environment, interest: Interest, emit: Callable[[Output], None]) -> None:
+    def __init__(self, clock: Clock, interest: Interest, emit: Callable[[Output], None]) -> None:
         self.interest = interest
-        self._env = env
+        self._clock = clock
         self.emit = emit
 
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is built only if a sink wants it."""
         if self.interest.events:
-            self.emit(EventStamped(stamp(self._env.now), make()))
+            self.emit(EventStamped(self._clock.stamp, make()))
 
     def publish_untraced(self, make: Callable[[], Event]) -> None:
         """Publish an event that is not in traces, likewise."""
         if self.interest.motion:
-            self.emit(EventStamped(stamp(self._env.now), make()))
+            self.emit(EventStamped(self._clock.stamp, make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
         """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""

@@ -72,8 +72,11 @@ class Occurrence(BaseModel):
     @property
     def subject(self) -> str:
         """What it affects: the name of a robot, an item or a part of the building, or the waypoints of a lane."""
-        found = next((value for name in SUBJECTS if (value := getattr(self, name, None))), "")
-        return found if isinstance(found, str) else "-".join(found)
+        said = self.__dict__
+        for name in SUBJECTS:
+            if value := said.get(name):
+                return value if isinstance(value, str) else "-".join(value)
+        return ""
 
     @model_validator(mode="after")
     def _one_beginning(self) -> Self:

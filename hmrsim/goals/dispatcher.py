@@ -15,7 +15,6 @@ from simpy import Interrupt
 from simpy.events import Interruption
 
 from hmrsim.engine.internal_errors import BUGS, described
-from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.goals.connectivity import CutOff, no_connection
@@ -115,7 +114,6 @@ class Dispatcher:
         self._interest = publisher.interest
         self._errors = errors
         self._keep_results = keep_results
-        self._instant, self._instant_stamp = -1.0, 0
         self._holders: dict[str, ServedGoal] = {}
         self._ended: dict[str, dict[ServedGoal, None]] = {}
         self._unpacked: deque[ServedGoal] = deque()
@@ -139,12 +137,13 @@ class Dispatcher:
         flaw: tuple[int, str] | None = None
         try:
             server = self.servers.find(command.robot, command.action)
-            self.cut_off.check(command)
+            if self.cut_off:
+                self.cut_off.check(command)
             goal_id = self.servers.goal_id(server, command.goal_id)
             known = server.goals.get(goal_id)
             status = known.status if known else self.servers.forgotten(server, goal_id)
             if status is not None:
-                stamp = known.stamp if known else self._stamp()
+                stamp = known.stamp if known else self._env.stamp
                 self._answer_duplicate(command, goal_id, status, stamp, server.action.codes.rejected)
                 return
             self.nodes.check(command)
@@ -162,7 +161,7 @@ class Dispatcher:
             self._errors.handle(f"action {command.action}", bug, command.robot)
             self._reject(command, "internal_error", f"bug in {command.action}: {described(bug)}")
             return
-        goal = ServedGoal(server, goal_id, self._stamp(), from_client=command.goal_id is not None)
+        goal = ServedGoal(server, goal_id, self._env.stamp, from_client=command.goal_id is not None)
         if command.result_to is not None:
             goal.waiting[id(command.result_to)] = command.result_to
         if command.reply_to is not None:
@@ -177,7 +176,7 @@ class Dispatcher:
         answer = GoalResponse(
             accepted=False,
             goal_id=as_answered(command.goal_id),
-            stamp=self._stamp(),
+            stamp=self._env.stamp,
             reason=reason,
             error_code=self.servers.rejected_code(command.action),
             error_msg=why,
@@ -343,7 +342,7 @@ class Dispatcher:
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, begins=False)
-        goal.end(self._stamp(), result, cause)
+        goal.end(self._env.stamp, result, cause)
         self._change(goal, event)
         late = name in self.news.late
         if late:
@@ -377,7 +376,7 @@ class Dispatcher:
         server = goal.server
         result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name
-        change = GoalChanged(self._stamp(), robot, action, goal.goal_id, goal.status, message, result, goal.cause)
+        change = GoalChanged(self._env.stamp, robot, action, goal.goal_id, goal.status, message, result, goal.cause)
         self._emit(change)
         if robot in self.news.late:
             status = self._status(server)
@@ -506,13 +505,6 @@ class Dispatcher:
         for name in self.servers.serve(robots):
             self._ended.pop(name, None)
             self.nodes.forget(name)
-
-    def _stamp(self) -> int:
-        """Return the stamp of this instant."""
-        now = self._env.now
-        if now != self._instant:
-            self._instant, self._instant_stamp = now, stamp(now)
-        return self._instant_stamp
 
     def _find(self, command: CancelGoal | GetResult) -> ActionServer | None:
         """Return the server that a command names; answer that there is none."""

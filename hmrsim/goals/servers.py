@@ -263,9 +263,10 @@ class ActionServers:
         if invalid := action.flaw(command.goal):
             text, code = invalid if isinstance(invalid, Flaw) else (invalid, codes.unknown)
             raise GoalRejected("invalid_goal", text, code, early="flaw" in early)
-        disabled = (why for cause, why in server.robot.disabled_reasons.items() if action.disabled_by(cause))
-        reason = next(disabled, "") or action.not_ready(server.robot)
-        if reason:
+        robot, disabled = server.robot, ""
+        if robot.disabled_reasons:
+            disabled = next((why for cause, why in robot.disabled_reasons.items() if action.disabled_by(cause)), "")
+        if reason := disabled or action.not_ready(robot):
             raise GoalRejected("not_ready", reason, codes.unknown)
         goal: Message = command.goal
         return goal
@@ -291,7 +292,7 @@ class ActionServers:
 
     def forgotten(self, server: ActionServer, goal_id: str) -> GoalStatus | None:
         """Return how a goal ended whose result is no longer kept, so that a late resend is not executed again."""
-        return self._forgotten.get(_key(server, goal_id))
+        return self._forgotten.get(_key(server, goal_id)) if self._forgotten else None
 
     def of(self, robot: str) -> list[ActionServer]:
         """Return the actions of a robot that have been asked for, in order of name."""

@@ -40,6 +40,7 @@ class WaypointGraph:
 
     Attributes:
         lanes: What no run changes of them.
+        drives: How robots drive there.
         doors: The doors that are closed now.
     """
 
@@ -49,6 +50,7 @@ class WaypointGraph:
         self._ground = ground_of(world)
         self._planners = self._ground.planners()
         self.lanes = self._ground.lanes
+        self.drives = self._ground.drives
         self.doors = ClosedDoors()
         self._closed: frozenset[Lane] = frozenset()
         self._current: Planner | None = None
@@ -138,13 +140,14 @@ class WaypointGraph:
         """
         self._planner.find_ways(goal, speed)
 
-    def seconds_to(self, goal: Point, speed: float) -> Sequence[float]:
-        """Return how long the quickest way to a destination takes from each waypoint, by its number; infinite for none.
+    def seconds_to(self, goal: Point, speed: float, avoid: Collection[Lane] = ()) -> Sequence[float]:
+        """Return the seconds of the quickest route to a destination from each waypoint, by number; infinite for none.
 
         Raises:
             NoRoute: As `find_ways` says.
         """
-        return self._planner.seconds_to(goal, speed)
+        planner = self._planners.without(self._closed.union(avoid)) if avoid else self._planner
+        return planner.seconds_to(goal, speed)
 
     def check_start(self, point: Point) -> None:
         """Check that a robot can set out from *point*.

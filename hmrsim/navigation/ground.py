@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.lanes import Lanes
+from hmrsim.navigation.motion import Drives
 from hmrsim.navigation.planners import Planners
 from hmrsim.world.derived import Derived
 from hmrsim.world.model import Door, World
@@ -25,6 +26,12 @@ _KEPT_MAPS = 4
 _MOST_WAYPOINTS = 20_000
 """Waypoints of the largest map whose ground is kept, which is some 10 MB and as much again for routes."""
 
+_KEPT_DRIVES = 1_024
+"""Drives that are kept on a map."""
+
+_KEPT_PIECES = 200_000
+"""Pieces of kept drives, of all together, if each leads over all of the map: some 100 MB."""
+
 _KEPT_STREETS = 4
 """Sets of ways to avoid for which planners are kept: policies take them from the map and their settings."""
 
@@ -37,10 +44,12 @@ class Ground:
 
     Attributes:
         lanes: The lanes.
+        drives: The drives of robots on them.
     """
 
     def __init__(self, world: World) -> None:
         self.lanes = Lanes(world)
+        self.drives = Drives(min(_KEPT_DRIVES, _KEPT_PIECES // max(1, len(self.lanes.ways.ends))))
         self._planners: Kept[tuple[tuple[int, ...], float], Planners] = Kept(_KEPT_STREETS)
 
     def planners(self, avoided: Sequence[int] = (), factor: float = 1.0) -> Planners:

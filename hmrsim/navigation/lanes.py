@@ -29,11 +29,11 @@ _KEPT_POINTS = 1_024
 _KEPT_FEET = 100_000
 """Nearest points of lanes that are kept, of all points together."""
 
-_KEPT_DERIVED = 8
-"""Values that others derive from the lanes."""
+_KEPT_DERIVED = 32
+"""Values that others derive from the lanes, such as a policy for each of its settings."""
 
 _KEPT_LINES = 16_384
-"""Straight lines, and lanes seen from points, for which it is kept what is in the way."""
+"""Points and straight lines, and lanes seen from points, for which it is kept what is in the way."""
 
 _HAIR = 2 * SAME_PLACE
 """Distance from a lane that is looked at more closely."""
@@ -174,7 +174,10 @@ class Lanes:
         self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
         points = min(_KEPT_POINTS, _KEPT_FEET // max(1, len(self.driven)))
         self._kept_feet: Kept[Point, tuple[bool, Mapping[int, Foot]]] = Kept(points)
+        self._kept_occupied: Kept[Point, bool] = Kept(_KEPT_LINES)
         self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
+        self._kept_blocked: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
+        self._kept_crossed: Kept[tuple[Point, Point], list[Edge]] = Kept(_KEPT_POINTS)
         self._kept_seen: Kept[tuple[Point, int], Sequence[Foot]] = Kept(_KEPT_LINES)
         self._kept_entrances: Kept[bytes, tuple[float, Point]] = Kept(_KEPT_POINTS)
         self._derived: Kept[Hashable, Any] = Kept(_KEPT_DERIVED)
@@ -206,7 +209,7 @@ class Lanes:
 
     def crossed_by(self, a: Point, b: Point) -> list[Edge]:
         """Return the driven edges that a straight line meets, in order."""
-        return [self.edges[self.driven[i]] for i in self._grid.crossings(a, b)]
+        return self._kept_crossed.get((a, b), lambda: [self.edges[self.driven[i]] for i in self._grid.crossings(a, b)])
 
     def check(self, point: Point, end: End = TARGET) -> None:
         """Check that a robot can be at *point*.
@@ -225,7 +228,7 @@ class Lanes:
                     outside,
                     f"{noun} ({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})",
                 )
-        if self._walls.occupy(point):
+        if self._kept_occupied.get(point, lambda: self._walls.occupy(point)):
             raise NoRoute(occupied, f"{noun} ({x:g}, {y:g}) is inside an obstacle")
 
     def clear(self, a: Point, b: Point) -> bool:
@@ -238,7 +241,7 @@ class Lanes:
 
     def blocked(self, a: Point, b: Point) -> bool:
         """Return whether a wall stands on the straight line from *a* to *b*."""
-        return self._walls.block(a, b)
+        return self._kept_blocked.get((a, b), lambda: self._walls.block(a, b))
 
     def share_on_map(self, a: Point, b: Point) -> float:
         """Return the share of the line from *a*, which is on the map, to *b* that is on it, too."""

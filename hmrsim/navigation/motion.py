@@ -12,10 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import Pose, between, distance, turn
+from hmrsim.navigation.kept import Kept, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
@@ -331,6 +333,37 @@ def drive(
     if final_yaw is not None:
         _turn(made, pose, final_yaw, turning_rate)
     return _Profiled(made)
+
+
+class Drives:
+    """The drives on one map of robots that accelerate or take time to turn; those that were made last are kept.
+
+    Args:
+        most: How many are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._kept: Kept[tuple[Any, ...], Drive] = Kept(most)
+
+    def drive(
+        self,
+        start: Pose,
+        legs: Sequence[Leg],
+        final_yaw: float | None,
+        *,
+        speed: float,
+        acceleration: float | None = None,
+        turning_rate: float | None = None,
+        run_up: float = 0.0,
+    ) -> Drive:
+        """Return what the function `drive` returns, made now or kept."""
+        if not acceleration and not turning_rate:
+            return _Steady(legs, speed)
+        yaw = math.nan if final_yaw is None else final_yaw
+        numbers = exact(*start, yaw, speed, acceleration or 0.0, turning_rate or 0.0, run_up)
+        make = partial(drive, start, legs, final_yaw, speed=speed, acceleration=acceleration, turning_rate=turning_rate)
+        # A drive that is kept holds its legs, so that no others have their ids.
+        return self._kept.get((numbers, *map(id, legs)), partial(make, run_up=run_up))
 
 
 def spin(start: Pose, angle: float, turning_rate: float | None) -> Piece:

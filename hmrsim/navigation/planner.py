@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.search import Tree
 
 _KEPT_ROUTES = 256
-"""Ways on to the lanes that a planner keeps, such as those from where robots were canceled."""
+"""Routes that a planner keeps, from any point to any other: most robots drive the same ones again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Planner:
         self._durations = durations
         self._closed = closed
         self._trees = Trees(lanes, durations, closed)
-        self._entrances: Kept[bytes, list[Leg] | None] = Kept(_KEPT_ROUTES)
+        self._routes: Kept[bytes, Route | None] = Kept(_KEPT_ROUTES)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
@@ -77,9 +77,19 @@ class Planner:
         Raises:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
         """
+        speed = speed if self._lanes.limited else 1.0
+        route = self._routes.get(exact(*start, *goal, speed), lambda: self._quickest(start, goal, speed))
+        if route is None:
+            raise NoRoute(
+                ComputePathToPose.Result.NO_VALID_PATH,
+                f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
+            )
+        return route
+
+    def _quickest(self, start: Point, goal: Point, speed: float) -> Route | None:
+        """Return the quickest route; None when no way leads to the destination."""
         if distance(start, goal) <= SAME_PLACE:
             return Route(())
-        speed = speed if self._lanes.limited else 1.0
         at = self._lanes.at.get(start)
         if at is None or goal not in self._lanes.at:
             if (goal, speed) not in self._trees:
@@ -93,13 +103,8 @@ class Planner:
                 # Whole lanes, each of which leads somewhere.
                 return Route(tuple(legs), goal)
         else:
-            legs = self._entrances.get(exact(*start, *goal, speed), lambda: self._enter(start, goal, speed))
-        if legs is None:
-            raise NoRoute(
-                ComputePathToPose.Result.NO_VALID_PATH,
-                f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
-            )
-        return self._lanes.route(legs, goal)
+            legs = self._enter(start, goal, speed)
+        return None if legs is None else self._lanes.route(legs, goal)
 
     def detour(self, start: Point, goal: Point, speed: float, avoid: Collection[tuple[str, str]]) -> Route | None:
         """Return the quickest route from a waypoint that takes none of some lanes; None if there is none.

@@ -24,6 +24,7 @@ class Leg:
         joins: The part of a lane that its robot drives next, from the middle of the lane, where it is not to stop; None
             if it ends anywhere else.
         shares_end: Whether several robots may stand at its end, off the lanes, by other rules than those of traffic.
+        leads_onto: The lane that it runs on or joins; None if it stays off the lanes.
         first: The pose of a robot that begins to drive it.
         last: The pose of one that has driven it.
     """
@@ -38,19 +39,16 @@ class Leg:
     leaves_for: Point | None = field(default=None, compare=False)
     joins: Leg | None = field(default=None, compare=False, repr=False)
     shares_end: bool = field(default=False, compare=False)
+    leads_onto: tuple[str, str] | None = field(init=False, compare=False, repr=False)
     first: Pose = field(init=False, compare=False, repr=False)
     last: Pose = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Turn a robot into the leg's direction: every drive needs it, and most legs are driven often."""
+        object.__setattr__(self, "leads_onto", self.lane if self.joins is None else self.joins.lane)
         yaw = heading(self.start, self.end)
         object.__setattr__(self, "first", Pose(*self.start, yaw))
         object.__setattr__(self, "last", Pose(*self.end, yaw))
-
-    @property
-    def leads_onto(self) -> tuple[str, str] | None:
-        """The lane that it runs on or joins; None if it stays off the lanes."""
-        return self.lane if self.joins is None else self.joins.lane
 
     def seconds(self, speed: float) -> float:
         """Return the travel time of a robot with this maximum speed, in seconds."""

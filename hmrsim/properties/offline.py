@@ -13,8 +13,7 @@ from hmrsim.properties.monitor import Monitor
 from hmrsim.properties.results import Ended
 from hmrsim.properties.sink import MonitorSink
 from hmrsim.report.occurrence import LATEST, Malformed
-from hmrsim.report.reading import sampled
-from hmrsim.report.written import header_of, occurrence_in
+from hmrsim.report.reading import header_of, occurrence_in, sampled
 from hmrsim.trace.replay import replay
 from hmrsim.trace.sections import begins_section
 from hmrsim.world_checks.loading import world_of

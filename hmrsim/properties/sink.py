@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.simulation import PropertyViolated, SimulationReset, WorldLoaded
@@ -56,27 +56,38 @@ class MonitorSink:
 
     def emit(self, output: Output) -> None:
         """Pass on what the monitor wants."""
-        if isinstance(output, EventStamped):
-            event = output.event
-            if isinstance(event, PropertyViolated):
-                # It is told in the middle of an instant, in which time must not go on.
-                return
-            handlers = self._handlers.get(type(event))
-            if handlers is None:
-                self._monitor.timeline.look(output.stamp)
-                return
-            self._weigh(output.stamp)
-            self._monitor.timeline.give(output.stamp, event, handlers)
-            if isinstance(event, SimulationReset | WorldLoaded):
-                self._see(output.stamp)
-        elif isinstance(output, GoalChanged):
-            self._change(output)
-        elif isinstance(output, TimeRestarted):
-            self._monitor.timeline.restart(output.ended)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        takers: dict[type, Callable[[Any], object]] = {
+            EventStamped: self._take,
+            GoalChanged: self._change,
+            TimeRestarted: self._restart,
+        }
+        return takers.get(kind)
 
     def weigh(self) -> None:
         """Pass on the charge of the batteries that are asked for, as at the end of a run."""
         self._weigh(stamp(self._simulator.now))
+
+    def _take(self, output: EventStamped) -> None:
+        event = output.event
+        if isinstance(event, PropertyViolated):
+            # It is told in the middle of an instant, in which time must not go on.
+            return
+        handlers = self._handlers.get(type(event))
+        if handlers is None:
+            self._monitor.timeline.look(output.stamp)
+            return
+        self._weigh(output.stamp)
+        self._monitor.timeline.give(output.stamp, event, handlers)
+        if isinstance(event, SimulationReset | WorldLoaded):
+            self._see(output.stamp)
+
+    def _restart(self, output: TimeRestarted) -> None:
+        self._monitor.timeline.restart(output.ended)
 
     def _change(self, change: GoalChanged) -> None:
         at, robot, action, goal_id, status, asked, _, cause = change

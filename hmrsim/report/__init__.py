@@ -3,8 +3,7 @@
 The command `hmrsim report` uses it.
 """
 
-from hmrsim.report.compile import report_of, section_of
-from hmrsim.report.content import ReportInput
+from hmrsim.report.compile import ReportInput, report_of, section_of
 from hmrsim.report.model import Report, Section, Sections
 from hmrsim.report.reading import of_recording, of_trace
 

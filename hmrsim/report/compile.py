@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.faults import SUBJECTS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
-from hmrsim.report.goal_record import count_waits
+from hmrsim.report.goals import count_waits
+from hmrsim.report.html import as_text, in_seconds, rounded, times
 from hmrsim.report.orders import demand_of, orders_of
 from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
-from hmrsim.report.quantities import as_text, in_seconds, rounded
 
 if TYPE_CHECKING:
-    from hmrsim.report.content import ReportInput
-    from hmrsim.report.fault_log import FaultRecord
-    from hmrsim.report.goal_record import GoalRecord, WaitRecord
+    from hmrsim.report.goals import GoalRecord, WaitRecord
+    from hmrsim.report.model import Source
+    from hmrsim.report.robots import FaultRecord
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
 
@@ -216,3 +216,39 @@ def _fault(fault: FaultRecord) -> model.FaultSpan:
         ended=None if fault.ended is None else in_seconds(fault.ended),
         detail=detail,
     )
+
+
+class ReportInput(NamedTuple):
+    """The content of a section of a trace, or of a recording.
+
+    Attributes:
+        source: The kind and the quality of the source.
+        header: The section's first line, or a recording's world information.
+        definition: The world, as in a native file.
+    """
+
+    story: Story
+    source: Source
+    header: Mapping[str, Any]
+    definition: Mapping[str, Any]
+
+    @property
+    def section(self) -> int:
+        """The number of the section, from 1."""
+        number = self.header.get("section", 1)
+        return number if isinstance(number, int) else 1
+
+    @property
+    def cause(self) -> str:
+        """Why the section began; empty for the first one."""
+        cause = self.header.get("cause", "")
+        return cause if isinstance(cause, str) else ""
+
+
+def notes_of(story: Story) -> Iterator[str]:
+    """Yield what should be noted of how a story was read."""
+    if story.misfits:
+        first = f"first {story.first_misfit}"
+        yield f"{story.misfits} events are ignored, as this version can't read them ({first})."
+    if story.restarts:
+        yield f"Simulated time was reset ({times(story.restarts)}); here it continues."

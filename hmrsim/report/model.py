@@ -65,7 +65,7 @@ class Summary(_Model):
 
 
 class Robot(_Model):
-    """One robot's account."""
+    """The account of one robot."""
 
     name: str
     type: str
@@ -248,7 +248,7 @@ class Demand(_Model):
 
 
 class Bucket(_Model):
-    """How many goals ended in one interval."""
+    """The number of goals that ended in one interval."""
 
     began: float
     ended: float

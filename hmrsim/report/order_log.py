@@ -10,7 +10,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 @dataclass(slots=True)
 class OrderRecord:
-    """One order.
+    """The account of one order.
 
     Attributes:
         due: When it is late; None for never.

@@ -1,4 +1,4 @@
-"""What became of the orders: lead times, lateness, backlog."""
+"""The outcome of the orders: lead times, lateness, backlog."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from hmrsim.report import model
-from hmrsim.report.quantities import in_seconds, rounded
+from hmrsim.report.html import in_seconds, rounded
 
 if TYPE_CHECKING:
     from hmrsim.report.order_log import OrderRecord

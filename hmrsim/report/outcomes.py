@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
-from hmrsim.report.goal_log import name_of, target_of
-from hmrsim.report.quantities import in_seconds, rounded
+from hmrsim.report.goals import name_of, target_of
+from hmrsim.report.html import in_seconds, rounded
 
 if TYPE_CHECKING:
     from hmrsim.events.goals import SendGoalRejected
-    from hmrsim.report.goal_record import GoalRecord
+    from hmrsim.report.goals import GoalRecord
     from hmrsim.report.story import Story
 
 _BUCKETS: Final = 40

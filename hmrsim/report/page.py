@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING, Any, Final
 from markupsafe import Markup
 
 from hmrsim.errors import WorldError
-from hmrsim.report.charts import MAX_BATTERIES, battery_curves, throughput_chart
-from hmrsim.report.heat import STEPS, heat_map, most_drives
+from hmrsim.report.charts import (
+    MAX_BATTERIES,
+    STEPS,
+    battery_curves,
+    heat_map,
+    most_drives,
+    throughput_chart,
+    timeline_of,
+)
+from hmrsim.report.html import page_around, part, templates
 from hmrsim.report.model import STATES
-from hmrsim.report.shell import page_around, part, templates
-from hmrsim.report.timeline import timeline_of
 from hmrsim.trace.sections import restart_text
 from hmrsim.world_checks.loading import world_of
 

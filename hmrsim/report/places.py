@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.report import model
-from hmrsim.report.goal_record import count_waits
-from hmrsim.report.quantities import in_seconds, rounded
+from hmrsim.report.goals import count_waits
+from hmrsim.report.html import in_seconds, rounded
 
 if TYPE_CHECKING:
     from hmrsim.report.facility_log import Use
-    from hmrsim.report.goal_record import WaitRecord
+    from hmrsim.report.goals import WaitRecord
     from hmrsim.report.story import Story
 
 _MAX_PATHS: Final = 5000

@@ -1,9 +1,9 @@
-"""Recording a simulation for a report: a sink that receives the page's events and reads batteries."""
+"""Recording a simulation for a report: a sink that receives events and reads batteries, and the report of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import RouteTaken
@@ -12,13 +12,20 @@ from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
+from hmrsim.report.compile import ReportInput, notes_of, report_of
+from hmrsim.report.model import Source
 from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
+from hmrsim.report.story import Story
 from hmrsim.simulation.snapshot import scene
+from hmrsim.trace.writer import Header
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output
+    from hmrsim.report.model import Report
+    from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
 
 
 class ReportSink:
@@ -45,8 +52,12 @@ class ReportSink:
         """Return whether it wants a topic: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
+
     def emit(self, output: Output) -> None:
-        """Pass on an event."""
+        """Pass on an event as an occurrence."""
         if isinstance(output, EventStamped):
             what = output.event
             if isinstance(what, RouteTaken):
@@ -98,3 +109,33 @@ class ReportSink:
             return None
         battery, now = robot.energy.battery, robot.now
         return Occurrence(stamp(now), BatterySeen(name, battery.share(now), battery.charge(now)))
+
+
+class LiveReport:
+    """Follows a simulation, and reports on it at its end.
+
+    Args:
+        world: What is run.
+        settings: How.
+    """
+
+    def __init__(self, world: World, settings: RunSettings) -> None:
+        self._world, self._settings = world, settings
+        self._story = Story()
+        self._sink: ReportSink | None = None
+
+    def sink(self, simulator: Simulator) -> ReportSink:
+        """Return the sink that follows a simulator, which has not started."""
+        self._sink = ReportSink(simulator, self._story.take)
+        return self._sink
+
+    def report(self, simulator: Simulator) -> Report:
+        """Return the report; what comes after is left out."""
+        if self._sink is not None:
+            self._sink.weigh_all()
+        self._story.end(stamp(simulator.now))
+        header = Header.of(self._world, self._settings)
+        said: dict[str, Any] = {"seed": header.seed, "hmrsim": header.version, "contract": header.contract}
+        said["world"] = {"name": header.name, "hash": header.hash}
+        source = Source(kind="trace", exact=True, complete=True, notes=tuple(notes_of(self._story)))
+        return report_of(ReportInput(self._story, source, said, dict(header.definition)))

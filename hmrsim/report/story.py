@@ -27,9 +27,7 @@ from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleport
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.facility_log import FacilityLog
-from hmrsim.report.fault_log import FaultLog, FaultRecord, hit
-from hmrsim.report.goal_log import GoalLog
-from hmrsim.report.goal_record import WaitRecord
+from hmrsim.report.goals import GoalLog, WaitRecord
 from hmrsim.report.occurrence import (
     BatterySeen,
     Commanded,
@@ -42,9 +40,8 @@ from hmrsim.report.occurrence import (
     whole,
 )
 from hmrsim.report.order_log import OrderLog
-from hmrsim.report.robot_log import RobotLog
+from hmrsim.report.robots import FaultLog, FaultRecord, RobotLog, Waiting, hit
 from hmrsim.report.track import Motion, Track
-from hmrsim.report.waiting import Waiting
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""

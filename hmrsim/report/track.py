@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
-    from hmrsim.report.goal_record import GoalRecord, WaitRecord
+    from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.model import State
 
 _INSTANT: Final = 5

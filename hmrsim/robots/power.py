@@ -65,10 +65,6 @@ class PoweredRobot(Protocol):
         """Its name."""
 
     @property
-    def moves(self) -> bool:
-        """Whether it is on its way, and nothing is in it."""
-
-    @property
     def load(self) -> float:
         """What it carries, in kg."""
 
@@ -124,12 +120,11 @@ class Energy:
         settings = battery.settings
         self._shares = (math.inf, settings.low, settings.critical, settings.stops_below)
         battery.rebase(env.now)
-        self.level = self._level()
+        self.level = self._level(battery.charge(env.now))
         self.switch()
 
-    def look(self) -> None:
+    def look(self, *, moves: bool) -> None:
         """Take note of whether the robot moves, and how fast; this is called with each lane."""
-        moves = self._robot.moves
         if moves is not self._moves or self.battery.settings.drain.distance:
             self._moves = moves
             self.switch()
@@ -137,20 +132,21 @@ class Energy:
     def switch(self) -> None:
         """Draw from now on what the robot needs for what it does now, or charge."""
         battery, now = self.battery, self._env.now
-        battery.settle(now)
-        if self.level is not Level.EMPTY:
+        charge = battery.charge(now)
+        battery.settle(now, charge)
+        if Level.GOOD < self.level < Level.EMPTY:
             # A level that is come up to is not published.
-            self.level = min(self.level, self._level())
+            self.level = min(self.level, self._level(charge))
         charged_before = bool(battery.charging)
         power = self._robot.dock.power_for(battery) if self._robot.dock else 0.0
         if power:
             # The dock supplies the robot, also when the battery is full.
-            battery.drain, battery.charging = 0.0, power if battery.charge(now) < battery.usable else 0.0
+            battery.drain, battery.charging = 0.0, power if charge < battery.usable else 0.0
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
         if charged_before is not bool(battery.charging):
             self._publish(ChargingEnded if charged_before else ChargingBegan)
-        self._expect()
+        self._expect(charge)
         for changed in self._observers:
             changed()
 
@@ -212,27 +208,23 @@ class Energy:
     def go_on(self) -> None:
         """Go on at another time after it was stopped."""
         self.battery.rebase(self._env.now)
-        self._expect()
+        self._expect(self.battery.charge(self._env.now))
 
-    def _level(self) -> Level:
-        """Return the level of the present charge, which may differ from the last published one."""
-        charge, usable = self.battery.charge(self._env.now), self.battery.usable
+    def _level(self, charge: float) -> Level:
+        """Return the level of a charge; that of the present one may differ from the last published one."""
+        usable = self.battery.usable
         for level in _LOWEST_FIRST:
             if charge <= usable * self._shares[level]:
                 return level
         return Level.GOOD
-
-    def _upper_end(self, level: int) -> float:
-        """Return the units of energy at which a level begins."""
-        return self.battery.usable * self._shares[level]
 
     @property
     def _revived_at(self) -> float:
         settings = self.battery.settings
         return self.battery.usable * max(settings.stops_below + _REVIVED, settings.critical)
 
-    def _expect(self) -> None:
-        """Set the alarm for when the next level is reached, or before."""
+    def _expect(self, charge: float) -> None:
+        """Set the alarm for when the next level is reached, or before, from the present charge."""
         battery, now = self.battery, self._env.now
         if battery.charging:
             self._target = self._revived_at if self.level is Level.EMPTY else battery.usable
@@ -240,8 +232,8 @@ class Energy:
             self._due = math.inf
             return
         else:
-            self._target = self._upper_end(self.level + 1)
-            if battery.charge(now) <= self._target:
+            self._target = battery.usable * self._shares[self.level + 1]
+            if charge <= self._target:
                 # What changes now comes first.
                 self._env.call_soon(self._publish_levels)
                 return
@@ -259,7 +251,7 @@ class Energy:
         now = self._env.now
         if self._due > now + _INSTANT:
             if self._due < math.inf:
-                self._expect()
+                self._expect(self.battery.charge(now))
             return
         # The formula reaches it within rounding; the level has to be reached exactly.
         bound = max if self.battery.charging else min
@@ -267,7 +259,7 @@ class Energy:
         if not self.battery.charging:
             self._publish_levels()
         elif self.level is Level.EMPTY:
-            self.level = self._level()
+            self.level = self._level(self.battery.charge(now))
             self._robot.enable(EMPTY)
             self._publish(BatteryRevived)
         else:
@@ -277,7 +269,7 @@ class Energy:
     def _publish_levels(self) -> None:
         """Publish each level that has been reached; the last one disables the robot."""
         for level in Level:
-            if self.level < level <= self._level():
+            if self.level < level <= self._level(self.battery.charge(self._env.now)):
                 self.level = level
                 if level is not Level.EMPTY:
                     self._publish(BatteryLow if level is Level.LOW else BatteryCritical)
@@ -297,7 +289,7 @@ class Energy:
         """How it is now, as tags of the robot; an empty battery is a reason why that is disabled."""
         charging = ["charging"] if self.battery.charging else []
         # While it is charged, the level that it has come up to is not noted.
-        level = min(self.level, self._level())
+        level = min(self.level, self._level(self.battery.charge(self._env.now)))
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
     def _publish(self, event: Callable[..., BatteryEvent], *more: Point) -> None:

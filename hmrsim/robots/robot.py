@@ -139,10 +139,10 @@ class Robot(MobileBase):
 
     def _follow_motion(self) -> None:
         """Leave the dock when it moves, and account for the energy of the motion."""
-        if self.dock is not None and self.moves:
+        if self.dock is not None and self._state.moves:
             self.dock.release(self)
         if self.energy is not None:
-            self.energy.look()
+            self.energy.look(moves=self._state.moves)
 
     def _equip(self) -> dict[str, Any]:
         """Return its components, made anew; it does without one that can't be made because of a bug."""
@@ -242,8 +242,9 @@ class Robot(MobileBase):
 
     def settle_in(self) -> None:
         """Dock if it stands where it can, and obstruct the lane if it is disabled."""
+        here = self.pose().point
         for dock in self.docks.values():
-            if dock.has_room_for(self) and self.distance_to(dock.pose.point) <= SAME_PLACE:
+            if dock.away(here) <= SAME_PLACE and dock.has_room_for(self):
                 dock.take_in(self)
                 break
         self._obstruct()

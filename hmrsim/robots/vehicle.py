@@ -105,8 +105,8 @@ class MobileBase(DrivingVehicle):
         self._route, self._final_yaw = route, final_yaw
         self._trip += 1
         self.rerouted, self._set_out = 0, self._env.now
-        self._update_rank()
         if yields:
+            self._update_rank()
             # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
             self._enter(VehicleEvent.REDIRECT)
             self._arrived = Event(self._env)

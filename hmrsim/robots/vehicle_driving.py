@@ -17,7 +17,6 @@ from hmrsim.errors import NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
 from hmrsim.geometry import distance
-from hmrsim.navigation.motion import drive
 from hmrsim.robots.vehicle_body import VehicleBody
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState
 
@@ -66,7 +65,7 @@ class DrivingVehicle(VehicleBody):
         yields = self._state.yields
         if self._delays:
             legs = [self._delays.of(leg, self.name, self.speed, self._trip) for leg in legs]
-        return drive(
+        return self._graph.drives.drive(
             self.pose(),
             legs,
             None if yields or self._route is None else self._final_yaw,
@@ -134,9 +133,10 @@ class DrivingVehicle(VehicleBody):
 
     def _sure_up_to(self, number: int) -> int:
         """Return up to which piece it drives on from one that it may drive, before something is to be decided."""
-        last = len(self._seconds) - 1
         if self._admission.needed and self._drive and self._state.needs_admission and not self.flies:
             last = self._admission.sure_up_to(self, self._drive.legs, number)
+        else:
+            last = len(self._seconds) - 1
         if self._follows_speed and self._drive:
             velocity = self._drive.piece(number).velocity
             while number < last and self._drive.piece(number + 1).velocity == velocity:

@@ -133,6 +133,7 @@ def _read(text: str, first: Callable[[World], Iterable[Finding]] = lambda _world
 
 def _load_world(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Response:
     try:
+        # Read again, as in a replay, so that both run the same world or reject it.
         world = _read(request.resource_string)
     except WorldError as error:
         # An overlay of a few lines may generate a world with more values than a text may have.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.events import registry as events
 from hmrsim.events.goals import GoalStatusChanged
@@ -64,6 +64,10 @@ class Anchors:
         if topic is Topic.MOTION:
             return any(not events()[kind].traced for kind in self._waiting)
         return topic is Topic.EVENTS and self.waits
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged) else None
 
     def emit(self, output: Output) -> None:
         """Count an event for those that wait for it."""

@@ -19,7 +19,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.events.orders import OrderDelivered, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
 from hmrsim.events.robots import ItemEvent
 from hmrsim.events.simulation import Deleted, Teleported
-from hmrsim.geometry import distance
+from hmrsim.geometry import METER, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.outputs import EventStamped, OrdersChanged
 from hmrsim.protocol.topics import Topic
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import Demand as DemandSpec
     from hmrsim.world.model import World
 
-NEAR: Final = {"m": 1.0, "px": 80.0}
+NEAR: Final = METER
 """How near to its destination an item counts as delivered, by the world's unit: the reach of a claw."""
 
 _KEPT: Final = 1_000
@@ -124,6 +124,10 @@ class Demand:
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages are wanted: events."""
         return topic is Topic.EVENTS
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind is EventStamped else None
 
     def emit(self, output: Output) -> None:
         """Note what happens to the item of an order; what comes of it is told at the end of this instant.

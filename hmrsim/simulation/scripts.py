@@ -103,6 +103,10 @@ class Scripts:
         """Return False: answers come unasked."""
         return False
 
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind is Answered else None
+
     def emit(self, output: Output) -> None:
         """Wake the script that waits for an answer."""
         if isinstance(output, Answered) and isinstance(output.reply_to, simpy.Event):

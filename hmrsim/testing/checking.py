@@ -108,7 +108,7 @@ def searched(check: Check, output: str | Path | None = None) -> Summary:
         if why := no_search(nominal):
             raise ValueError(why)
         check = limited(check, nominal)
-        evaluator.take(check)
+        evaluator.take(check, nominal)
         options = Options(
             on_finding=lambda found: (
                 files.update({len(files) + 1: str(results.keep(check, found))}) if results else None

@@ -80,13 +80,16 @@ class Record:
 
     def emit(self, output: Output) -> None:
         """Keep a goal, or an event."""
-        if isinstance(output, GoalChanged):
-            self._note_goal(output)
-            self._kept.append(output)
-        elif isinstance(output, EventStamped):
-            self._kept.append(output)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._kept.append}
+        return takers.get(kind)
 
     def _note_goal(self, output: GoalChanged) -> None:
+        self._kept.append(output)
         key, now = (output.robot, output.action, output.goal_id), output.stamp / NANOSECONDS
         goal = self.goals.get(key)
         if goal is None:

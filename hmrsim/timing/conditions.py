@@ -53,7 +53,7 @@ class Conditions:
         self._levels: dict[str, dict[ConditionId, Watch]] = {}
         self.watched: dict[str, dict[str, Watch]] = {}
         self._met: dict[str, dict[str, None]] = {}
-        # How many conditions need a topic's messages, and the topics of which that was told.
+        # The number of conditions that need a topic's messages, and the topics that are subscribed to.
         self._needed: Counter[Topic] = Counter()
         self._topics: frozenset[Topic] = frozenset()
         # The batteries that are watched, when each reaches a level next, and these times in order.
@@ -63,7 +63,7 @@ class Conditions:
 
     @property
     def met(self) -> tuple[str, ...]:
-        """The participants that were not told of a condition that was met."""
+        """The participants with a condition that was met and not yet reported to them."""
         return tuple(self._met)
 
     @property
@@ -134,14 +134,14 @@ class Conditions:
         self._met.pop(participant, None)
 
     def refresh(self) -> None:
-        """Have the topics published that are looked at now, and no others."""
+        """Subscribe to exactly the topics that conditions need now."""
         wanted = frozenset(topic for topic, number in self._needed.items() if number)
         if wanted != self._topics:
             self._topics = wanted
             self._simulator.submit(InterestChanged())
 
     def follow(self) -> None:
-        """Take note that robots have come or gone, or can be reached again."""
+        """Follow the robots that were added, removed or reconnected."""
         for robot in self._levels:
             self._observe(robot)
 
@@ -161,7 +161,7 @@ class Conditions:
                 self._expect(robot, looked=True)
 
     def emit(self, output: Output) -> None:
-        """Look at a message."""
+        """Check the conditions on the topic of an output."""
         match output:
             case Sampled(topic, robot, message):
                 self._compare((topic, robot), message)

@@ -48,14 +48,14 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _ENDED: Final = "the simulation has ended"
-"""What ended a run of which nobody has said."""
+"""The default reason for the end of a run."""
 
 
 class Lockstep:
-    """Grants time to participants; a sink of the simulation, so that it receives the events that they wait for.
+    """Grants time to participants; a sink of the simulation, so that it receives the events they wait for.
 
-    A grant collects what participants are told of with it: answers to their commands, events of goals, conditions
-    that were met.
+    A grant reports to each participant the answers to its commands, the events of goals, and the conditions that were
+    met.
 
     Args:
         awaited: How many participants have to join before time moves for the first time, or their names.
@@ -83,7 +83,7 @@ class Lockstep:
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
-        # The events since the last grant, of the kinds that somebody wants to be told of.
+        # The events since the last grant, of the kinds that any participant wants.
         self._events: list[Told] = []
         self._kinds = NO_KINDS
         # Changes of goals of robots that clients can't reach.
@@ -123,13 +123,13 @@ class Lockstep:
 
     @property
     def expects(self) -> bool:
-        """Whether time goes on, or stands, for the sake of a participant that is not there."""
+        """Whether time moves, or waits, because of a participant that is absent or stalled."""
         there = self._participants
         return there.later or bool(there.awaited) or any(each.state.stalled for each in there.all)
 
     @property
     def over(self) -> bool:
-        """Whether it is the time at which the run ends."""
+        """Whether the simulated time has reached the end of the run."""
         return self._end < math.inf and stamp(self._env.now) >= stamp(self._end)
 
     @property
@@ -190,10 +190,10 @@ class Lockstep:
         return [each.name for each in here if each.state is State.THINKING and each.since < before]
 
     def stall(self, name: str, until: float) -> None:
-        """Let time go on without a participant until some time: it hears nothing, and what it says is not heard.
+        """Stall a participant until some time: the simulation continues without it, and its requests have to wait.
 
-        What it said before is done. At that time it is told of all that has happened, as it would have been before.
-        Nothing happens if there is no such participant.
+        Commands that it sent before are applied. When the stall is over it receives everything that it missed.
+        An unknown participant is ignored.
 
         Args:
             name: Who is stalled.
@@ -204,12 +204,12 @@ class Lockstep:
             self._reconsider()
 
     def expect(self, name: str, at: float = 0.0, on_due: Callable[[], None] = lambda: None) -> None:
-        """Let time go on until some time, also without any participant, and wait there for one to join.
+        """Run until some time, even without any participant, and wait there for one to join.
 
         Args:
-            name: Who joins; empty for nobody, so that nothing is waited for.
-            at: Simulated seconds; infinite to let time go on as far as anything is scheduled.
-            on_due: Called when it is that time.
+            name: The participant that joins; empty to wait for no participant.
+            at: Simulated seconds; infinite to run as far as events are scheduled.
+            on_due: Called at that time.
         """
         self._participants.expect(name, at, on_due)
         self._participants.arrive(self._simulator.now)
@@ -220,11 +220,11 @@ class Lockstep:
         self._participants.expect_no_more(name)
 
     def keep(self, name: str) -> None:
-        """Whenever a participant goes, wait for it to join again, unless something else is said of it then."""
+        """Wait for a participant to join again whenever it leaves or is dropped, unless `expect` overrides that."""
         self._participants.keep(name)
 
     def expect_nobody(self) -> None:
-        """Wait for nobody that is not there, also not for those that were to be kept."""
+        """Wait for no absent participant, including those marked by `keep`."""
         self._participants.expect_nobody()
 
     def advance(self, command: Advance, wall: float) -> None:
@@ -249,7 +249,7 @@ class Lockstep:
 
     @property
     def ready(self) -> bool:
-        """Whether a grant may begin: all awaited participants have joined, and every participant has asked for it."""
+        """Whether a grant may begin: all expected participants have joined, and every participant has asked for it."""
         there = self._participants
         if self.granting or there.missing or there.awaited or self._gate.limit <= self._env.now:
             return False
@@ -279,7 +279,7 @@ class Lockstep:
         self._conditions.refresh()
 
     def _limit_grant(self) -> None:
-        """Let the grant go as far as those allow who ask for it, and end with the kinds of events that wake them."""
+        """Set the horizon of the grant, and the kinds of events that end it, from the requests of the participants."""
         horizon, wake = self._participants.due, NO_KINDS
         for participant in self._participants.all:
             if participant.state is State.GRANTED and (request := participant.request):
@@ -289,7 +289,7 @@ class Lockstep:
 
     @property
     def _has_news(self) -> bool:
-        """Whether there is something to wake a participant that asks, or one is to join first."""
+        """Whether an event is pending that wakes a participant, or a participant has to join first."""
         if self._participants.awaited:
             return True
         if self._events and any(kind in self._wake for kind, _, _ in self._events):
@@ -308,7 +308,7 @@ class Lockstep:
         return False
 
     def _reconsider(self) -> None:
-        """Let the grant under way go as far as those allow who are left."""
+        """Recompute the limits of the current grant after a participant was removed, stalled or expected."""
         if self.granting:
             self._woken = False
             self._limit_grant()
@@ -397,7 +397,7 @@ class Lockstep:
         self._forget_events()
 
     def _answer(self, participant: Participant, reason: str, sampled: Iterable[Told] = ()) -> None:
-        """Answer one participant, which thinks from now on."""
+        """Answer one participant; time waits for its next request."""
         request = participant.request
         if request is None:
             raise AssertionError(f"{participant.name} has asked for nothing")
@@ -417,13 +417,13 @@ class Lockstep:
             self._simulator.answer(reply_to, granted)
 
     def end(self, why: str, reason: str) -> None:
-        """End the run: abort every goal, and remove all participants, which are told how their goals have ended.
+        """End the run: abort every goal, and remove all participants after reporting the ends of their goals.
 
-        Those that wait for a grant are told now, the others when they ask; nothing happens if it has ended already.
+        Participants that wait for a grant receive the report now, the others when they ask. A second call does nothing.
 
         Args:
-            why: What ended the run.
-            reason: The message in the results of the goals.
+            why: The reason for the end of the run.
+            reason: The message in the results of the active goals.
         """
         if self._over:
             return
@@ -575,7 +575,7 @@ class Lockstep:
             self._halt()
 
     def _halt(self) -> None:
-        """Grant no more than this instant."""
+        """End the grant with this instant."""
         self._woken = True
         self._horizon = self._env.now
         self._simulator.halt()
@@ -601,7 +601,7 @@ class Lockstep:
         self._events = ordered
 
     def _forget_events(self) -> None:
-        """Forget the events, other than those that stalled participants would be told of now."""
+        """Clear the events, but keep those that stalled participants have missed."""
         for each in self._participants.all:
             if each.state.stalled or each.behind is not None:
                 each.missed += [event for event in self._events if event[0] in each.kinds]

@@ -42,8 +42,11 @@ _log = logging.getLogger(__name__)
 PLANNER: Final = "_planner"
 """Listed among the participants that time waits for, in lockstep, while an external planner has not answered."""
 
-_EVENTS_BETWEEN_POLLS = 16
-"""Events that are processed between two polls of the inbox: a poll costs little, an event a microsecond or more."""
+_EVENTS_BETWEEN_POLLS = 4
+"""Events that are processed between two polls of the inbox, so that a query is answered soon while many are due."""
+
+_COMMANDS_AT_ONCE = 16
+"""Commands that are taken between two rounds of events."""
 
 _EVENTS_OF_A_GRANT = 64
 """Likewise while time is granted, when all participants wait for the grant anyway."""
@@ -139,12 +142,12 @@ class Pacing:
         return self._over
 
     def finish_instant(self) -> None:
-        """Let the run be over after this instant, of which all is taken still; from within the simulation."""
+        """End the run once all events of this instant are processed; to be called from within the simulation."""
         self._over = True
         self._simulator.halt()
 
     def intervene(self, act: Callable[[], None]) -> None:
-        """Call a function in the simulation's thread when all of this instant has been taken, and before time moves on.
+        """Call a function in the simulation's thread after all events of this instant, before time moves on.
 
         From any thread, and from within the simulation, as a sink may.
 
@@ -155,7 +158,7 @@ class Pacing:
         self._simulator.halt()
 
     def end(self, reason: str) -> None:
-        """End the run, and abort every goal with a reason; participants are told."""
+        """End the run, abort every goal with a reason, and report that to the participants."""
         self._over = True
         try:
             self.lockstep.end(self.loss or reason, reason)
@@ -165,7 +168,7 @@ class Pacing:
 
     @property
     def loss(self) -> str:
-        """Which participant was lost, so that the run ends, and why; empty if that is not why."""
+        """The participant whose loss ended the run, and the reason; empty if the run ended for another reason."""
         return self.lockstep.lost if self._end_on_loss else ""
 
     def submit(self, command: AnyCommand) -> None:
@@ -195,7 +198,7 @@ class Pacing:
 
     @property
     def hurries(self) -> bool:
-        """Whether time may pass faster than the wall's."""
+        """Whether simulated time may run faster than wall time."""
         return self.clock == LOCKSTEP or not 0.0 < self.real_time_factor <= 1.0
 
     @property
@@ -226,7 +229,7 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        if taken and (taken == _EVENTS_BETWEEN_POLLS or self._is_another):
+        if taken and (taken == _COMMANDS_AT_ONCE or self._is_another):
             return
         if not lockstep.granting:
             if lockstep.over:
@@ -234,7 +237,7 @@ class Pacing:
                 return
             if lockstep.ready:
                 lockstep.begin()
-                # What a goal that begins brings about, such as an intervention, comes before time moves.
+                # Commands that the start of a goal caused, such as an intervention, come before time moves.
                 if inbox.waiting:
                     return
             elif not (taken or lockstep.participates) and next(self._preparations, self) is not self:
@@ -248,7 +251,7 @@ class Pacing:
 
     @property
     def _is_another(self) -> bool:
-        """Whether the run is over, was reset, or has another clock, since this round began."""
+        """Whether the run ended, was reset, or got another clock during this round."""
         return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
 
     def _free_round(self) -> None:
@@ -321,12 +324,12 @@ class Pacing:
 
     def _take_commands(self) -> int:
         """Submit some commands; return how many."""
-        for taken in range(_EVENTS_BETWEEN_POLLS):
+        for taken in range(_COMMANDS_AT_ONCE):
             command = self._inbox.poll()
             if command is None:
                 return taken
             self._take(command)
-        return _EVENTS_BETWEEN_POLLS
+        return _COMMANDS_AT_ONCE
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
@@ -361,7 +364,7 @@ class Pacing:
             case CheckWatchdog():
                 for name in lockstep.overdue(wall_time() - self._participant_timeout):
                     lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
-        # Time stands while another thinks; it is told of the end when it asks to advance.
+        # Another participant that still thinks learns of the end when it asks to advance.
         if self._end_on_loss and lockstep.lost and not lockstep.thinks:
             self._over = True
 

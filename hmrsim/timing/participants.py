@@ -10,8 +10,8 @@
               │   ▼             │  │ ▼                                  │   ▼
              STALLED ──ask──► UNHEARD  STALLED_ASKING ────begin────► STALLED_GRANTED
 
-Time stands while a participant is THINKING. A stalled participant holds nothing up and is told nothing. What it asked
-before the stall is done; what it asks during the stall is heard when the stall is over.
+Simulated time waits while a participant is THINKING. A stalled participant holds up nothing and receives nothing. Its
+requests from before the stall are carried out; those made during the stall are handled when the stall is over.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Granted
 
 Told = tuple[str, int, GoalChanged | FeedbackSent]
-"""An event that participants are told of with a grant: its kind, when it was in nanoseconds, and what it is."""
+"""An event that a grant reports: its kind, its time in nanoseconds, and the output."""
 
 NO_KINDS: Final[frozenset[str]] = frozenset()
 """No kind of event."""
@@ -41,7 +41,7 @@ _FEEDBACK: Final = frozenset({"feedback"})
 
 
 class State(Enum):
-    """What lockstep waits for at a participant, or the participant at lockstep.
+    """The state of a participant: which side waits for the other.
 
     Attributes:
         stalled: Whether time goes on without it.
@@ -49,15 +49,15 @@ class State(Enum):
     """
 
     THINKING = "thinking"
-    """It has yet to ask; time stands."""
+    """It has not asked yet, and simulated time waits for it."""
     ASKING = "asking"
     """It has asked to advance, and its commands go with the next grant."""
     GRANTED = "granted"
     """Its commands were applied; it is answered at the end of the grant."""
     STALLED = "stalled"
-    """It has yet to ask, and time goes on."""
+    """It has not asked yet, and simulated time moves without it."""
     UNHEARD = "unheard"
-    """It asked during its stall, and is heard afterwards."""
+    """It asked during its stall, and its request is handled afterwards."""
     STALLED_ASKING = "stalled_asking"
     """It had asked before its stall, and its commands go with the next grant."""
     STALLED_GRANTED = "stalled_granted"
@@ -75,7 +75,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """What can happen to a participant."""
+    """An event in the life of a participant."""
 
     __hash__ = object.__hash__
 
@@ -86,7 +86,7 @@ class Event(Enum):
     ANSWER = "answer"
     """It is answered."""
     STALL = "stall"
-    """Time goes on without it for a while."""
+    """Time moves without it for a while."""
     RESUME = "resume"
     """Its stall is over."""
 
@@ -110,7 +110,7 @@ TRANSITIONS: Final[Mapping[tuple[State, Event], State]] = {
     (State.STALLED_ASKING, Event.RESUME): State.ASKING,
     (State.STALLED_GRANTED, Event.STALL): State.STALLED_GRANTED,
     (State.STALLED_GRANTED, Event.RESUME): State.GRANTED,
-    # The end of the run tells also those that are stalled.
+    # The end of the run is reported to stalled participants, too.
     (State.UNHEARD, Event.ANSWER): State.STALLED,
     (State.STALLED_ASKING, Event.ANSWER): State.STALLED,
     (State.STALLED_GRANTED, Event.ANSWER): State.STALLED,
@@ -120,13 +120,13 @@ TRANSITIONS: Final[Mapping[tuple[State, Event], State]] = {
 
 @dataclass(slots=True, eq=False)
 class Slot:
-    """Where the answer to a command of an advance goes.
+    """The slot for the answer to a command of an advance.
 
     Attributes:
         wakes: Whether the participant that sent it wants to be woken for results.
         wanted: The goal whose result is wanted, if that is the command.
         answer: The answer; None before there is one.
-        woke: Whether the answer ends the grant, as no event would tell of more.
+        woke: Whether the answer ends the grant, because no event will follow.
     """
 
     wakes: bool
@@ -149,7 +149,7 @@ class Participant:
         askers: The senders to answer: more than one if the request was repeated.
         slots: The answers to its commands.
         last: Its last epoch, and the grant of that epoch.
-        kinds: The kinds of events that it wants to be told of, as it last said.
+        kinds: The kinds of events that it asked for last.
         missed: The events of grants that it did not get, as it is stalled.
         behind: The epoch that it may ask for though there have been later ones; None if there is none.
     """
@@ -190,7 +190,7 @@ class Participant:
         return askers
 
     def stall(self, until: float, epoch: int) -> None:
-        """Let time go on without it until some time, if it is not stalled for longer; *epoch* is the next one."""
+        """Stall it until some time, unless it is stalled for longer; *epoch* is the next one."""
         if self.state is State.THINKING and self.behind is None:
             self.behind = epoch
         self.stalled_until = max(until, self.stalled_until) if self.state.stalled else until
@@ -219,7 +219,7 @@ class Participant:
 
 @dataclass(slots=True)
 class _Expected:
-    """Somebody who is to join: time goes on until then, and waits from then on."""
+    """A participant that is expected: time moves until then, and waits from then on."""
 
     at: float
     on_due: Callable[[], None]
@@ -327,7 +327,7 @@ class Participants:
         """Expect that a participant joins at some time, which waits for that from then on; *on_due* is called then.
 
         Args:
-            name: Who joins; empty for nobody, so that time goes on from there.
+            name: The participant that joins; empty to continue from there without one.
             at: When; infinite for never.
             on_due: Must not change who is expected.
         """
@@ -343,18 +343,18 @@ class Participants:
         self._kept[name] = None
 
     def expect_nobody(self) -> None:
-        """Wait for nobody that is not here, also not for those that were to be kept."""
+        """Wait for no absent participant, including those marked by `keep`."""
         self._expected.clear()
         self._kept.clear()
         self._note_awaited()
 
     def expect_only_those_that_come(self) -> None:
-        """Let time stand where only those are missing that never come."""
+        """Forget expected participants that never come, so that time waits."""
         self._expected = {name: each for name, each in self._expected.items() if each.at < math.inf}
 
     @property
     def later(self) -> bool:
-        """Whether time may go on for the sake of one that is expected later, though nobody asks for it."""
+        """Whether time may move without any request, because a participant is expected later."""
         return any(not each.due for each in self._expected.values())
 
     @property
@@ -385,7 +385,7 @@ class Participants:
         self._note_awaited()
 
     def shift(self, seconds: float) -> None:
-        """Take note that time has gone back by so many seconds: what is left of a stall is left."""
+        """Shift stalls and expected participants after time was reset by some seconds; the remaining times stay."""
         for participant in self.all:
             participant.stalled_until -= seconds
         for each in self._expected.values():
@@ -402,5 +402,5 @@ class Participants:
 
 
 def kinds_wanted(request: Advance) -> frozenset[str]:
-    """Return the kinds of events that a participant is told of as they come."""
+    """Return the kinds of events to record for a participant as they happen."""
     return request.wake | (request.report - _FEEDBACK) if request.report else request.wake

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.protocol.commands import UNRECORDED, without_receivers
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
@@ -19,6 +18,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
+class _Commanded(NamedTuple):
+    """A command, the participant that sent it, and when."""
+
+    command: Command
+    by: str
+    now: float
+
+
 class LateTrace:
     """A sink that keeps what a trace says, as all of that is immutable, and has a `Trace` write it upon request.
 
@@ -29,7 +36,7 @@ class LateTrace:
 
     def __init__(self, world: World, settings: RunSettings) -> None:
         self._world, self._settings = world, settings
-        self._kept: list[Callable[[Trace], None]] = []
+        self._kept: list[Output | _Commanded] = []
         self._pieces: list[str] = []
         self._trace: Trace | None = None
 
@@ -46,9 +53,12 @@ class LateTrace:
 
     def _written(self) -> Trace:
         trace = self._trace = self._trace or Trace(Header.of(self._world, self._settings), self._pieces.append)
-        kept, self._kept = self._kept, []
-        for write in kept:
-            write(trace)
+        for kept in self._kept:
+            if isinstance(kept, _Commanded):
+                trace.commanded(*kept)
+            else:
+                trace.emit(kept)
+        self._kept.clear()
         return trace
 
     def wants(self, topic: Topic) -> bool:
@@ -57,18 +67,14 @@ class LateTrace:
 
     def emit(self, output: Output) -> None:
         """Keep an event."""
-        if isinstance(output, (GoalChanged, EventStamped, TimeRestarted)):
-            self._kept.append(partial(_emit, output=output))
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self._kept.append if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def commanded(self, command: Command, by: str, now: float) -> None:
         """Keep a command."""
         if not isinstance(command, UNRECORDED):
-            self._kept.append(partial(_commanded, command=without_receivers(command), by=by, now=now))
-
-
-def _emit(trace: Trace, output: Output) -> None:
-    trace.emit(output)
-
-
-def _commanded(trace: Trace, command: Command, by: str, now: float) -> None:
-    trace.commanded(command, by, now)
+            self._kept.append(_Commanded(without_receivers(command), by, now))

@@ -36,6 +36,7 @@ from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
+from hmrsim.world.derived import Derived
 from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import world_hash
 
@@ -116,7 +117,10 @@ class Header:
 
 
 def _content(world: World) -> tuple[str, str, dict[str, Any]]:
-    return world.name, world_hash(world), native_data(world)
+    return world.name, world_hash(world), _DEFINITIONS(world)
+
+
+_DEFINITIONS: Final = Derived(native_data)
 
 
 class Trace:
@@ -166,6 +170,10 @@ class Trace:
     def wants(self, topic: Topic) -> bool:
         """Return whether it takes a topic: what happens, but no samples."""
         return topic is Topic.EVENTS
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:
         """Write an event."""

@@ -187,8 +187,10 @@ class Admission:
 
     def arrived(self, robot: Vehicle) -> None:
         """Take note that a vehicle stands at the end of what it has driven."""
-        self.forget(robot)
-        self._barriers.leave(robot)
+        if robot in self.waits:
+            self.forget(robot)
+        if self._obstructed:
+            self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
 
@@ -278,7 +280,9 @@ class Admission:
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
         """Have vehicles that wait ask again, at this instant but after what happens now."""
-        if robots and not self._asking:
+        if not robots:
+            return
+        if not self._asking:
             # Now, a vehicle that yields has not left yet.
             self._env.call_soon(self._ask)
         self._asking.update(dict.fromkeys(robots))
@@ -315,7 +319,8 @@ class Admission:
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
         """Return what blocks a leg, other than vehicles; empty if nothing does."""
-        return self.closures.why(leg) or self._barriers.why_not(robot, leg)
+        closed = self.closures.why(leg) if self.closures.lanes else ""
+        return closed or self._barriers.why_not(robot, leg)
 
     def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether a vehicle would wait in vain, so that it is to take another route."""

@@ -18,6 +18,10 @@ class Barrier(Protocol):
     def lanes(self) -> Collection[Lane]:
         """The lanes that lead through it, in each direction in which they can be driven."""
 
+    @property
+    def refuses(self) -> bool:
+        """Whether there may be vehicles that it never lets pass."""
+
     def may_pass(self, robot: Vehicle) -> bool:
         """Return whether it ever lets a vehicle pass; if not, routes avoid it."""
 
@@ -43,6 +47,8 @@ class Barriers:
     def __init__(self) -> None:
         self._all: list[Barrier] = []
         self._on_lanes: dict[Lane, list[Barrier]] = {}
+        # Most barriers are for every vehicle.
+        self._refusing: dict[Lane, list[Barrier]] = {}
         self._inside: dict[Vehicle, list[Barrier]] = {}
 
     def __len__(self) -> int:
@@ -54,6 +60,8 @@ class Barriers:
         self._all.append(barrier)
         for lane in barrier.lanes:
             self._on_lanes.setdefault(lane, []).append(barrier)
+            if barrier.refuses:
+                self._refusing.setdefault(lane, []).append(barrier)
 
     def on(self, lane: Lane) -> bool:
         """Return whether there is one on a lane."""
@@ -61,27 +69,28 @@ class Barriers:
 
     def kept_off(self, robot: Vehicle) -> list[Lane]:
         """Return the lanes that a vehicle can never pass."""
-        found = []
-        for lane, barriers in self._on_lanes.items():
-            for barrier in barriers:
-                if not barrier.may_pass(robot):
-                    found.append(lane)
-                    break
-        return found
+        refusing = self._refusing
+        if not refusing:
+            return []
+        return [lane for lane in self._on_lanes if lane in refusing and not self.may_pass(robot, lane)]
 
     def may_pass(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can ever pass a lane."""
-        return all(barrier.may_pass(robot) for barrier in self._on_lanes.get(lane, ()))
+        refusing = self._refusing
+        return lane not in refusing or all(barrier.may_pass(robot) for barrier in refusing[lane])
 
     def why_not(self, robot: Vehicle, leg: Leg) -> str:
         """Return why a vehicle can't begin a leg now, or ""; it does not join a lane to stop in the middle of it."""
-        # Each is asked, so that each begins to open.
-        barriers = self._on_lanes.get(leg.lane, ()) if leg.lane else self._all
-        whys = [why for barrier in barriers if (why := barrier.why_not(robot, leg))]
+        first, lane = "", leg.lane
+        for barrier in self._all if lane is None else self._on_lanes.get(lane, ()):
+            # Each is asked, so that each begins to open.
+            why = barrier.why_not(robot, leg)
+            first = first or why
         ahead = leg.joins
         if ahead is not None and ahead.lane and self.may_pass(robot, ahead.lane):
-            whys.append(self.why_not(robot, ahead))
-        return whys[0] if whys else ""
+            why = self.why_not(robot, ahead)
+            first = first or why
+        return first
 
     def summon(self, leg: Leg) -> None:
         """Have the barriers on a leg come for a vehicle that is to be moved along it."""
@@ -90,11 +99,11 @@ class Barriers:
 
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Take note that a vehicle begins a leg, and has left what it drove through before."""
-        self.leave(robot)
+        if robot in self._inside:
+            self.leave(robot)
         lane = leg.leads_onto
-        barriers = self._on_lanes.get(lane) if lane else None
-        if barriers:
-            self._inside[robot] = [*barriers]
+        if lane in self._on_lanes:
+            barriers = self._inside[robot] = [*self._on_lanes[lane]]
             for barrier in barriers:
                 barrier.enter(robot, leg)
 

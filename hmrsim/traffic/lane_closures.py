@@ -56,7 +56,9 @@ class LaneClosures:
 
     def open(self, cause: str) -> None:
         """Open the lanes that were closed for a *cause*, unless another cause keeps them closed."""
-        fewer = [lane for lane, causes in self.lanes.items() if cause in causes]
+        fewer = [lane for lane, causes in self.lanes.items() if cause in causes] if self.lanes else []
+        if not fewer:
+            return
         for lane in fewer:
             del self.lanes[lane][cause]
             if not self.lanes[lane]:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.errors import HmrsimError, SimulationStopped
 from hmrsim.trials.endings import HUNG, TIMEOUT, TimeLimit, ending_of_code
 from hmrsim.trials.processes import GRACE, ControllerProcess
-from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial, Watchers, unwatched
+from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial
 from hmrsim_zenoh.hosting.host import Host
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ class CommandTrial(Trial):
         self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
         self._command = command
         self._first: ControllerProcess | None = None
+        # Held while the first process is started: it may act before this process knows it.
+        self._starting = threading.Lock()
         self._killed = self._over = False
         self._others: list[_Other] = []
         super().__init__(self._host, disturber)
@@ -90,11 +93,12 @@ class CommandTrial(Trial):
         Raises:
             HmrsimError: It can't be started.
         """
-        self._host.start()
-        try:
-            first = self._first = self._start()
-        except OSError as error:
-            raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
+        with self._starting:
+            self._host.start()
+            try:
+                first = self._first = self._start()
+            except OSError as error:
+                raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
         try:
             ending, cause = self._followed(first)
         except TimeLimit as limit:
@@ -128,7 +132,8 @@ class CommandTrial(Trial):
             if self._killed:
                 if self._restarts.is_set():
                     self._restarts.clear()
-                    with first:
+                    first.end()
+                    with self._starting:
                         first = self._first = self._start()
                         self._killed = False
                 elif self._gone and not (self._others or self._lockstep.expects):
@@ -168,12 +173,14 @@ class CommandTrial(Trial):
         return [name for name in self._lockstep.participants if name not in others]
 
     def _kill(self, restart_after: float | None) -> None:
-        if self._killed or self._first is None:
+        with self._starting:
+            first = None if self._killed else self._first
+        if first is None:
             return
         # Noted before the process has ended, as another thread looks at both.
         self._killed = True
         names, lockstep = self._own_names, self._lockstep
-        self._first.kill()
+        first.kill()
         for name in names:
             lockstep.drop(name, TOKEN_GONE)
             lockstep.expect_no_more(name)

@@ -18,10 +18,10 @@ from bt_controller.running.run_tree import run_tree
 from hmrsim.program.users_code import described
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.local import LocalTrial
-from hmrsim.trials.trial import Trial, Watchers, unwatched
 from hmrsim.world.overlays.expressions import names_asked_for, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
 from hmrsim_zenoh.errors import SimulatorGone
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hmrsim.trials.disturbances import Disturber
     from hmrsim.trials.endings import Player
     from hmrsim.trials.model import Controller
+    from hmrsim.trials.trial import Trial
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.client.client import Client
 

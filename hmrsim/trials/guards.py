@@ -13,7 +13,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.trials.endings import DIED, HUNG, TimeLimit
@@ -77,12 +77,8 @@ def guarded(limits: Limits, seconds: float = math.inf) -> Iterator[Tail]:
         seconds: Wall seconds after which it is ended in any case, as when nobody wants its result any more.
     """
     tail = Tail()
-    with ExitStack() as stack:
-        stack.enter_context(redirect_stdout(tail))
-        stack.enter_context(redirect_stderr(tail))
-        stack.enter_context(_in_time(Meter(limits, seconds)))
-        if limits.memory is not None:
-            stack.enter_context(_in_memory(limits.memory))
+    in_memory = nullcontext() if limits.memory is None else _in_memory(limits.memory)
+    with redirect_stdout(tail), redirect_stderr(tail), _in_time(Meter(limits, seconds)), in_memory:
         yield tail
 
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.program.garbage import collect_runs_young
 from hmrsim.trials.actor import GRACE, Actor
 from hmrsim.trials.endings import CRASHED, FAILED, HUNG, SUCCEEDED, TimeLimit
-from hmrsim.trials.trial import GONE, Ended, Trial, Watchers, unwatched
+from hmrsim.trials.trial import GONE, Ended, Trial
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink

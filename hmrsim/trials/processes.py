@@ -8,7 +8,7 @@ import subprocess
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import IO, TYPE_CHECKING, Final, Self
+from typing import IO, TYPE_CHECKING, Final
 
 from hmrsim.trials.guards import Tail
 
@@ -20,7 +20,7 @@ GRACE: Final = 2.0
 
 
 class ControllerProcess:
-    """The process of a controller, and all that it starts; a context manager that kills them.
+    """The process of a controller, and all that it starts.
 
     Args:
         words: The command.
@@ -46,14 +46,6 @@ class ControllerProcess:
         )
         self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
         self._reader.start()
-
-    def __enter__(self) -> Self:
-        """Return it."""
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        """Kill it, and read what it has printed."""
-        self.end()
 
     def end(self) -> None:
         """Kill it, and read what it has printed."""

@@ -51,6 +51,7 @@ def _descendants() -> Iterator[tuple[str, float]]:
         return
     children: dict[str, list[tuple[str, float]]] = {}
     tick = 1.0 / os.sysconf("SC_CLK_TCK")
+    # Not by /proc/PID/task/TID/children: each thread has one, and it may leave out some while others end.
     for path in _PROCESSES.glob("[0-9]*/stat"):
         with suppress(OSError):  # it has ended meanwhile
             # The name may have spaces and parentheses.

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 from hmrsim.trials.endings import KILLED
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
     from hmrsim.trials.disturbances import Disturbance, Disturber
     from hmrsim_zenoh.hosting.host import Host
     from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
-Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
-"""Makes further sinks of a simulation."""
-
 TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
 """Why a participant is dropped whose controller was killed."""
-
-
-def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
-    """Return no further sinks."""
-    return ()
 
 
 class Ended(NamedTuple):

@@ -63,6 +63,10 @@ class SegmentGrid:
         extent = max(self._high[0] - self._low[0], self._high[1] - self._low[1])
         length = math.fsum(distance(a, b) for a, b in segments)
         self._size = max(extent / (2.0 * math.sqrt(max(1, len(segments)))), length / _MAX_PIECES, _MIN_SIZE)
+        # The outermost columns and rows that have a segment beside them.
+        (left, low), (right, high) = self._low, self._high
+        self._columns = self._cell(left) - 1, self._cell(right) + 1
+        self._rows = self._cell(low) - 1, self._cell(high) + 1
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
         for i, (a, b) in enumerate(segments):
             for cell in self._along(a, b):
@@ -74,7 +78,7 @@ class SegmentGrid:
 
     def crossings(self, a: Point, b: Point) -> list[int]:
         """Return the indices of the segments that the line from *a* to *b* meets, in order."""
-        return sorted(i for i in self.near(a, b) if crosses(a, b, *self._segments[i]))
+        return sorted([i for i in self.near(a, b) if crosses(a, b, *self._segments[i])])
 
     def near(self, a: Point, b: Point) -> set[int]:
         """Return the indices of all segments in the cells around the line from *a* to *b*."""
@@ -98,16 +102,13 @@ class SegmentGrid:
     def within(self, point: Point, reach: float) -> set[int]:
         """Return the indices of all segments in the cells that are so near to a point, in x and in y."""
         found: set[int] = set()
-        (left, low), (right, high) = map(self._cells_of, (self._low, self._high))
-        x0, y0 = self._cells_of((point[0] - reach, point[1] - reach))
-        x1, y1 = self._cells_of((point[0] + reach, point[1] + reach))
-        for x in range(max(x0, left - 1), min(x1, right + 1) + 1):
-            for y in range(max(y0, low - 1), min(y1, high + 1) + 1):
-                found.update(self._cells.get((x, y), ()))
+        (x, y), size, floor = point, self._size, math.floor
+        (left, right), (low, high) = self._columns, self._rows
+        rows = range(max(floor((y - reach) / size), low), min(floor((y + reach) / size), high) + 1)
+        for column in range(max(floor((x - reach) / size), left), min(floor((x + reach) / size), right) + 1):
+            for row in rows:
+                found.update(self._cells.get((column, row), ()))
         return found
-
-    def _cells_of(self, point: Point) -> tuple[int, int]:
-        return self._cell(point[0]), self._cell(point[1])
 
     def _clipped(self, a: Point, b: Point) -> Segment:
         """Return the part of a line that is near the segments, or one of its ends if there is none."""
@@ -122,13 +123,15 @@ class SegmentGrid:
 
     def _along(self, a: Point, b: Point) -> Iterator[tuple[int, int]]:
         """Yield the cells around the line from *a* to *b*, each once."""
-        pieces = max(1, math.ceil(distance(a, b) / self._size))
+        size, floor = self._size, math.floor
+        pieces = max(1, math.ceil(distance(a, b) / size))
         seen: set[tuple[int, int]] = set()
         for i in range(pieces):
             (x0, y0), (x1, y1) = between(a, b, i / pieces), between(a, b, (i + 1) / pieces)
-            hair = self._size * _HAIR + _ROUNDING * max(abs(x0), abs(x1), abs(y0), abs(y1))
-            for x in range(self._cell(min(x0, x1) - hair), self._cell(max(x0, x1) + hair) + 1):
-                for y in range(self._cell(min(y0, y1) - hair), self._cell(max(y0, y1) + hair) + 1):
+            hair = size * _HAIR + _ROUNDING * max(abs(x0), abs(x1), abs(y0), abs(y1))
+            rows = range(floor((min(y0, y1) - hair) / size), floor((max(y0, y1) + hair) / size) + 1)
+            for x in range(floor((min(x0, x1) - hair) / size), floor((max(x0, x1) + hair) / size) + 1):
+                for y in rows:
                     if (x, y) not in seen:
                         seen.add((x, y))
                         yield x, y

@@ -121,16 +121,20 @@ def flaws(
 
 def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
     """Yield the errors of subjects and components that a fault needs and the world lacks."""
+    # Not by `getattr`: a model looks for a long time for what it does not have.
+    said = settings.__dict__
     for field in _NAMED:
-        name, known = getattr(settings, field, None), there.named(field)
-        if name is not None and name not in known and not (field == "item" and there.will_have(name)):
+        name = said.get(field)
+        if name is None or name in (known := there.named(field)):
+            continue
+        if not (field == "item" and there.will_have(name)):
             yield Finding((field,), f"no {field} {name!r}{instead(name, known)}", name)
-    robot: str = getattr(settings, "robot", "")
+    robot: str = said.get("robot", "")
     if robot in there.robots:
         yield from _check_component(fault, settings, there.robots[robot])
         yield from _check_cell(settings, there.cells.get(robot))
         yield from _check_action(settings, there.robots[robot])
-    lane = getattr(settings, "lane", None)
+    lane = said.get("lane")
     if lane is not None and lane not in there.lanes and lane[::-1] not in there.lanes:
         known = [f"{a}-{b}" for a, b in there.lanes]
         yield Finding(("lane",), f"no lane {'-'.join(lane)!r}{instead('-'.join(lane), known)}", list(lane))
@@ -164,7 +168,7 @@ def _check_served(robot: str, action: str, carried: Collection[str]) -> Iterator
 
 
 def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
-    robot, sensor, known = settings.subject, getattr(settings, "sensor", None), components()
+    robot, sensor, known = settings.subject, settings.__dict__.get("sensor"), components()
     if any(name not in known for name in carried):
         # Of that there is an error; it may be the one that is looked for.
         return
@@ -176,20 +180,20 @@ def _check_component(fault: AnyFault, settings: Occurrence, carried: Collection[
 
 
 def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
-    cell = getattr(settings, "cell", None)
+    cell = settings.__dict__.get("cell")
     if cell is not None and cells is not None and cell >= cells:
         yield Finding(("cell",), f"{settings.subject} has no cell {cell}; its battery has {cells}, from 0 on", cell)
 
 
 def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
     """Yield the errors of the action whose goals a fault hits, and of their error code."""
-    name, code = getattr(settings, "action", None), getattr(settings, "error_code", None)
-    served = [name for name, action in actions().items() if not action.of_world]
+    name, code = settings.__dict__.get("action"), settings.__dict__.get("error_code")
     if name is None:
         if code is not None:
             text = f"each action has its own codes; give action for {code}, or leave error_code out"
             yield Finding(("error_code",), text, code)
         return
+    served = [each for each, action in actions().items() if not action.of_world]
     if name not in served:
         yield Finding(("action",), f"no action {name!r}{instead(name, served)}", name)
         return

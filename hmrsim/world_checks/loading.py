@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -20,7 +20,7 @@ from hmrsim.world.files import find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source
-from hmrsim.world.model import Lane, PlainLanes, Waypoint
+from hmrsim.world.model import Lane, PlainLanes, Waypoint, World
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.overlays.overlay import Overlay, lay_all
 from hmrsim.world_checks.checks import check, check_errors
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.diagnostics import Finding
-    from hmrsim.world.model import World
 
 
 _PIECE = 10_000
@@ -226,19 +225,34 @@ def world_hash(world: World) -> str:
 
 def _digest(world: World) -> str:
     digest = hashlib.sha256()
-    large = {"lanes": _lanes, "waypoints": _waypoints}
-    data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={*large})
-    for name, robot in world.robots.items():
-        if robot.base.model_fields_set:  # null overrides what the type has
-            data["robots"][name]["base"] = robot.base.model_dump(mode="json", exclude_unset=True)
-    for i, key in enumerate(sorted([*data, *large])):
+    # A search runs one world with thousands of different faults.
+    faults = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, include={"faults"})
+    texts: dict[str, Iterable[str]] = {**_UNFAULTY(world), **{key: [_canonical(said)] for key, said in faults.items()}}
+    if not _is_small(world):
+        texts |= {key: pieces(world) for key, pieces in _LARGE.items()}
+    for i, key in enumerate(sorted(texts)):
         digest.update(f"{'{,'[i > 0]}{_canonical(key)}:".encode("ascii"))
-        for text in large[key](world) if key in large else [_canonical(data[key])]:
+        for text in texts[key]:
             digest.update(text.encode("ascii"))
     digest.update(b"}")
     return digest.hexdigest()
 
 
+def _unfaulty(world: World) -> dict[str, list[str]]:
+    """Return the canonical JSON of all parts of a world but its faults and what is too large to be kept."""
+    data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"faults", *_LARGE})
+    for name, robot in world.robots.items():
+        if robot.base.model_fields_set:  # null overrides what the type has
+            data["robots"][name]["base"] = robot.base.model_dump(mode="json", exclude_unset=True)
+    texts = {key: [_canonical(said)] for key, said in data.items()}
+    return texts | ({key: [*pieces(world)] for key, pieces in _LARGE.items()} if _is_small(world) else {})
+
+
+def _is_small(world: World) -> bool:
+    return max(len(world.lanes), len(world.waypoints)) <= _PIECE
+
+
+_UNFAULTY: Final = Derived(_unfaulty, *(name for name in World.model_fields if name != "faults"))
 _HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests replace the function
 
 
@@ -272,5 +286,8 @@ def _waypoints(world: World) -> Iterator[str]:
         yield f"{',' if i else ''}{_canonical(plain)[1:-1]}"
     yield "}"
 
+
+_LARGE: Final[Mapping[str, Callable[[World], Iterator[str]]]] = {"lanes": _lanes, "waypoints": _waypoints}
+"""The parts of a world that may be large, and what yields their canonical JSON in pieces."""
 
 _canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode

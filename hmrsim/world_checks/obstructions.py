@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
-from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance, foot
 from hmrsim.traffic.policies import settings_of
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._nearness import touch
@@ -33,8 +33,8 @@ _Ends = tuple[str, ...]
 _MAX_LOOKED = 2_000_000
 """Maximum number of lanes visited by all searches together, which takes a second or two."""
 
-_FAR = {"m": 5.0, "px": 400.0}
-"""The distance from the lanes, by unit, up to which a place is beside them; 1 m corresponds to 80 px."""
+_FAR = 5.0
+"""Meters from the lanes up to which a place is beside them."""
 
 _MEETING = 2
 """The minimum number of robots for one to be in the way of another."""
@@ -70,6 +70,7 @@ class _Obstructions:
 
     def __init__(self, world: World, settings: ReserveSettings) -> None:
         self._world = world
+        self._far = _FAR * METER[world.units]
         self._yields = isinstance(settings, PrioritySettings)
         self._lanes = _LaneAccess(world, settings)
         bases = {name: world.robot_type(robot).base for name, robot in world.robots.items()}
@@ -91,7 +92,7 @@ class _Obstructions:
                 yield warning(spot.path, text, [x, y])
             elif self._is_far(spot.point):
                 text = (
-                    f"({x:g}, {y:g}) is more than {_FAR[units]:g} {units} from each lane that leads there: robots don't"
+                    f"({x:g}, {y:g}) is more than {self._far:g} {units} from each lane that leads there: robots don't"
                     " keep apart on that way; add a lane that ends nearer to it"
                 )
                 yield warning(spot.path, text, [x, y])
@@ -163,8 +164,7 @@ class _Obstructions:
 
     def _is_far(self, point: Point) -> bool:
         """Return whether no lane is near; places inside obstacles have another warning."""
-        reach = _FAR[self._world.units]
-        return not (self._lanes.seen(point, reach, self._obstacles) or self._obstacles.occupy(point))
+        return not (self._lanes.seen(point, self._far, self._obstacles) or self._obstacles.occupy(point))
 
     @cached_property
     def _obstacles(self) -> Obstacles:

@@ -17,10 +17,11 @@ from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
 from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
-from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, UnreadableError, around, plain, read
 
 if TYPE_CHECKING:
-    from hmrsim.actions import Action
+    from hmrsim.actions import Action, AnyAction
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
@@ -50,7 +51,7 @@ class ActionClient(Generic[G, R, F]):
         goal_id: str | None = None,
         adopt: bool = False,
         read_result: bool = True,
-        on_feedback: Callable[[F], None] | None = None,
+        on_feedback: Callable[[F], object] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
@@ -85,7 +86,7 @@ class ActionClient(Generic[G, R, F]):
         *,
         goal_id: str | None = None,
         read_result: bool = True,
-        on_feedback: Callable[[F], None] | None = None,
+        on_feedback: Callable[[F], object] | None = None,
         on_change: Callable[[GoalHandle[R, F]], None] | None = None,
     ) -> GoalHandle[R, F]:
         """Send a goal as `send_goal` does, in one query instead of two, and return its handle.
@@ -109,7 +110,7 @@ class ActionClient(Generic[G, R, F]):
         lockstep: Lockstep | None,
         goal: G | Mapping[str, Any],
         goal_id: str | None,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> GoalExchange[R, F]:
         """Return a goal's handle, which is to be started."""
@@ -195,3 +196,15 @@ class ActionClient(Generic[G, R, F]):
 def _kind(goal: object) -> str:
     """Return a goal of another kind for a message: its type, if it is a message, as those are long."""
     return goal.ros_type if isinstance(goal, Message) else shown(goal)
+
+
+_ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
+_ENDED = b'{"status":0,"result":{}}'
+
+
+def for_client(action: AnyAction) -> None:
+    """Prepare to send goals of an action and to read their feedback and results."""
+    result: type[Message] = action.result
+    encoding.message(action.goal())
+    read(plain(SendGoalResponse), _ACCEPTED)
+    read(around(GetResultResponse, result), _ENDED)

@@ -8,7 +8,7 @@
 
 In lockstep time goes on when all tasks wait: for robots, for simulated time, or for each other. The clock of the event
 loop is that of the simulation then, so that `asyncio.sleep` and `asyncio.timeout` take simulated seconds, and tasks run
-in the same order each time. What a task awaits from a thread or a file is not waited for.
+in the same order each time. Simulated time does not wait for tasks that await a thread or a file.
 """
 
 from __future__ import annotations
@@ -17,50 +17,31 @@ import asyncio
 import json
 import threading
 from contextlib import suppress
-from functools import partial
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from functools import partial, wraps
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Self, TypeVar
 
 from hmrsim.diagnostics import known_name
 from hmrsim.errors import HmrsimError
 from hmrsim.events import registry
 from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.aio_time import AsyncTime
-from hmrsim_zenoh.client.charge import BATTERY_PERIOD, Charge
+from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.condition import Condition
-from hmrsim_zenoh.client.ended_goals import checked
-from hmrsim_zenoh.client.errands import Errand, Errands, Target
+from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+    from collections.abc import AsyncIterator, Callable, Coroutine
 
-    from hmrsim.actions import AnyAction
-    from hmrsim.interfaces.moveit_msgs import Pickup, Place
-    from hmrsim.interfaces.nav2_msgs import (
-        BackUp,
-        ComputeAndTrackRoute,
-        ComputePathThroughPoses,
-        ComputePathToPose,
-        ComputeRoute,
-        DockRobot,
-        DriveOnHeading,
-        FollowPath,
-        FollowWaypoints,
-        NavigateThroughPoses,
-        NavigateToPose,
-        SmoothPath,
-        Spin,
-        UndockRobot,
-        Wait,
-    )
-    from hmrsim.interfaces.nav_msgs import Path
     from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.aio_time import Waiting
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.places import NamedPlaces
+    from hmrsim_zenoh.client.verbs import Request
 
+P = ParamSpec("P")
 R = TypeVar("R", bound=Message)
 
 _CANCEL_PATIENCE = 2.0
@@ -101,7 +82,7 @@ class AsyncClient:
         return self
 
     async def __aexit__(self, *_error: object) -> None:
-        """Disconnect."""
+        """Disconnect from the simulator."""
         stops = self._time.stops
         self._time.close()
         if self._given is not None:
@@ -114,7 +95,7 @@ class AsyncClient:
 
     def robot(self, name: str) -> AsyncRobot:
         """Return a robot of this name."""
-        return AsyncRobot(self.client, self._time, name, Errands(self._places))
+        return AsyncRobot(self.client, self._time, name, self._places)
 
     async def now(self) -> float:
         """Return simulated seconds.
@@ -154,7 +135,7 @@ class AsyncClient:
 
         def take(event: dict[str, Any]) -> None:
             come.put_nowait(event)
-            # A later one has time stop there, which is still to be told.
+            # Time stops at a later event, which is still to be reported.
             if self._time.has_come(event["stamp"]):
                 for wait in waits:
                     wait.happen()
@@ -190,6 +171,18 @@ class AsyncClient:
                 loss.cancel()
 
 
+def _awaitable(
+    verb: Callable[Concatenate[NamedPlaces, P], Request[R]],
+) -> Callable[Concatenate[AsyncRobot, P], Coroutine[Any, Any, R]]:
+    """Return the coroutine method that does what a verb requests."""
+
+    @wraps(verb)
+    async def method(self: AsyncRobot, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._do(verb(self._places, *args, **kwargs))
+
+    return method
+
+
 class AsyncRobot:
     """Sends goals to one robot; made by `AsyncClient.robot`.
 
@@ -197,99 +190,31 @@ class AsyncRobot:
     when that has ended. Each method takes *on_feedback*, which is called with each feedback.
     """
 
-    def __init__(self, client: Client, time: AsyncTime, name: str, errands: Errands) -> None:
+    def __init__(self, client: Client, time: AsyncTime, name: str, places: NamedPlaces) -> None:
         self.name = name
         self._client = client
         self._time = time
-        self._errands = errands
+        self._places = places
         self._charge = Charge(client, name)
 
-    async def navigate_to(self, target: Target, **options: Any) -> NavigateToPose.Result:
-        """Drive to a place."""
-        return await self._do(self._errands.navigate_to(target), **options)
-
-    async def navigate_through(self, targets: Sequence[Target], **options: Any) -> NavigateThroughPoses.Result:
-        """Drive to the last of some places by way of the others."""
-        return await self._do(self._errands.navigate_through(targets), **options)
-
-    async def follow_waypoints(
-        self, targets: Sequence[Target], *, loops: int = 0, **options: Any
-    ) -> FollowWaypoints.Result:
-        """Visit places one after the other, and again so many times; the result names those that were missed."""
-        return await self._do(self._errands.follow_waypoints(targets, loops=loops), **options)
-
-    async def compute_path_to(self, target: Target, start: Target | None = None) -> ComputePathToPose.Result:
-        """Plan a path to a place, from the robot or from *start*."""
-        return await self._do(self._errands.compute_path_to(target, start))
-
-    async def compute_path_through(
-        self, targets: Sequence[Target], start: Target | None = None
-    ) -> ComputePathThroughPoses.Result:
-        """Plan a path through places, from the robot or from *start*."""
-        return await self._do(self._errands.compute_path_through(targets, start))
-
-    async def compute_route(self, target: Target, start: Target | None = None) -> ComputeRoute.Result:
-        """Plan a route along lanes, from the robot or from *start*."""
-        return await self._do(self._errands.compute_route(target, start))
-
-    async def track_route(self, target: Target, **options: Any) -> ComputeAndTrackRoute.Result:
-        """Plan a route along lanes, and tell how the robot gets on along it, whatever else drives it."""
-        return await self._do(self._errands.track_route(target), **options)
-
-    async def follow_path(self, path: Path, **options: Any) -> FollowPath.Result:
-        """Drive along a path."""
-        return await self._do(self._errands.follow_path(path), **options)
-
-    async def smooth_path(self, path: Path) -> SmoothPath.Result:
-        """Smooth a path."""
-        return await self._do(self._errands.smooth_path(path))
-
-    async def spin(self, yaw: float, **options: Any) -> Spin.Result:
-        """Turn on the spot by *yaw* radians, to the left if it is greater than 0."""
-        return await self._do(self._errands.spin(yaw), **options)
-
-    async def back_up(self, distance: float, speed: float, **options: Any) -> BackUp.Result:
-        """Drive straight back."""
-        return await self._do(self._errands.back_up(distance, speed), **options)
-
-    async def drive_on_heading(self, distance: float, speed: float, **options: Any) -> DriveOnHeading.Result:
-        """Drive straight on."""
-        return await self._do(self._errands.drive_on_heading(distance, speed), **options)
-
-    async def dock(self, dock: str, *, navigate: bool = True, **options: Any) -> DockRobot.Result:
-        """Dock at a dock, after a drive to its staging pose if *navigate*."""
-        return await self._do(self._errands.dock(dock, navigate=navigate), **options)
-
-    async def undock(self, **options: Any) -> UndockRobot.Result:
-        """Leave the dock."""
-        return await self._do(self._errands.undock(), **options)
-
-    async def pickup(self, name: str, **options: Any) -> Pickup.Result:
-        """Pick up an item that is in reach."""
-        return await self._do(self._errands.pickup(name), **options)
-
-    async def place(self, name: str, **options: Any) -> Place.Result:
-        """Put down a held item."""
-        return await self._do(self._errands.place(name), **options)
-
-    async def wait(self, seconds: float, **options: Any) -> Wait.Result:
-        """Stand still for *seconds* of simulated time."""
-        return await self._do(self._errands.wait(seconds), **options)
-
-    async def do(self, action: AnyAction | str, goal: Message | Mapping[str, Any], **options: Any) -> Any:
-        """Send a goal of any action, such as one of a package: ``await mocha.do("wipe", {"strokes": 4})``.
-
-        Args:
-            action: The action, or its name.
-            goal: The goal, or its plain values; fields that are left out have their defaults, and a pose may be the
-                name of a place.
-            options: As of the other methods.
-
-        Raises:
-            ValueError: No action of this name is installed here, or there is no such place.
-            RequestError: The simulator does not serve it, or the goal has other fields.
-        """
-        return await self._do(self._errands.any(action, goal), **options)
+    navigate_to = _awaitable(verbs.navigate_to)
+    navigate_through = _awaitable(verbs.navigate_through)
+    follow_waypoints = _awaitable(verbs.follow_waypoints)
+    compute_path_to = _awaitable(verbs.compute_path_to)
+    compute_path_through = _awaitable(verbs.compute_path_through)
+    compute_route = _awaitable(verbs.compute_route)
+    track_route = _awaitable(verbs.track_route)
+    follow_path = _awaitable(verbs.follow_path)
+    smooth_path = _awaitable(verbs.smooth_path)
+    spin = _awaitable(verbs.spin)
+    back_up = _awaitable(verbs.back_up)
+    drive_on_heading = _awaitable(verbs.drive_on_heading)
+    dock = _awaitable(verbs.dock)
+    undock = _awaitable(verbs.undock)
+    pickup = _awaitable(verbs.pickup)
+    place = _awaitable(verbs.place)
+    wait = _awaitable(verbs.wait)
+    do = _awaitable(verbs.do)
 
     async def battery(self) -> BatteryState:
         """Return the state of the battery, as of `Commander`; no time passes in lockstep.
@@ -316,7 +241,7 @@ class AsyncRobot:
                 await self._time.sleep(BATTERY_PERIOD)
         return state
 
-    async def _do(self, errand: Errand[R], *, on_feedback: Callable[[Any], object] | None = None) -> R:
+    async def _do(self, request: Request[R]) -> R:
         """Send a goal, and return its result once it has ended.
 
         Raises:
@@ -324,17 +249,18 @@ class AsyncRobot:
         """
         loop = asyncio.get_running_loop()
         ends = [self._time.wait()]
+        on_feedback = request.on_feedback
 
         def on_change(handle: GoalHandle[Any, Any]) -> None:
             if handle.done:
                 ends[-1].happen()
 
-        def tell(feedback: Message) -> None:
+        def post(feedback: Message) -> None:
             if on_feedback is not None:
                 self._time.post(partial(loop.call_soon, on_feedback, feedback))
 
-        action = self._client.action_client(self.name, errand.definition)
-        handle = action.execute(errand.goal, on_change=on_change, on_feedback=None if on_feedback is None else tell)
+        action = self._client.action_client(self.name, request.definition)
+        handle = action.execute(request.goal, on_change=on_change, on_feedback=None if on_feedback is None else post)
         try:
             await ends[0]
         except asyncio.CancelledError:
@@ -345,7 +271,7 @@ class AsyncRobot:
                 async with asyncio.timeout(0 if handle.done else _CANCEL_PATIENCE):
                     await ends[1]
             raise
-        return checked(self.name, errand, handle)
+        return request.result_of(self.name, handle)
 
 
 def _load(places: NamedPlaces) -> None:

@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
-    from hmrsim_zenoh.client.sim_clock import SimClock
-    from hmrsim_zenoh.client.subscription import Subscription
+    from hmrsim_zenoh.client.subscription import SimClock, Subscription
     from hmrsim_zenoh.errors import RequestError
 
 _LOOK_AROUND: Final = 0.5
@@ -66,7 +65,7 @@ class Waiting:
         self._in_loop(self.finish)
 
     def fail(self, error: Exception) -> None:
-        """Say that it can't happen any more."""
+        """Fail the wait with an error."""
         self._time.woken = True
         self._in_loop(partial(self.finish, error))
 
@@ -125,11 +124,11 @@ class AsyncTime:
     def post(self, call: Callable[[], object], rank: int = 0) -> None:
         """Call a function in the loop's thread; from any thread.
 
-        What an advance of time brings is called all at once, when it is over: no task runs while a part is missing.
+        The callbacks of an advance run together, when it is over: no task runs while some of them are missing.
 
         Args:
             call: The function.
-            rank: What a smaller rank posts comes first: threads of subscriptions race.
+            rank: Callbacks with a smaller rank come first: threads of subscriptions race.
         """
         with self._posting:
             if self._driving and (rank or threading.get_ident() == self._driver):
@@ -156,7 +155,7 @@ class AsyncTime:
         return self._lockstep is not None and not self._lockstep.over
 
     def wait(self) -> Waiting:
-        """Return something to await, which happens when somebody says so."""
+        """Return an awaitable that ends when `Waiting.happen` is called."""
         return Waiting(self)
 
     async def now(self) -> float:
@@ -238,7 +237,7 @@ class AsyncTime:
                 self._look_later()
 
     def close(self) -> None:
-        """End the thread, once it has come back; nothing is waited for any more."""
+        """End the thread after its current call, and abandon all waits."""
         self.woken = True
         self._leave_order()
         self._ended = self._ended or ClientClosed("the client was closed")
@@ -293,7 +292,7 @@ class AsyncTime:
             else:
                 lockstep.drive_within(lambda: self.woken, None, max(until - lockstep.now, 0.0))
         finally:
-            # What was published before the grant has come before it.
+            # Samples published before the grant have arrived before it.
             for subscription in list(self._subscriptions):
                 subscription.settle()
         return lockstep.now
@@ -310,7 +309,7 @@ class AsyncTime:
         if error := driven.exception():
             told = error if isinstance(error, Exception) else RuntimeError(str(error))
             if self._lockstep is None or self._lockstep.lost or not self._waits:
-                # A task that sleeps by the loop's own clock can't be told.
+                # A task that sleeps by the loop's own clock can't be detected.
                 self._fatal = None if self._waits else told
                 if self._waits:
                     self._leave_order()
@@ -348,7 +347,7 @@ class AsyncTime:
             self._loop.call_later(_LOOK_AROUND, self._look_around)
 
     def _look_around(self) -> None:
-        """Tell all who wait that nothing will happen any more, if the simulator is gone."""
+        """Fail all waits if the simulator is gone."""
         self._looks_around = False
         if self._waits:
             if absence := self._client.absence:

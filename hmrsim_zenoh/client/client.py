@@ -31,7 +31,7 @@ from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
 from hmrsim_zenoh.client.places import NamedPlaces
-from hmrsim_zenoh.client.sim_clock import SimClock, read_clock
+from hmrsim_zenoh.client.subscription import SimClock, read_clock
 from hmrsim_zenoh.errors import (
     BadOptions,
     ClientClosed,
@@ -62,8 +62,6 @@ _SUFFIX: Final = "HMRSIM_NAME_SUFFIX"
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PAUSE: Final = 0.05
 _LOOK_AROUND: Final = 0.5
-_SLOW: Final = 60.0
-"""Wall seconds for which a simulator may not say which clock it has."""
 _RESETS: Final = ("reset_simulation", "load_world", "set_simulation_state")
 """Services of the world by which simulated time may go back."""
 # A value's queryable may be declared a moment after the simulator's liveliness token.
@@ -148,7 +146,7 @@ class Client:
 
     @property
     def absence(self) -> HmrsimError | None:
-        """Why nothing will be answered any more; None while the simulator is there, or may still come back."""
+        """Why the simulator will not answer; None while it is alive or may still come back."""
         return self._link.absence()
 
     def wait_for_simulator(self, timeout: float) -> None:
@@ -179,7 +177,7 @@ class Client:
             _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
 
     def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
-        """Report how the run has ended: to an experiment, which ends it then, and to whoever reads its events.
+        """Report how the run ended to the experiment, which then ends it, and to all subscribers of events.
 
         Args:
             label: How: a word of the controller's own, such as ``no_skill``.
@@ -344,8 +342,10 @@ class Client:
             self._await_simulator(key, until, timeout)
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
 
-    def get_all(self, key: str, timeout: float = 5.0) -> dict[str, bytes]:
-        """Return the latest values of all keys that match a key expression and arrive within *timeout*.
+    def get_all(self, key: str, timeout: float = PATIENCE) -> dict[str, bytes]:
+        """Return the latest values of all keys that match a key expression, as soon as all have answered.
+
+        Those that take longer than *timeout* wall seconds are left out.
 
         Raises:
             ClientClosed: The client was closed.
@@ -414,7 +414,7 @@ class Client:
         """
         if self._link.connection.in_process:
             return "lockstep"
-        limit = time.monotonic() + _SLOW
+        limit = time.monotonic() + PATIENCE
         while True:
             try:
                 return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"

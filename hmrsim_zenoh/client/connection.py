@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
-from pydantic_core import to_json
+from pydantic_core import ValidationError
 
 from hmrsim.interfaces.message import Message
-from hmrsim_zenoh.wire.envelopes import plain, read
+from hmrsim_zenoh.wire.envelopes import plain, unreadable
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=Message)
 
-PATIENCE: Final = 30.0
-"""Wall seconds for an answer, unless the caller gives others; that a simulator is gone is noticed before."""
+PATIENCE: Final = 60.0
+"""Wall seconds for an answer on a busy machine, unless the caller gives others; that nobody is there, or any more, is
+noticed before."""
 
 Answer = Any
 """The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
@@ -45,7 +46,7 @@ class ActionTarget:
 
 
 class ReadInfo(NamedTuple):
-    """Read what a simulator says of itself; answered by plain values, of which the caller may do what it likes."""
+    """Read the simulator's description; answered by plain values, which the caller may modify."""
 
 
 class Ask(NamedTuple):
@@ -62,7 +63,7 @@ class Ask(NamedTuple):
 
 
 Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
-"""What one thread asks for and waits for."""
+"""A request that blocks the calling thread until its answer arrives."""
 
 
 class Call(Protocol):
@@ -82,7 +83,7 @@ class Call(Protocol):
 
 
 class Commands(Protocol):
-    """What takes the commands of a goal handle: a connection, or lockstep, which sends them with the next advance.
+    """The receiver of a goal handle's commands: a connection, or lockstep, which sends them with the next advance.
 
     *then* receives the answer, once.
 
@@ -122,25 +123,25 @@ class Commands(Protocol):
         """Ask for the result of a goal that has ended before."""
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action."""
+        """Subscribe a listener to the feedback of an action."""
 
 
 class Listener(Protocol):
-    """Takes the feedback of an action."""
+    """Receives the feedback of an action."""
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a goal whose feedback matters."""
+        """Whether the listener has a goal that needs feedback."""
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
-        """Take one sample."""
+        """Process the feedback of a goal."""
 
 
 class Connection(Commands, Protocol):
     """A way to one simulator.
 
     Attributes:
-        in_process: Whether the simulator runs in this process: then time moves only while a client waits for it.
+        in_process: Whether the simulator runs in this process, where time moves only while a client waits.
     """
 
     in_process: bool
@@ -167,26 +168,29 @@ class Connection(Commands, Protocol):
         """Return how many of some commands go with one advance; one at least."""
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Show that a participant is there; return what takes that back.
+        """Announce a participant; return a function that withdraws the announcement.
 
         Raises:
             ClientClosed: The connection is closed.
         """
 
     def close(self) -> None:
-        """Tell no listener any more."""
+        """Unsubscribe all listeners."""
 
     def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
         """Return why a command to an action is denied; None if access control allows it, or there is none."""
 
 
 def message_of(kind: type[M], value: object) -> M:
-    """Return a message that came as such, or in plain values.
+    """Return a message that arrived as an object or as plain values.
 
     Raises:
         UnreadableError: The values are not of the message's type.
     """
     if isinstance(value, kind):
         return value
-    message: M = read(plain(kind), to_json(value))
+    try:
+        message: M = plain(kind).validate_python(value)
+    except ValidationError as error:
+        raise unreadable(error) from None
     return message

@@ -53,7 +53,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         target: ActionTarget,
         command: SendGoal,
         *,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
         on_done: Callable[[GoalExchange[R, F]], None],
     ) -> None:
@@ -132,7 +132,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._cancel_if_due()
 
     def fail(self, error: Exception) -> None:
-        """Fail the goal."""
+        """Fail the goal with an error."""
         if self._fail(error):
             self._on_done(self)
 
@@ -257,7 +257,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         self._send_cancel()
 
     def _cancel_refused(self) -> None:
-        """Let the caller request cancellation again."""
+        """Reset the cancellation, so that the caller may request it again."""
         with self._lock:
             self._cancel_wanted = self._cancel_sent = False
 

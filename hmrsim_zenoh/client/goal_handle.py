@@ -34,7 +34,7 @@ class GoalHandle(ABC, Generic[R, F]):
         name: str,
         goal_id: str,
         *,
-        on_feedback: Callable[[F], None] | None,
+        on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> None:
         self._name = name
@@ -52,8 +52,8 @@ class GoalHandle(ABC, Generic[R, F]):
         self._feedback: F | None = None
         self._done = False
         self._found: GoalStatus | None = None
-        # Callbacks that are due, each with what it is told.
-        self._mail: deque[tuple[Callable[[Any], None], object]] = deque()
+        # The callbacks that are due, with their arguments.
+        self._mail: deque[tuple[Callable[[Any], object], object]] = deque()
         self._delivering = False
 
     def __repr__(self) -> str:
@@ -160,19 +160,19 @@ class GoalHandle(ABC, Generic[R, F]):
         A request made before acceptance is sent upon acceptance. Further requests do nothing.
         """
 
-    def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for who lets time go on
+    def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:  # noqa: ARG002 - for subclasses that advance time
         """Wait for a condition and return whether it holds; *at_once* if that takes no simulated time."""
         with self._lock:
             # Made for the first thread that waits: mostly none does.
             self._changed = self._changed or threading.Condition(self._lock)
             return self._changed.wait_for(condition, timeout)
 
-    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:  # noqa: ARG002 - likewise
+    def _wait_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> bool:  # noqa: ARG002 - as above
         """Wait for a condition, for so many wall and so many simulated seconds at most; return whether it holds."""
         return self._wait(condition, timeout)
 
     def _wake(self) -> None:
-        """Have the threads that wait look at their conditions."""
+        """Wake the waiting threads to check their conditions."""
         with self._lock:
             if self._changed is not None:
                 self._changed.notify_all()
@@ -253,13 +253,13 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._delivering or not self._mail:
                 return
             self._delivering = True
-            mail: tuple[Callable[[Any], None], object] | None = self._mail.popleft()
+            mail: tuple[Callable[[Any], object], object] | None = self._mail.popleft()
         try:
             while mail is not None:
                 callback, told = mail
                 try:
                     callback(told)
-                except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
                 with self._lock:
                     mail = self._mail.popleft() if self._mail else None

@@ -1,4 +1,4 @@
-"""What all goals of a client share: its connection, its worker thread, and the simulator's liveliness."""
+"""The link that all goals of a client share: connection, worker thread, and the simulator's liveliness."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.client.queries import Queries
-from hmrsim_zenoh.client.sim_clock import SimClock
-from hmrsim_zenoh.client.subscription import Subscription
-from hmrsim_zenoh.client.worker import Rounds, Worker
+from hmrsim_zenoh.client.subscription import SimClock, Subscription
+from hmrsim_zenoh.client.threads import Rounds, Worker
 from hmrsim_zenoh.client.zenoh_connection import ZenohConnection
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
 from hmrsim_zenoh.loopback.session import LoopbackSession
@@ -33,7 +32,7 @@ class Failing(Protocol):
     """An activity that can be failed: an active goal, or participation in lockstep."""
 
     def fail(self, error: Exception) -> None:
-        """Fail it."""
+        """Fail the activity with an error."""
 
 
 class Link:
@@ -130,7 +129,7 @@ class Link:
         return SimClock(self, on_time)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
-        """Call back with the key and payload of each sample, in a thread of its own, until that or the link is closed.
+        """Call back with the key and payload of each sample, in a separate thread, until it or the link is closed.
 
         Raises:
             ClientClosed: The link is closed.
@@ -152,11 +151,11 @@ class Link:
 
     @property
     def is_local_and_alive(self) -> bool:
-        """Whether the simulator is within this process and there, so that it answers at once or not at all."""
+        """Whether the simulator runs in this process and is alive, so that it answers at once or not at all."""
         return self.connection.in_process and self.presence.is_there
 
     def absence(self) -> HmrsimError | None:
-        """Return why no answer can come any more; None while the simulator is alive or may still come (back)."""
+        """Return why no answer can come; None while the simulator is alive or may still come back."""
         if self.closed:
             return ClientClosed("the client was closed")
         if not self.presence.gone:
@@ -178,7 +177,7 @@ class Link:
         )
 
     def close(self) -> None:
-        """Fail everything under way; the session stays open."""
+        """Fail all active goals and close the subscriptions; the session stays open."""
         with self._lock:
             if self._closed:
                 return
@@ -192,7 +191,7 @@ class Link:
         self.worker.close()
 
     def fail(self, error: Exception) -> None:
-        """Fail everything under way."""
+        """Fail all active goals and the participation in lockstep."""
         with self._lock:
             goals = list(self._goals)
         for goal in goals:

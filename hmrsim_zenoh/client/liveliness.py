@@ -13,7 +13,7 @@ import zenoh
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.worker import Worker
+    from hmrsim_zenoh.client.threads import Worker
 
 
 class Presence:
@@ -51,7 +51,7 @@ class Presence:
 
     @property
     def is_there(self) -> bool:
-        """Whether the token is there, as far as is known."""
+        """Whether the token exists according to the last notification."""
         return self._alive
 
     @property

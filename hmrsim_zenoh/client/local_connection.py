@@ -25,7 +25,7 @@ _LOOK: Final = 1.0
 
 
 class LocalCall:
-    """A request whose answer mostly is there when the call returns.
+    """A request whose answer has usually arrived when the call returns.
 
     Attributes:
         answer: The answer; None while there is none, too.
@@ -51,7 +51,7 @@ class LocalCall:
         """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
         if self._ended:
             return True
-        # Another thread has yet to let time go on.
+        # Another thread has to advance time first.
         self._bell = self._bell or SimpleQueue()
         limit = time.monotonic() + timeout
         while not self._ended:
@@ -85,9 +85,9 @@ class LocalConnection:
         command: SendGoal,
         then: Callable[[Answer], None],
         *,
-        timeout: float,  # noqa: ARG002 - it is answered at once
+        timeout: float,  # noqa: ARG002 - the answer comes at once
     ) -> None:
-        """Send a goal."""
+        """Send a goal to the simulator's inbox."""
         self._send(command, then)
 
     def execute(
@@ -95,7 +95,7 @@ class LocalConnection:
         _target: ActionTarget,
         command: SendGoal,
         *,
-        timeout: float,  # noqa: ARG002 - likewise
+        timeout: float,  # noqa: ARG002 - as above
         on_answer: Callable[[Answer], None],
         on_end: Callable[[], None],
         read: bool = True,  # noqa: ARG002 - there is nothing to read
@@ -110,7 +110,7 @@ class LocalConnection:
         command: CancelGoal,
         then: Callable[[Answer], None],
         *,
-        timeout: float,  # noqa: ARG002 - likewise
+        timeout: float,  # noqa: ARG002 - as above
     ) -> None:
         """Cancel goals."""
         self._send(command, then)
@@ -121,18 +121,18 @@ class LocalConnection:
         command: GetResult,
         then: Callable[[Answer], None],
         *,
-        timeout: float,  # noqa: ARG002 - likewise
-        read: bool = True,  # noqa: ARG002 - likewise
+        timeout: float,  # noqa: ARG002 - as above
+        read: bool = True,  # noqa: ARG002 - as above
     ) -> None:
-        """Ask for a result."""
+        """Request the result of a goal."""
         self._send(command, then)
 
     look_up = get_result
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action; time moves in lockstep only, which tells of it."""
+        """Do nothing: in one process time moves in lockstep only, which delivers the feedback."""
 
-    def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - likewise
+    def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
         """Send a command for whose answer a thread waits."""
         call = LocalCall()
         self._send(CallService(command.service, command.request) if isinstance(command, Ask) else command, call.take)

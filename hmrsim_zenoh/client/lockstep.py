@@ -23,15 +23,15 @@ from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.conditions import Unwatch
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.participant import Participant, Wish
-from hmrsim_zenoh.client.single_flight import SingleFlight
+from hmrsim_zenoh.client.threads import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import GetResult, SendGoal
     from hmrsim.protocol.outputs import GoalChanged, Granted
-    from hmrsim_zenoh.client.condition import Condition
+    from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.participant import Kind
@@ -46,7 +46,7 @@ _SURE: Final = 2
 
 
 class _Given(NamedTuple):
-    """A command of the next advance, what takes its answer, and the action that it is for, if there is one."""
+    """A command for the next advance, the callback for its answer, and its action, if it has one."""
 
     command: Any
     then: Callable[[Answer], None]
@@ -74,7 +74,7 @@ class Lockstep:
         self._untils: list[float | None] = []
         self._queue: list[_Given] = []
         self._sent: list[_Given] = []
-        # What waits for results, by the goal's id.
+        # The callbacks for results, by the goal's id.
         self._results: dict[str, list[Callable[[Answer], None]]] = {}
         self._watched: dict[str, Callable[[RequestError | None], None]] = {}
         self._watches = 0
@@ -88,27 +88,27 @@ class Lockstep:
 
     @property
     def now(self) -> float:
-        """Simulated seconds."""
+        """The current simulated time, in seconds."""
         return self._participant.now
 
     @property
     def over(self) -> bool:
-        """Whether lockstep is over: time moves by itself now, or has ended."""
+        """Whether lockstep is over: time moves by itself now, or the run has ended."""
         return self._over
 
     @property
     def takes_part(self) -> bool:
-        """Whether time waits for this client, as far as is known."""
+        """Whether simulated time waits for this client."""
         return not self._over and self._error is None
 
     @property
     def ended(self) -> SimulationEnded | None:
-        """What ended the run; None if it is not over."""
+        """The end of the run; None while it goes on."""
         return self._error if isinstance(self._error, SimulationEnded) else None
 
     @property
     def lost(self) -> bool:
-        """Whether time goes on without this client, or the simulator has gone; the client may then join again."""
+        """Whether the client was dropped, or the simulator is gone; the client may then join again."""
         return self._error is not None
 
     def look_at_time(self) -> None:
@@ -152,7 +152,7 @@ class Lockstep:
         timeout: float,
         read: bool = True,
     ) -> None:
-        """Wait for the event that tells of a result."""
+        """Register for the event with a goal's result."""
         with self._lock:
             if not self._over:
                 self._results.setdefault(command.goal_id, []).append(then)
@@ -162,12 +162,12 @@ class Lockstep:
     def look_up(
         self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
     ) -> None:
-        """Ask for an earlier result, of which no event will tell, with the next advance, which ends at once."""
+        """Request the result of a goal that ended before, without an event to come; the next advance ends at once."""
         if not self._give(target, command, then):
             self._connection.look_up(target, command, then, timeout=timeout)
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action, and woken for it while it wants any."""
+        """Subscribe a listener to the feedback of an action; time stops at feedback while the listener wants it."""
         with self._lock:
             if not self._over:
                 self._listeners[target.robot, target.action.name] = target, listener
@@ -177,7 +177,7 @@ class Lockstep:
     def _give(
         self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult, then: Callable[[Answer], None]
     ) -> bool:
-        """Have a command go with the next advance; return whether there will be one."""
+        """Queue a command for the next advance; return whether there will be one."""
         with self._lock:
             if self._over:
                 return False
@@ -218,7 +218,7 @@ class Lockstep:
         """Advance by simulated seconds; return whether they have passed, since lockstep may end before.
 
         Raises:
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
             ValueError: The time is out of range.
         """
         begin = self.now
@@ -251,18 +251,17 @@ class Lockstep:
 
         Raises:
             Idle: Nothing is scheduled, for the second time in a row.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
         limit = time.monotonic() + timeout
         return self._turns.run(lambda: self._step(until, wake, report, limit), self._ended, timeout)
 
     def watch(self, condition: Condition, then: Callable[[RequestError | None], None]) -> Callable[[], None]:
-        """Have time stop as soon as a condition is met, by whatever advance that is; return what takes that back.
+        """Stop time as soon as a condition is met, in any advance; return a function that withdraws the condition.
 
         Args:
             condition: It is sent with the next advance, and may hold already.
-            then: Called once, when it is met, while time stands; with an error if it can't be watched, or no more as
-                lockstep is over.
+            then: Called once, when it is met; with an error if it can't be watched, or when lockstep ends first.
         """
         with self._lock:
             self._watches += 1
@@ -290,7 +289,7 @@ class Lockstep:
         Raises:
             RequestError: A condition can't be watched.
             Idle: Nothing is scheduled that could bring it about.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can't advance time any more.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
         ended: list[tuple[Condition, RequestError | None]] = []
         takes_back = [self.watch(each, partial(_note_end, ended, each)) for each in conditions]
@@ -351,7 +350,7 @@ class Lockstep:
         return condition()
 
     def _ended(self) -> bool:
-        """Return whether no more grants will come.
+        """Return whether lockstep is over.
 
         Raises:
             Dropped, SimulatorNotFound, SimulatorGone: Lockstep ended with this error.

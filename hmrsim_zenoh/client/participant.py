@@ -37,7 +37,7 @@ _LOCKSTEP: Final = "lockstep"
 
 @dataclass(frozen=True)
 class Wish:
-    """What an advance asks for.
+    """The content of an advance.
 
     Attributes:
         until: Simulated seconds; None for as far as anything is scheduled.
@@ -230,5 +230,5 @@ def check_name(name: str) -> None:
 
 
 def _field(error: RequestError) -> object:
-    """Return the mistake in a request; None if the simulator doesn't name it."""
+    """Return the invalid field of a request; None if the error does not name one."""
     return error.details[0].get("field") if error.details else None

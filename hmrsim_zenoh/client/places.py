@@ -1,55 +1,122 @@
-"""The places of the world by name, queried from the simulator upon first use."""
+"""The named places of a world, and poses given by name.
+
+A pose may be given as the name of a waypoint, place or dock wherever a goal has one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, get_args
 
-from hmrsim.diagnostics import instead, shown
-from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.diagnostics import dotted, instead, shown
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 
 if TYPE_CHECKING:
-    from hmrsim.interfaces.geometry_msgs import Pose
+    from pydantic import BaseModel
+
+    from hmrsim.diagnostics import Path
     from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 
+Target = str | tuple[float, float] | tuple[float, float, float] | PoseStamped
+"""A destination: the name of a waypoint, place or dock; x, y and optionally yaw, in the world's unit of length and
+radians; or a pose."""
 
 _STAMPED: Final = PoseStamped()
 
 
 class NamedPlaces:
-    """Named poses: waypoints, places, docks.
+    """The waypoints, places and docks of a world by name, queried from the simulator upon first use.
 
     Args:
-        ask: Asks ``get_named_poses`` for all, and returns the response.
+        ask: Calls the service ``get_named_poses`` for all places, and returns its response.
     """
 
     def __init__(self, ask: Callable[[], GetNamedPoses.Response]) -> None:
         self._ask = ask
-        self._known: Mapping[str, Pose] | None = None
+        self._poses: Mapping[str, Pose] | None = None
         self._stamped: dict[str, PoseStamped] = {}
 
-    def pose(self, name: str) -> PoseStamped:
-        """Return the pose of a place.
+    def pose(self, target: Target) -> PoseStamped:
+        """Return the pose of a target.
 
         Raises:
-            ValueError: There is no such place.
+            ValueError: There is no place of this name.
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
-        found = self._stamped.get(name)
-        if found is None:
-            known = self.load()
-            if name not in known:
-                raise ValueError(f"no place {shown(name)}{instead(name, sorted(known))}")
+        if isinstance(target, PoseStamped):
+            return target
+        if not isinstance(target, str):
+            return pose_at(*target)
+        stamped = self._stamped.get(target)
+        if stamped is None:
+            poses = self.load()
+            if target not in poses:
+                raise ValueError(f"no place {shown(target)}{instead(target, sorted(poses))}")
             # A copy is not validated again.
-            found = self._stamped[name] = _STAMPED.model_copy(update={"pose": known[name]})
-        return found
+            stamped = self._stamped[target] = _STAMPED.model_copy(update={"pose": poses[target]})
+        return stamped
 
     def load(self) -> Mapping[str, Pose]:
-        """Return the poses by name; the first time they are asked for.
+        """Return the poses by name, and query them first if necessary.
 
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
-        if self._known is None:
-            self._known = {named.name: named.pose for named in self._ask().poses}
-        return self._known
+        if self._poses is None:
+            self._poses = {named.name: named.pose for named in self._ask().poses}
+        return self._poses
+
+
+def pose_at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
+    """Return a pose on the map; *x* and *y* in the world's unit of length, *yaw* in radians."""
+    orientation = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y)), orientation=orientation))
+
+
+def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamped]) -> Any:
+    """Return the plain values of a goal with each name of a place replaced by its pose.
+
+    Args:
+        data: The goal, which need not be valid.
+        kind: Its message type.
+        pose: Returns the pose of a place; raises `ValueError` for an unknown name.
+
+    Raises:
+        ValueError: A place does not exist; one line per error.
+    """
+    errors: list[str] = []
+
+    def pose_of(value: Any, field: type[BaseModel], path: Path) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            stamped = pose(value)
+        except ValueError as error:
+            errors.append(f"goal: {dotted(path)}: {error}")
+            return value
+        return (stamped if field is PoseStamped else stamped.pose).model_dump(mode="json")
+
+    values = _map_poses(data, kind, pose_of)
+    if errors:
+        raise ValueError("\n".join(errors))
+    return values
+
+
+def with_names(data: Any, kind: type[BaseModel], names: Iterator[str]) -> Any:
+    """Return the plain values of a goal with each of its poses replaced by the next of some *names*."""
+    return _map_poses(data, kind, lambda value, _kind, _path: next(names, value))
+
+
+def _map_poses(data: Any, kind: Any, change: Callable[[Any, type[BaseModel], Path], Any], path: Path = ()) -> Any:
+    if kind in (Pose, PoseStamped):
+        return change(data, kind, path)
+    fields = getattr(kind, "model_fields", None)
+    if fields is not None and isinstance(data, Mapping):
+        return {
+            name: _map_poses(value, fields[name].annotation, change, (*path, name)) if name in fields else value
+            for name, value in data.items()
+        }
+    if isinstance(data, list) and (of := get_args(kind)):
+        return [_map_poses(value, of[0], change, (*path, at)) for at, value in enumerate(data)]
+    return data

@@ -14,7 +14,7 @@ from pydantic_core import to_json
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.worker import Worker
+    from hmrsim_zenoh.client.threads import Worker
     from hmrsim_zenoh.wire.enclave import Enclave
 
 Reply = bytes | RequestError | None
@@ -79,7 +79,7 @@ class QueryCall:
 
 
 class Queries:
-    """Queries on a session.
+    """Sends queries on a session.
 
     Args:
         worker: Runs what must not run in Zenoh's threads.
@@ -201,7 +201,7 @@ class Queries:
         *,
         latest: bool,
     ) -> None:
-        # For the latest reply Zenoh waits for the end of the query, which comes in a message of its own.
+        # For the latest reply Zenoh waits for the end of the query, which is a separate message.
         mode = zenoh.ConsolidationMode.AUTO if latest else zenoh.ConsolidationMode.NONE
         try:
             self.session.get(key, handler, payload=payload, encoding=mime, timeout=timeout, consolidation=mode)

@@ -6,12 +6,18 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 import zenoh
 import zenoh.ext
 
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim_zenoh.loopback.session import LoopbackSession
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 
@@ -22,7 +28,7 @@ class Subscription:
     """Calls back for each sample until closed.
 
     The callback may block: the latest 10,000 samples wait meanwhile. A callback that blocked Zenoh's own thread
-    would hold up the simulator. Within one process the callback is called by whoever had time move, while it stands.
+    would hold up the simulator. Within one process, the thread that advances time calls the callback.
     """
 
     def __init__(
@@ -47,7 +53,7 @@ class Subscription:
 
     @property
     def closed(self) -> bool:
-        """Whether it calls back no more."""
+        """Whether the subscription is closed."""
         return self._closed
 
     def close(self) -> None:
@@ -100,7 +106,7 @@ class Subscription:
     def _call(self, key: str, payload: bytes) -> None:
         try:
             self._callback(key, payload)
-        except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+        except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
             _log.exception("the callback of the subscription to %r failed", self._key)
 
     def _next(self) -> tuple[str, bytes] | None:
@@ -110,3 +116,52 @@ class Subscription:
             self._changed.wait_for(lambda: self._waiting or self._closed)
             self._calling = not self._closed
             return None if self._closed else self._waiting.popleft()
+
+
+def read_clock(payload: bytes) -> float:
+    """Return the simulated seconds of a ``Clock``.
+
+    Raises:
+        UnreadableError: The payload is not a ``Clock``.
+    """
+    message: Clock = read(plain(Clock), payload)
+    return message.clock.to_nanoseconds() / NANOSECONDS
+
+
+class Subscriber(Protocol):
+    """The part of a `Client` that a clock uses."""
+
+    keys: Keys
+
+    def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
+        """Call back with the key and payload of each sample."""
+
+
+class SimClock:
+    """Subscribes to ``_world/clock``.
+
+    Args:
+        on_time: Called with each time received, in the subscription's thread.
+    """
+
+    def __init__(self, client: Subscriber, on_time: Callable[[float], None]) -> None:
+        self._on_time = on_time
+        self._now: float | None = None
+        self._subscription = client.subscribe(client.keys.world("clock"), self._on_sample, history=True)
+
+    @property
+    def now(self) -> float | None:
+        """Simulated seconds; None until a message was received."""
+        return self._now
+
+    def close(self) -> None:
+        """Unsubscribe from the clock."""
+        self._subscription.close()
+
+    def _on_sample(self, key: str, payload: bytes) -> None:
+        try:
+            self._now = now = read_clock(payload)
+        except UnreadableError as error:
+            _log.warning("%s: unreadable: %s", key, error)
+            return
+        self._on_time(now)

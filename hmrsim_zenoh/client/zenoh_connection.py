@@ -23,7 +23,7 @@ from hmrsim.protocol.conditions import Unwatch, Watching
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import Ask, ReadInfo
 from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire import encoding
@@ -159,6 +159,8 @@ class ZenohConnection:
         self._keys = keys
         self._ports: dict[tuple[str, str], _Ports] = {}
         self._listening: list[Callable[[], None]] = []
+        # The commands that go with the next advance, as JSON, by the identities of the commands.
+        self._encoded: dict[int, tuple[object, bytes]] = {}
 
     def send_goal(
         self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
@@ -208,7 +210,7 @@ class ZenohConnection:
         timeout: float,
         read: bool = True,
     ) -> None:
-        """Ask for a result."""
+        """Request the result of a goal."""
         ports = self._of(target)
         answered = partial(_decode, then, partial(_result_response, target, whole=read))
         payload = b'{"goal_id":"%b"}' % command.goal_id.encode()
@@ -217,7 +219,7 @@ class ZenohConnection:
     look_up = get_result
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Have a listener told of the feedback of an action, in Zenoh's thread."""
+        """Subscribe a listener to the feedback of an action; it is called in Zenoh's thread."""
         ports = self._of(target)
         kind: type[Message] = target.action.feedback
         reader = around(FeedbackMessage, kind)
@@ -235,7 +237,7 @@ class ZenohConnection:
         self._listening.append(self._queries.listen(ports.feedback, take))
 
     def close(self) -> None:
-        """Tell no listener any more; the session stays open."""
+        """Unsubscribe all listeners; the session stays open."""
         listening, self._listening = self._listening, []
         for end in listening:
             end()
@@ -246,7 +248,7 @@ class ZenohConnection:
             case Join(name, _, token):
                 return self._call("join", dump({"name": name, "token": token}), timeout, _joined)
             case Advance():
-                return self._call("advance", _advance(command), timeout, partial(_granted, command))
+                return self._call("advance", self._advance(command), timeout, partial(_granted, command))
             case Leave(name):
                 return self._call("leave", dump({"participant": name}), timeout, lambda _reply: HasLeft(name))
             case ReadTime():
@@ -266,11 +268,13 @@ class ZenohConnection:
 
     def fitting(self, commands: Sequence[Any]) -> int:
         """Return how many of some commands go with one advance."""
-        size = 0
+        self._encoded, size = {}, 0
         for number, command in enumerate(commands):
-            size += len(_command(command))
+            payload = _command(command)
+            size += len(payload)
             if number and size > MAX_BYTES:
                 return number
+            self._encoded[id(command)] = command, payload
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
@@ -306,6 +310,18 @@ class ZenohConnection:
         by_name = request == "advance" and member is not None and member.role == "controller"
         key = self._keys.world(f"time/{request}/{member.name}" if by_name and member else f"time/{request}")
         return self._query(key, payload, timeout, decoder)
+
+    def _advance(self, command: Advance) -> bytes:
+        head = {
+            "participant": command.participant,
+            "epoch": command.epoch,
+            "until": command.until if command.until < math.inf else None,
+            "wake": sorted(command.wake),
+            "report": sorted(command.report),
+        }
+        known = self._encoded
+        commands = [known[id(each)][1] if id(each) in known else _command(each) for each in command.commands]
+        return b'%b,"commands":[%b]}' % (to_json(head)[:-1], b",".join(commands))
 
     def _query(
         self,
@@ -436,17 +452,6 @@ def _read(kind: type[M], payload: bytes) -> M:
         return kind.model_validate_json(payload)
     except ValidationError as error:
         raise unreadable(error) from None
-
-
-def _advance(command: Advance) -> bytes:
-    head = {
-        "participant": command.participant,
-        "epoch": command.epoch,
-        "until": command.until if command.until < math.inf else None,
-        "wake": sorted(command.wake),
-        "report": sorted(command.report),
-    }
-    return b'%b,"commands":[%b]}' % (to_json(head)[:-1], b",".join(map(_command, command.commands)))
 
 
 def _command(command: Any) -> bytes:

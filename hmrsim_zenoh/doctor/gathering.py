@@ -12,6 +12,7 @@ import zenoh
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.connection import PATIENCE
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 _WATCH: Final = 0.5
 """Wall seconds between the two readings of the clock."""
-_PATIENCE: Final = 60.0
-"""Wall seconds to wait for liveliness tokens."""
 _ANY_DOMAIN: Final = "@ros2_lv/**"
 _ANY_SIMULATOR: Final = "**/_world/alive"
 
@@ -152,9 +151,9 @@ def _sessions(client: Client, timeout: float) -> list[str]:
 def _tokens(client: Client, pattern: str) -> list[str]:
     """Return all matching tokens; with a hundred robots this takes seconds on a busy machine."""
     found = []
-    for reply in client.session.liveliness().get(pattern, timeout=_PATIENCE):
+    for reply in client.session.liveliness().get(pattern, timeout=PATIENCE):
         if reply.ok is None:
-            raise RequestTimeout(f"no reply to the query for liveliness tokens {pattern!r} in {_PATIENCE:g} s")
+            raise RequestTimeout(f"no reply to the query for liveliness tokens {pattern!r} in {PATIENCE:g} s")
         found.append(str(reply.ok.key_expr))
     return sorted(found)
 

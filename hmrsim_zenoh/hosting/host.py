@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Self
 
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
 from hmrsim_zenoh.server import warm_up
 from hmrsim_zenoh.server.claim import Claim
-from hmrsim_zenoh.server.intake import OVER_ZENOH
 from hmrsim_zenoh.server.sessions import Sessions
 from hmrsim_zenoh.wire.enclave import SIMULATOR
 from hmrsim_zenoh.wire.keys import Keys
@@ -22,8 +21,6 @@ from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.losses import Losses
@@ -43,7 +40,7 @@ class Host:
         preparations: Optional warm-up, run step by step in lockstep while time stands still.
 
     Attributes:
-        endpoints: What the session listens on.
+        endpoints: The endpoints on which the session listens.
         simulator: Other threads may read it while it runs, but must not change it.
         pacing: Likewise.
         error: The error that ended the simulation thread; None if it runs or ended regularly.
@@ -63,7 +60,7 @@ class Host:
         *,
         wires: Sequence[Wire] = (),
         sinks: Sequence[Sink] = (),
-        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        watchers: Watchers = unwatched,
         on_wait: Sequence[Callable[[], None]] = (),
         preparations: Iterable[object] = (),
     ) -> None:
@@ -82,7 +79,7 @@ class Host:
             sessions = Sessions(self._session, enclave.access_control) if enclave else None
             self._claim = Claim(self._session, keys)
             self._served = ServedSimulation(
-                Wiring(self._session, keys, OVER_ZENOH, sessions, wires),
+                Wiring(self._session, keys, sessions=sessions, wires=wires),
                 loaded.world,
                 settings,
                 Observers(sinks, watchers, on_wait),
@@ -111,7 +108,7 @@ class Host:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice; for the simulation's thread once it runs."""
+        """The loss and duplication of requests and answers; for the simulation's thread once it runs."""
         return self._served.losses
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -119,10 +116,10 @@ class Host:
         return self._ended.wait(timeout)
 
     def end(self, reason: str) -> None:
-        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+        """End the run once all events of this instant are processed; a sink may call it.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals and in the answers to clients.
         """
         self._reason = reason
         self.pacing.finish_instant()

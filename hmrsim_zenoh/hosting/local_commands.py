@@ -15,7 +15,7 @@ from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
-from hmrsim_zenoh.client.condition import Watched
+from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 ClientCommand = SendGoal | CancelGoal | GetResult | CallService | Join | Advance | Leave | ReadTime
-"""What clients in this process send as it is; all else they ask for on keys."""
+"""The commands that clients in this process send as objects; other requests go by keys."""
 
 
 class _Asked:
@@ -82,7 +82,7 @@ class LocalCommands:
         self._exchange.settle()
 
     def wants(self, _topic: Topic) -> bool:
-        """Return False: answers come anyway."""
+        """Return False: answers are sent regardless of topics."""
         return False
 
     def emit(self, output: Output) -> None:
@@ -111,12 +111,12 @@ class LocalCommands:
             self._exchange.deliver(then, self._refusal(command))
 
     def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
-        """Return the answer after the end; None if nobody is there any more who could give one."""
+        """Return the answer to a command after the end of the run; None once the server is gone."""
         served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
         return _as_told(self._server.refusal_of(command)) if served else None
 
     def _checked(self, command: ClientCommand, asked: _Asked | None, cancel: str, result: str) -> ClientCommand:
-        """Return a command with real names and with messages, whatever its sender has written.
+        """Return a command with resolved names and validated messages.
 
         *asked* receives its answer; *cancel* and *result* are the fields that have the goal's id on the wire, for
         errors.
@@ -183,7 +183,7 @@ def _error(error: UnreadableError) -> RequestError:
 
 
 def _as_told(answer: Any) -> Any:
-    """Return an answer as a client is told it: with errors in place of refusals."""
+    """Return an answer as the client receives it, with refusals turned into errors."""
     match answer:
         case Refused(field, value, text):
             return RequestError(text, [{"field": field, "message": text, "value": value}])

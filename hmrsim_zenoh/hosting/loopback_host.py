@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Self
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
+from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Wiring
-from hmrsim_zenoh.loopback.exchange import Exchange
+from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
+from hmrsim_zenoh.loopback.exchange import Exchange, Kind
 from hmrsim_zenoh.loopback.session import LoopbackSession, open_session
-from hmrsim_zenoh.server.local_intake import within
+from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
     import zenoh
 
+    from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
     from hmrsim.world.model import World
     from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.server import Server
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 class LoopbackHost:
     """Serves a world to sessions of this process until it is stopped; a context manager that stops it.
 
-    The simulation runs in the thread of whoever sends a request, before the call returns: in lockstep until all
-    participants have been granted time, or one of them has yet to ask. What clients see, and the trace, is what it is
-    over Zenoh.
+    The simulation runs in the thread that sends a request, before the call returns: until all participants of lockstep
+    have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
 
     Args:
         settings: The clock is lockstep, whatever they say.
@@ -39,8 +38,8 @@ class LoopbackHost:
         watchers: Make further sinks from the simulator and its pacing.
 
     Attributes:
-        simulator: The simulator; to be read only.
-        pacing: What advances its time; likewise.
+        simulator: The simulator; read-only.
+        pacing: The clock that advances its time; read-only.
 
     Raises:
         ValueError: The prefix is none.
@@ -53,14 +52,20 @@ class LoopbackHost:
         *,
         prefix: str = "hmrsim",
         sinks: Sequence[Sink] = (),
-        watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: (),
+        watchers: Watchers = unwatched,
     ) -> None:
         self._reason = "the simulation has ended"
         self._begun = self._ended = False
         self._exchange = Exchange(self._run)
         self._session = open_session(self._exchange)
         self._served = ServedSimulation(
-            Wiring(self._session, Keys(prefix, world.remap), within(self._exchange), answers=self._answers),
+            Wiring(
+                self._session,
+                Keys(prefix, world.remap),
+                LocalInbox,
+                lambda _session, patterns, _anything, _changed: LocalInterest(self._exchange, patterns),
+                answers=self._answers,
+            ),
             world,
             settings.model_copy(update={"clock": LOCKSTEP}),
             Observers(sinks, watchers),
@@ -81,7 +86,7 @@ class LoopbackHost:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice."""
+        """The loss and duplication of requests and answers."""
         return self._served.losses
 
     def open_session(self, waits: Callable[[], bool] | None = None) -> zenoh.Session:
@@ -100,14 +105,14 @@ class LoopbackHost:
             session.cut(error)
 
     def go_on(self) -> None:
-        """Have the simulation run until it can't go on without a message."""
+        """Run the simulation until it needs a message to continue."""
         self._exchange.settle()
 
     def end(self, reason: str) -> None:
-        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+        """End the run once all events of this instant are processed; a sink may call it.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals and in the answers to clients.
         """
         self._reason = reason
         self.pacing.finish_instant()
@@ -134,3 +139,115 @@ class LoopbackHost:
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
             self._served.finish(self._reason)
+
+
+class LocalInbox(QueryInbox):
+    """An inbox without waiting: the sender of a query runs the simulation."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key_expr: str,
+        reader: Reader,
+        *,
+        wakeup_key: str,  # noqa: ARG002 - no thread sleeps
+        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
+    ) -> None:
+        super().__init__(reader, prepare)
+        self._session = session
+        self._queryables = [session.declare_queryable(key_expr, self.put_query)]
+
+    def serve(
+        self,
+        key_expr: str,
+        *,
+        decode: Callable[[zenoh.Query], list[AnyCommand]],
+        refuse: Callable[[zenoh.Query], None],
+        complete: bool = False,  # noqa: ARG002 - there is no network
+    ) -> None:
+        """Serve a further key expression, too."""
+        reader = Reader(decode, refuse)
+        self._queryables.append(self._session.declare_queryable(key_expr, lambda query: self.put_query(query, reader)))
+
+    def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
+        """Add a query."""
+        reader = reader or self._reader
+        if self._closed:
+            reader.refuse(query)
+        else:
+            self._queries.append((reader, query))
+
+    def put(self, command: AnyCommand) -> None:
+        """Add a command.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        if self._closed:
+            raise SimulationStopped("the simulation has ended")
+        self._commands.append(command)
+
+    def poll(self) -> AnyCommand | None:
+        """Return the next command; None when there is none now."""
+        if self._commands:
+            return self._commands.popleft()
+        return super().poll() if self._queries else None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a query or a command waits."""
+        return bool(self._commands or self._queries)
+
+    def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
+        """Prepare for the next query, and return."""
+        self._prepare(None)
+
+    def leave(self) -> None:
+        """Take back what is declared."""
+        for queryable in self._queryables:
+            queryable.undeclare()
+
+
+K = TypeVar("K", bound="Hashable")
+
+
+class LocalInterest(Generic[K]):
+    """Whether there are subscribers, for each kind of keys, as of the last `look`.
+
+    Args:
+        exchange: Where they are.
+        patterns: A key expression for each kind.
+
+    Attributes:
+        any: Whether any kind of keys had a subscriber at the last look.
+    """
+
+    def __init__(self, exchange: Exchange, patterns: Mapping[K, str]) -> None:
+        self._exchange = exchange
+        self._patterns = patterns
+        self._listened = dict.fromkeys(patterns, False)
+        self.any = False
+        self._version = -1
+        self._changes = 0
+
+    def __getitem__(self, kind: K) -> bool:
+        """Return whether a kind of keys had a subscriber at the last look."""
+        return self._listened[kind]
+
+    def look(self, kinds: Collection[K] | None = None) -> int:  # noqa: ARG002 - all of them are soon looked up
+        """Check all kinds; return how often anything has changed."""
+        if self._version != self._exchange.version:
+            self._version = self._exchange.version
+            for kind, pattern in self._patterns.items():
+                listened = bool(self._exchange.matching(Kind.SUBSCRIBER, pattern))
+                self._changes += listened != self._listened[kind]
+                self._listened[kind] = listened
+            self.any = any(self._listened.values())
+        return self._changes
+
+    def in_key(self, key: str) -> bool:
+        """Return whether a key has a subscriber now."""
+        return bool(self._exchange.matching(Kind.SUBSCRIBER, key))
+
+    def join(self) -> None:
+        """Do nothing: there is no thread."""

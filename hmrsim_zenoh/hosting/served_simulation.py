@@ -1,4 +1,4 @@
-"""A simulator and its servers on an open session; whoever made it runs it."""
+"""A simulator with its servers on an open session."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
+from hmrsim_zenoh.server.channel_inbox import ChannelInbox
+from hmrsim_zenoh.server.interest import SubscriberWatch
 from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.world_info import Description
@@ -26,12 +28,21 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.intake import Intake
+    from hmrsim_zenoh.server.inbox import InboxMaker
+    from hmrsim_zenoh.server.interest import InterestMaker
     from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
+
+Watchers = Callable[[Simulator, Pacing], "Sequence[Sink]"]
+"""Makes further sinks of a simulation."""
+
+
+def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
+    """Return no further sinks."""
+    return ()
 
 
 def _warn_of_lag(lag: float) -> None:
@@ -40,12 +51,13 @@ def _warn_of_lag(lag: float) -> None:
 
 @dataclass(frozen=True)
 class Wiring:
-    """Where a simulation is served.
+    """The session, keys and wires on which a simulation is served.
 
     Attributes:
         session: An open session.
         keys: How keys are spelled there.
-        intake: How queries are taken and subscribers are found.
+        inbox: Makes the inbox of queries.
+        interest: Makes the detection of subscribers.
         sessions: Who is connected, where certificates say so.
         wires: The ROS 2 wires to serve beside the JSON wire.
         answers: Makes the sink that answers commands of this process; None where there are none.
@@ -53,7 +65,8 @@ class Wiring:
 
     session: zenoh.Session
     keys: Keys
-    intake: Intake
+    inbox: InboxMaker = ChannelInbox
+    interest: InterestMaker = SubscriberWatch
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
     answers: Callable[[Server], Sink] | None = None
@@ -61,7 +74,7 @@ class Wiring:
 
 @dataclass(frozen=True)
 class Observers:
-    """Who observes a simulation.
+    """The observers of a simulation.
 
     Attributes:
         sinks: Sinks of events.
@@ -70,7 +83,7 @@ class Observers:
     """
 
     sinks: Sequence[Sink] = ()
-    watchers: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
+    watchers: Watchers = unwatched
     on_wait: Sequence[Callable[[], None]] = ()
 
 
@@ -84,7 +97,7 @@ class ServedSimulation:
 
     Attributes:
         simulator: The simulator.
-        pacing: What advances its time.
+        pacing: The clock that advances its time.
         server: The server of the JSON wire.
     """
 
@@ -141,7 +154,7 @@ class ServedSimulation:
 
     @property
     def losses(self) -> Losses:
-        """What of requests and answers is lost, or comes twice."""
+        """The loss and duplication of requests and answers."""
         return self.server.inbox.losses
 
     def declare(self) -> None:
@@ -151,7 +164,7 @@ class ServedSimulation:
             ros2.start()
 
     def close(self) -> None:
-        """Accept no more queries; whoever runs it ends."""
+        """Accept no more queries, so that the run ends."""
         self.server.close()
 
     def finish(self, reason: str) -> None:
@@ -193,7 +206,8 @@ class ServedSimulation:
             submit=simulator.submit,
             on_roster=self._follow,
             settings=settings,
-            intake=self._wiring.intake,
+            inbox=self._wiring.inbox,
+            interest=self._wiring.interest,
         )
         self._servers.append(self.server)
         if self._wiring.wires:

@@ -1,7 +1,7 @@
-"""What the sessions of a process have declared, and the delivery of messages among them.
+"""The declarations of the sessions of a process, and the delivery of messages among them.
 
-Nothing is delivered while the simulation runs: what it sends waits until time stands, and is delivered then, in order,
-in the thread that had it run. So callbacks see what they would see over a network, and may use any session.
+Nothing is delivered while the simulation runs: its messages wait until it pauses, and are then delivered in order by
+the thread that ran it. So callbacks see the same as over a network, and may use any session.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class Kind(Enum):
-    """What can be declared."""
+    """A kind of declaration."""
 
     __hash__ = object.__hash__
     """Enum's own is written in Python."""
@@ -35,12 +35,12 @@ class Kind(Enum):
 
 
 class Declaration:
-    """Something declared on a key expression, until `undeclare`.
+    """A declaration on a key expression, in force until `undeclare`.
 
     Attributes:
         key_expr: The key expression.
-        call: Takes what comes there.
-        owner: The session that has declared it.
+        call: Receives the messages.
+        owner: The session that declared it.
     """
 
     def __init__(
@@ -56,15 +56,15 @@ class Declaration:
         self._take_back = take_back
 
     def undeclare(self) -> None:
-        """Take it back; once more has no effect."""
+        """Withdraw the declaration; a second call has no effect."""
         self._take_back(self)
 
 
 class Exchange:
-    """The declarations of all sessions of a process, and what waits to be delivered to them.
+    """The declarations of all sessions of a process, and the messages that wait for delivery.
 
     Args:
-        run: Runs the simulation until it can't go on without a message; it is told whether it has run just before, so
+        run: Runs the simulation until it needs a message to continue. Its argument says whether it ran just before, so
             that only a message could make a difference.
 
     Attributes:
@@ -78,18 +78,18 @@ class Exchange:
         self._matching: dict[tuple[Kind, str], list[Declaration]] = {}
         self._waiting: deque[Callable[[], object]] = deque()
         self._numbers = itertools.count(1)
-        # One thread at a time has the simulation run, or changes what is declared.
+        # One thread at a time runs the simulation or changes the declarations.
         self._lock = threading.RLock()
         self._running = False
         self._settled = threading.Condition()
         self._settling = 0
 
     def number(self) -> int:
-        """Return the next number; nobody else gets it."""
+        """Return a number that is unique within the exchange."""
         return next(self._numbers)
 
     def declare(self, kind: Kind, key_expr: str, call: Callable[[Any], object], owner: object) -> Declaration:
-        """Declare something.
+        """Add a declaration.
 
         Raises:
             zenoh.ZError: *key_expr* is none.
@@ -111,11 +111,11 @@ class Exchange:
             return found
 
     def deliver(self, call: Callable[[T], object], item: T) -> None:
-        """Call a function with an item as soon as the simulation does not run."""
+        """Call a function with an item once the simulation pauses."""
         self._waiting.append(partial(call, item))
 
     def settle(self) -> None:
-        """Have the simulation run and deliver what waits, until there is no more to do; not while it runs."""
+        """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs."""
         again = False
         while self._has_run(again=again):
             again = True
@@ -127,12 +127,12 @@ class Exchange:
                     break
                 try:
                     call()
-                except Exception:  # noqa: BLE001 - whatever a callback raises, the next one is called
+                except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("a callback failed")
         self.notify()
 
     def wait_while(self, holds: Callable[[], bool]) -> None:
-        """Wait in the calling thread while something holds; it is looked at while the simulation does not run."""
+        """Block the calling thread while a condition holds; it is evaluated only while the simulation pauses."""
 
         def over() -> bool:
             return not (self._running or holds())
@@ -147,13 +147,13 @@ class Exchange:
                 self._settling -= 1
 
     def notify(self) -> None:
-        """Have the threads that wait look again."""
+        """Wake the threads in `wait_while`."""
         if self._settling:
             with self._settled:
                 self._settled.notify_all()
 
     def _has_run(self, *, again: bool) -> bool:
-        """Have the simulation run, and return whether that leaves something to deliver."""
+        """Run the simulation, and return whether there are messages to deliver."""
         with self._lock:
             if self._running:
                 # A callback of the simulation itself.

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, Self, cast
 
 import zenoh
 
 from hmrsim_zenoh.loopback.exchange import Kind
-from hmrsim_zenoh.loopback.messages import Payload, Query, Reply, Sample
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
-
 Submit = Callable[[Any, Callable[[Any], object]], None]
-"""Takes a command of a client, and what receives its answer."""
+"""Receives a command of a client, and the callback for its answer."""
 
 
 def open_session(
@@ -26,14 +25,14 @@ def open_session(
 
     Args:
         exchange: The exchange.
-        submit: Takes the commands of clients.
-        waits: Returns whether the session has to wait with what it wants to send, as others come first.
+        submit: Receives the commands of clients.
+        waits: Returns whether the session has to wait before it sends, because other threads come first.
     """
     return cast("zenoh.Session", LoopbackSession(exchange, submit, waits))
 
 
 class LoopbackSession:
-    """A session on an exchange. What it sends is taken, and answered as far as possible, before a call returns.
+    """A session on an exchange. Requests are handled, and answered if possible, before a call returns.
 
     Attributes:
         exchange: The exchange.
@@ -50,7 +49,7 @@ class LoopbackSession:
         self._closed = False
 
     def close(self) -> None:
-        """Take back what was declared."""
+        """Withdraw all declarations of the session."""
         if not self._closed:
             self._closed = True
             for token in self._tokens:
@@ -60,9 +59,9 @@ class LoopbackSession:
             self.exchange.settle()
 
     def cut(self, error: BaseException) -> None:
-        """Cut it off at once, as the end of its process would; also from within the simulation.
+        """Cut the session off at once, as the end of its process would; the simulation may call it, too.
 
-        Its tokens are gone, it gets nothing any more, and each call raises *error*, also one under way.
+        Its tokens disappear, it receives nothing further, and each call raises *error*, including calls in progress.
         """
         if self._closed:
             return
@@ -74,7 +73,7 @@ class LoopbackSession:
         self.exchange.notify()
 
     def is_closed(self) -> bool:
-        """Return whether it was closed."""
+        """Return whether the session was closed."""
         return self._closed
 
     def new_timestamp(self) -> str:
@@ -86,7 +85,7 @@ class LoopbackSession:
         return key
 
     def submit(self, command: Any, then: Callable[[Any], object]) -> None:
-        """Give the simulation a command; *then* receives its answer, once, unless the session was cut off.
+        """Send the simulation a command; *then* receives its answer, once, unless the session was cut off.
 
         Raises:
             zenoh.ZError: The session is closed.
@@ -100,7 +99,7 @@ class LoopbackSession:
             raise self._error
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
-        """Publish."""
+        """Publish a sample."""
         self._check()
         name = str(key)
         found = self.exchange.matching(Kind.SUBSCRIBER, name)
@@ -118,12 +117,12 @@ class LoopbackSession:
         among: Callable[[Declaration], bool] = lambda _declaration: True,
         **sent: Any,
     ) -> Iterator[Reply]:
-        """Query; without a handler the replies are returned.
+        """Send a query; without a handler the replies are returned.
 
         Args:
             key: A key expression.
-            handler: Takes the replies, and their end.
-            among: Which queryables are asked.
+            handler: Receives the replies, and their end.
+            among: Selects the queryables to query.
             **sent: The *payload*, *encoding* and *attachment* of the query; other options of Zenoh mean nothing here.
         """
         self._check()
@@ -147,15 +146,15 @@ class LoopbackSession:
         return iter(replies)
 
     def declare_subscriber(self, key: str, handler: Any) -> Declaration:
-        """Have a handler take what is published."""
+        """Declare a subscriber, and return it."""
         return self._declare(Kind.SUBSCRIBER, key, _taker(handler))
 
     def declare_queryable(self, key: str, handler: Any, **_: object) -> Declaration:
-        """Have a handler take queries."""
+        """Declare a queryable, and return it."""
         return self._declare(Kind.QUERYABLE, key, _taker(handler))
 
     def declare_querier(self, key: str, **_: object) -> Querier:
-        """Return what queries the other sessions on a key."""
+        """Return a querier for the queryables of the other sessions on a key."""
         return Querier(self, key)
 
     def liveliness(self) -> Liveliness:
@@ -190,7 +189,7 @@ class LoopbackSession:
             raise self._error
 
     def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
-        """Return what takes something unless the session was cut off."""
+        """Return a callback that ignores its message once the session was cut off."""
         return lambda item: take(item) if self._error is None else None
 
 
@@ -206,7 +205,7 @@ class Liveliness:
         return self._session._declare_token(key)  # noqa: SLF001 - a part of the session
 
     def declare_subscriber(self, key: str, handler: Any, *, history: bool = False) -> Declaration:
-        """Have a handler told of tokens that come and go; with *history* also of those that are there."""
+        """Declare a subscriber to tokens that come and go; *history* includes the tokens that exist already."""
         take = _taker(handler)
         declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - likewise
         if history:
@@ -216,7 +215,7 @@ class Liveliness:
         return declaration
 
     def get(self, key: str, handler: zenoh.handlers.Callback[Any], **_: object) -> None:
-        """Query which tokens are there."""
+        """Query the tokens that exist."""
         for each in self._exchange.matching(Kind.TOKEN, key):
             self._exchange.deliver(handler.callback, Reply(ok=Sample(str(each.key_expr))))
         if handler.drop is not None:
@@ -234,14 +233,14 @@ class Token:
         self._tell(zenoh.SampleKind.PUT)
 
     def undeclare(self) -> None:
-        """Take it back; once more has no effect."""
+        """Withdraw the token; a second call has no effect."""
         declaration, self._declaration = self._declaration, None
         if declaration is not None:
             declaration.undeclare()
             self._tell(zenoh.SampleKind.DELETE)
 
     def lose(self) -> None:
-        """Take it back within the simulation, which learns of it at once."""
+        """Withdraw the token from within the simulation, which learns of it at once."""
         declaration, self._declaration = self._declaration, None
         if declaration is not None:
             declaration.undeclare()
@@ -267,10 +266,10 @@ class Querier:
         return MatchingStatus(any(map(self._is_others, self._session.exchange.matching(Kind.QUERYABLE, self._key))))
 
     def declare_matching_listener(self, handler: object) -> None:
-        """Do nothing: the status is looked up before each request."""
+        """Do nothing: the status is read before each request."""
 
     def get(self, handler: zenoh.handlers.Callback[Any], **sent: Any) -> None:
-        """Query."""
+        """Send a query to the queryables of the other sessions."""
         self._session.get(self._key, handler, among=self._is_others, **sent)
 
     def _is_others(self, declaration: Declaration) -> bool:
@@ -278,7 +277,7 @@ class Querier:
 
 
 class MatchingStatus:
-    """Whether a key has somebody at its other end."""
+    """Whether another session has declared a matching key."""
 
     def __init__(self, matching: bool) -> None:  # noqa: FBT001 - as Zenoh's
         self.matching = matching
@@ -290,4 +289,103 @@ def _taker(handler: Any) -> Callable[[Any], object]:
 
 
 def _ignore(_item: object) -> None:
-    """Take nothing."""
+    """Ignore a message."""
+
+
+class Payload(bytes):
+    """Bytes, as `zenoh.ZBytes` has them."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, payload: Any) -> Self:
+        """Return a payload of whatever Zenoh takes as one."""
+        if isinstance(payload, cls):
+            return payload
+        return cls(payload.encode()) if isinstance(payload, str) else cls(bytes(payload))
+
+    def to_bytes(self) -> bytes:
+        """Return it."""
+        return self
+
+
+EMPTY: Final = Payload()
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A value on a key, or a liveliness token that has come or gone."""
+
+    key_expr: str
+    payload: Payload = EMPTY
+    encoding: str = ""
+    kind: zenoh.SampleKind = field(default_factory=lambda: zenoh.SampleKind.PUT)
+    timestamp: str | None = None
+    attachment: Payload | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReplyError:
+    """The payload of an error reply."""
+
+    payload: Payload
+    encoding: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The reply to a query: a sample or an error."""
+
+    ok: Sample | None = None
+    err: ReplyError | None = None
+
+
+class Query:
+    """A query at one queryable; it ends when it is dropped or garbage-collected.
+
+    Args:
+        sent: Its payload, encoding and attachment, as far as it has them.
+        on_reply: Takes each reply.
+        on_end: Called once, at the end.
+    """
+
+    __slots__ = ("_on_end", "_on_reply", "attachment", "encoding", "key_expr", "payload")
+
+    def __init__(
+        self, key_expr: str, sent: Mapping[str, Any], on_reply: Callable[[Reply], None], on_end: Callable[[], None]
+    ) -> None:
+        payload, attachment = sent.get("payload"), sent.get("attachment")
+        self.key_expr = key_expr
+        self.payload = None if payload is None else Payload.of(payload)
+        self.attachment = None if attachment is None else Payload.of(attachment)
+        self.encoding = str(sent.get("encoding") or "")
+        self._on_reply = on_reply
+        self._on_end: Callable[[], None] | None = on_end
+
+    def __del__(self) -> None:
+        """End the query."""
+        self.drop()
+
+    def reply(
+        self,
+        key: object,
+        payload: Any,
+        *,
+        encoding: object = "",
+        timestamp: str | None = None,
+        attachment: bytes | None = None,
+    ) -> None:
+        """Send a sample as a reply."""
+        attached = None if attachment is None else Payload.of(attachment)
+        sample = Sample(str(key), Payload.of(payload), str(encoding), timestamp=timestamp, attachment=attached)
+        self._on_reply(Reply(ok=sample))
+
+    def reply_err(self, payload: Any, *, encoding: object = "") -> None:
+        """Send an error as a reply."""
+        self._on_reply(Reply(err=ReplyError(Payload.of(payload), str(encoding))))
+
+    def drop(self) -> None:
+        """End the query; no further replies are sent."""
+        on_end, self._on_end = self._on_end, None
+        if on_end is not None:
+            on_end()

@@ -80,10 +80,10 @@ class ChannelInbox(QueryInbox):
 
     def arrived(self) -> int:
         """Return the number of queries that have arrived: what is found out now is true for each of them."""
-        if self._forwarder is None and not self._closed:
-            while len(self._queries) < _BATCH and (query := _try_recv(self._channel)) is not None:
-                self._queries.append((self._reader, query))
-        return super().arrived()
+        if not self._closed:
+            while len(self._queries) < _BATCH and self._receive():
+                pass
+        return self.taken + len(self._queries)
 
     def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation thread.
@@ -144,10 +144,8 @@ class ChannelInbox(QueryInbox):
         """Block on the channel, without a timeout."""
         self._asleep = True
         try:
-            if not (self.waiting or self._closed):
-                query = _recv(self._channel)
-                if query is not None:
-                    self._queries.append((self._reader, query))
+            if not (self._commands or self._queries or self._closed):
+                self._receive(block=True)
         finally:
             self._asleep = False
 
@@ -170,27 +168,26 @@ class ChannelInbox(QueryInbox):
         while (query := _recv(channel)) is not None:
             self.put_query(query, reader)
 
-    def _receive(self) -> None:
-        """Return the next query in the channel, if there is one and this thread is the channel's reader.
+    def _receive(self, *, block: bool = False) -> bool:
+        """Take the next query from the channel, if there is one and this thread is the channel's reader.
 
         With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
         which is near.
         """
-        if self._forwarder is None:
-            query = _recv(self._channel) if self._closed else _try_recv(self._channel)
-            if query is not None:
-                self._queries.append((self._reader, query))
+        if self._forwarder is not None:
+            return False
+        try:
+            query = self._channel.recv() if block or self._closed else self._channel.try_recv()
+        except zenoh.ZError:
+            # It is closed, and all of it was taken.
+            return False
+        if query is not None:
+            self._queries.append((self._reader, query))
+        return query is not None
 
 
 def _recv(channel: Channel) -> zenoh.Query | None:
     try:
         return channel.recv()
-    except zenoh.ZError:
-        return None
-
-
-def _try_recv(channel: Channel) -> zenoh.Query | None:
-    try:
-        return channel.try_recv()
     except zenoh.ZError:
         return None

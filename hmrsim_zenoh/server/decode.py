@@ -18,10 +18,9 @@ from hmrsim.diagnostics import listed
 from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import WORLD
-from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests
+from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests, goal_id_in
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -38,7 +37,7 @@ from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter
+    from pydantic_core import SchemaValidator
 
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
@@ -99,6 +98,7 @@ class Requests:
         self._wakeup_key = keys.wakeup_key()
         # Clients use the same keys again and again.
         self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
+        self._without_history = lru_cache(_KEPT_KEYS)(keys.without_history)
         self._actions = actions
         self._serves = serves
         self._fixed = fixed
@@ -110,7 +110,7 @@ class Requests:
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
         asked = str(query.key_expr)
-        key = self._keys.without_history(asked)
+        key = self._without_history(asked)
         if key == self._wakeup_key or (key != asked and not self._reads(key)):
             # All that may read may ask for earlier values, so that such a query gives no command.
             query.drop()
@@ -168,11 +168,11 @@ class Requests:
                 return [SendGoal(robot, name, goal, sent.goal_id, both, result_to=both)]
             case Verb.CANCEL_GOAL:
                 info = self._read(plain(CancelGoalRequest), query).goal_info
-                goal_id = _goal_id(info.goal_id, "goal_info.goal_id")
+                goal_id = goal_id_in("goal_info.goal_id", info.goal_id)
                 return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), reply_to)]
             case Verb.GET_RESULT:
                 request = self._read(plain(GetResultRequest), query)
-                return [GetResult(robot, name, _goal_id(request.goal_id, "goal_id"), reply_to)]
+                return [GetResult(robot, name, goal_id_in("goal_id", request.goal_id), reply_to)]
             case Verb.STATUS:
                 self._check_reading(query)
                 return [Read(Topic.STATUS, robot, name, reply_to)]
@@ -180,7 +180,7 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
-        if self._time.serves(topic):
+        if topic in self._time.topics:
             asked = query.payload.to_bytes() if query.payload else b""
             return [self._time.read(topic, asked, PendingReply(query, key))]
         if topic in self._services:
@@ -269,16 +269,8 @@ class Requests:
         return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
 
 
-def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> TypeAdapter[Any]:
+def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> SchemaValidator:
     if action is None:
         return plain(envelope[dict[str, Any]])  # type: ignore[index]  # mypy does not know that it is generic
     message: type[Message] = action.goal
     return around(envelope, message)
-
-
-def _goal_id(text: str, field: str) -> str:
-    try:
-        return parse_goal_id(text)
-    except ValueError as error:
-        detail = {"field": field, "message": str(error), "value": text[:200]}
-        raise UnreadableError(f"{field}: {error}", [detail]) from None

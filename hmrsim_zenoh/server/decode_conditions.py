@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, Final, TypeGuard
+from typing import Annotated, Any, Final
 
 from pydantic import Field
 
@@ -39,11 +39,6 @@ class UnwatchRequest(Envelope):
     """A condition that is to be watched no longer."""
 
     unwatch: _Text
-
-
-def is_condition(item: object) -> TypeGuard[dict[str, Any]]:
-    """Return whether a command is about a condition."""
-    return isinstance(item, dict) and not item.keys().isdisjoint(("watch", "unwatch"))
 
 
 def condition(request: WatchRequest | UnwatchRequest, keys: Keys) -> Watch | Unwatch:

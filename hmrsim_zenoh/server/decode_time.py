@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Callable, Mapping
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
+from itertools import starmap
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
 import zenoh
-from pydantic import AfterValidator, Field, SkipValidation, ValidationError
+from pydantic import AfterValidator, Field, SkipValidation, ValidationError, create_model
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
@@ -20,8 +21,7 @@ from hmrsim.protocol.conditions import Watching
 from hmrsim.protocol.goal_ids import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim.settings.option import MAX_PAYLOAD
-from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition, is_condition
+from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     Envelope,
@@ -37,6 +37,8 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
+    from pydantic_core import SchemaValidator
+
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import TimeCommand
@@ -124,14 +126,25 @@ class TimeRequests:
         max_payload: The largest request in bytes.
         policy: What the session enforces; None where it is open. Members that may not command everything advance on a
             key that ends in their name, so that the rights to each command can be looked up: `advance/NAME`.
+
+    Attributes:
+        topics: The topics of the world that are requests about time.
     """
 
     def __init__(
         self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int, policy: AccessControl | None = None
     ) -> None:
-        self._members = frozenset(policy.rules if policy else ())
+        self._readers: dict[str, Callable[[TimeRequests, bytes, Any], TimeCommand]] = {
+            **{f"{_FOLDER}{name}": reader for name, reader in self._READERS.items()},
+            **{
+                f"{_FOLDER}{_ADVANCE}/{member}": partial(TimeRequests._advance, member=member)
+                for member in (policy.rules if policy else ())
+            },
+        }
+        self.topics = self._readers.keys()
         self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
+        self._resolve = lru_cache(_KEPT)(keys.resolve)
         self._actions = actions
         self._max_payload = max_payload
 
@@ -140,20 +153,13 @@ class TimeRequests:
         """The names of the requests, as the ends of keys."""
         return tuple(f"{_FOLDER}{name}" for name in self._READERS)
 
-    def serves(self, topic: str) -> bool:
-        """Return whether a topic of the world is a request about time."""
-        request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        known = topic.startswith(_FOLDER) and request in self._READERS
-        return known and (not member or (request == _ADVANCE and member in self._members))
-
     def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
         """Return the command of a request.
 
         Raises:
             UnreadableError: The request is invalid.
         """
-        request, _, member = topic.removeprefix(_FOLDER).partition("/")
-        return self._advance(payload, reply_to, member) if member else self._READERS[request](self, payload, reply_to)
+        return self._readers[topic](self, payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         request = read(plain(kind), payload, max_payload=self._max_payload)
@@ -178,24 +184,26 @@ class TimeRequests:
 
     def _advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
         request: AdvanceRequest = self._request(AdvanceRequest, payload)
-        advance = Advance(
+        return Advance(
             request.participant,
             request.epoch,
+            math.inf if request.until is None else request.until,
             wake=_kinds(tuple(request.wake)),
             report=_kinds(tuple(request.report)),
-            commands=tuple(self._command(each, member, len(payload)) for each in request.commands),
+            commands=tuple([self._command(each, member, len(payload)) for each in request.commands]),
             reply_to=reply_to,
         )
-        return advance if request.until is None else advance._replace(until=request.until)
 
     def _command(
         self, item: object, member: str, size: int
     ) -> SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable:
         try:
-            if is_condition(item):
-                kind = WatchRequest if "watch" in item else UnwatchRequest
-                return condition(plain(kind).validate_python(item), self._keys)
-            request: CommandRequest = plain(CommandRequest).validate_python(item)
+            match item:
+                case {"watch": _}:
+                    return condition(plain(WatchRequest).validate_python(item), self._keys)
+                case {"unwatch": _}:
+                    return condition(plain(UnwatchRequest).validate_python(item), self._keys)
+            request: CommandRequest = self._reader_of(item).validate_python(item)
             check_texts(request, size)
             return self._command_of(request, member)
         except ValidationError as error:
@@ -203,24 +211,34 @@ class TimeRequests:
         except UnreadableError as error:
             return Unreadable(error.to_json())
 
+    def _reader_of(self, item: object) -> SchemaValidator:
+        """Return the reader of a command: with the message of a goal, if one is sent to a known action."""
+        if isinstance(item, dict) and item.get("goal") is not None:
+            robot, name = item.get("robot"), item.get("action")
+            if isinstance(robot, str) and isinstance(name, str):
+                action = self._actions.get(self._resolve(robot, name)[1])
+                if action is not None:
+                    kind: type[Message] = action.goal
+                    return _sender(kind)
+        return plain(CommandRequest)
+
     def _command_of(self, request: CommandRequest, member: str) -> SendGoal | CancelGoal | GetResult:
-        asked = [verb for verb, field in _FIELDS.items() if getattr(request, field) is not None]
-        if len(asked) != 1 or (request.goal_id is not None and asked != [Verb.SEND_GOAL]):
-            raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
-        (verb,) = asked
+        robot, name = self._resolve(request.robot, request.action)
+        command: SendGoal | CancelGoal | GetResult
+        match request.goal, request.cancel, request.result:
+            case None, str(cancel), None if request.goal_id is None:
+                verb, command = Verb.CANCEL_GOAL, CancelGoal(robot, name, goal_id_in("cancel", cancel))
+            case None, None, str(result) if request.goal_id is None:
+                verb, command = Verb.GET_RESULT, GetResult(robot, name, goal_id_in("result", result))
+            case goal, None, None if goal is not None:
+                # The simulation rejects an action that is not known, so that its goal has remained plain values.
+                message: Any = None if isinstance(goal, dict) else goal
+                verb, command = Verb.SEND_GOAL, SendGoal(robot, name, message, request.goal_id)
+            case _:
+                raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
         if member and (denial := self._denied(member, self._keys.action(request.robot, request.action, verb))):
             raise UnreadableError(denial)
-        robot, name = self._keys.resolve(request.robot, request.action)
-        if request.goal is None:
-            kind = CancelGoal if verb is Verb.CANCEL_GOAL else GetResult
-            try:
-                return kind(robot, name, parse_goal_id(getattr(request, _FIELDS[verb])))
-            except ValueError as error:
-                raise unreadable_at(_FIELDS[verb], str(error), getattr(request, _FIELDS[verb])) from None
-        action = self._actions.get(name)
-        # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal = None if action is None else read_goal(action.goal, request.goal, max_payload=self._max_payload)
-        return SendGoal(robot, name, goal, request.goal_id)
+        return command
 
     def _denied(self, member: str, key: str) -> str:
         """Return why a member may not command what it could ask on a key; empty if it may."""
@@ -234,11 +252,25 @@ class TimeRequests:
     )
 
 
-_FIELDS: Final = MappingProxyType({Verb.SEND_GOAL: "goal", Verb.CANCEL_GOAL: "cancel", Verb.GET_RESULT: "result"})
-"""The field of a command by what it stands for."""
+@cache
+def _sender(goal: type[Message]) -> SchemaValidator:
+    """Return the reader of a command that sends a message of this type as its goal."""
+    return plain(create_model("CommandRequest", __base__=CommandRequest, goal=(goal, ...)))
 
 
-def read_goal(kind: type[Message], goal: Mapping[str, Any], *, max_payload: int = MAX_PAYLOAD) -> Message:
+def goal_id_in(field: str, text: str) -> str:
+    """Return the goal id in a field of a request.
+
+    Raises:
+        UnreadableError: It is none.
+    """
+    try:
+        return parse_goal_id(text)
+    except ValueError as error:
+        raise unreadable_at(field, str(error), text) from None
+
+
+def read_goal(kind: type[Message], goal: Mapping[str, Any]) -> Message:
     """Return plain values as a goal; the field of the request that they are in is ``goal``.
 
     Raises:
@@ -247,7 +279,7 @@ def read_goal(kind: type[Message], goal: Mapping[str, Any], *, max_payload: int 
     # Encoded as JSON again, so that a list or a number is validated as in any other request.
     payload = to_json(goal, inf_nan_mode="constants")
     try:
-        message: Message = read_often(plain(kind), payload, max_payload=max_payload)
+        message: Message = read_often(plain(kind), payload)
         check_texts(message, len(payload))
     except UnreadableError as error:
         raise error.below("goal") from None
@@ -283,16 +315,12 @@ def state(answer: TimeState) -> bytes:
 
 
 def _granted(answer: Granted) -> bytes:
-    accepted = b",".join(_accepted(each) for each in answer.accepted)
-    events = b",".join(_event(kind, at, event) for kind, at, event in answer.events)
-    head = f'{{"epoch":{answer.epoch},"now":{json.dumps(answer.now)},"reason":"{answer.reason}"'
+    accepted = b",".join([_WRITERS[type(each)](each) for each in answer.accepted])
+    events = b",".join(starmap(_event, answer.events))
+    head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
     met = b',"met":%b' % to_json(answer.met) if answer.met else b""
     over = b',"over":%b' % to_json(answer.over) if answer.over else b""
     return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
-
-
-def _accepted(answer: Any) -> bytes:
-    return _WRITERS[type(answer)](answer)
 
 
 _WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(

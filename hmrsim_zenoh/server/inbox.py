@@ -82,13 +82,14 @@ class QueryInbox(Inbox, ABC):
             self._prepare(query)
             for each in self.losses.arrivals(query):
                 self._commands.extend(reader.decode(each))
-        return super().poll()
+        return self._commands.popleft()
 
     def leave(self) -> None:
         """Take back what is declared and end all threads; after `close`."""
 
-    def _receive(self) -> None:
-        """Add a query that has come meanwhile, where queries have to be asked for."""
+    def _receive(self) -> bool:
+        """Add a query that has come meanwhile, where queries have to be asked for; return whether there is one."""
+        return False
 
 
 class InboxMaker(Protocol):

@@ -117,11 +117,11 @@ class SubscriberWatch(Generic[K]):
 
         A client that subscribes and then sends a goal must see all of it.
         """
-        unheard = [kind for kind in kinds or self._listened if not self._listened[kind]]
-        if unheard and (len(unheard) == 1 or _matched(self._anything)):
+        if self.any or _matched(self._anything):
             with self._lock:
-                for kind in unheard:
-                    self._update(kind)
+                for kind in kinds or self._listened:
+                    if not self._listened[kind] and _matched(self._publishers[kind]):
+                        self._update(kind)
         return self._changes
 
     def in_key(self, key: str) -> bool:

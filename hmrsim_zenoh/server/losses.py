@@ -46,7 +46,7 @@ class Losses:
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
-        if not self.active:
+        if not (self.watching or self._requests):
             return (query,)
         payload = query.payload
         if payload is None or not payload.to_bytes():

@@ -55,7 +55,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command
     from hmrsim.protocol.outputs import Output
     from hmrsim.settings.run import RunSettings
-    from hmrsim_zenoh.server.intake import Intake
+    from hmrsim_zenoh.server.inbox import InboxMaker
+    from hmrsim_zenoh.server.interest import InterestMaker
     from hmrsim_zenoh.server.world_info import Description
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -89,7 +90,8 @@ class Server:
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        intake: Makes the inbox, and what finds subscribers.
+        inbox: Makes the inbox of queries.
+        interest: Makes the detection of subscribers.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
@@ -106,7 +108,8 @@ class Server:
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
-        intake: Intake,
+        inbox: InboxMaker,
+        interest: InterestMaker,
     ) -> None:
         self._session = session
         self._submit = submit
@@ -132,7 +135,7 @@ class Server:
             policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
-        self.inbox = intake.inbox(
+        self.inbox = inbox(
             session,
             servers_own(keys.everything()),
             Reader(self._decode, self._refuse),
@@ -169,7 +172,7 @@ class Server:
         self._changes_reported = 0
         self._looked = -1
         self._looked_for_goals = -1
-        self._interest = intake.interest(session, _patterns(keys), keys.everything(), self._interest_changed)
+        self._interest = interest(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
             servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
@@ -248,7 +251,7 @@ class Server:
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
-        if commands and isinstance(commands[0], (SendGoal, Advance)):
+        if self._description.plans_externally and commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]
         return commands
 
@@ -343,10 +346,11 @@ class Server:
                 asked.reply(encoding.message(message), encoding.of_message(message))
             case Refused(field, value, text):
                 asked.refuse(encoding.error(text, field, value))
-            case Message():
-                asked.reply(encoding.message(answer), encoding.of_message(answer))
             case Granted() | Joined() | HasLeft() | TimeState():
                 asked.reply(*encoded(answer))
+            # The last, as it is an abstract class, for which Python takes longer.
+            case Message():
+                asked.reply(encoding.message(answer), encoding.of_message(answer))
 
     def _follow(self, asked: PendingExecution, goal_id: str) -> None:
         """Send a query the feedback of its goal, which begins next, if it awaits feedback."""

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter
 from pydantic_core import to_json
 
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
@@ -50,19 +47,19 @@ def of_action(action: AnyAction, part: str) -> str:
     return f"{JSON};{action.ros_type}_{part}"
 
 
-@cache
-def _writer(kind: type[Message]) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
-
-
 def message(value: Message) -> bytes:
     """Return a ROS message as JSON."""
-    return _writer(type(value)).dump_json(value)
+    return value.__pydantic_serializer__.to_json(value)
 
 
 def _stamp(nanoseconds: int) -> str:
     sec, nanosec = divmod(nanoseconds, NANOSECONDS)
     return f'{{"sec":{sec},"nanosec":{nanosec}}}'
+
+
+def _stamp_fields(nanoseconds: int) -> dict[str, int]:
+    sec, nanosec = divmod(nanoseconds, NANOSECONDS)
+    return {"sec": sec, "nanosec": nanosec}
 
 
 def _goal_info(entry: GoalEntry) -> str:
@@ -76,7 +73,7 @@ def goal_response(answer: GoalResponse) -> bytes:
     fields: dict[str, Any] = {
         "accepted": False,
         "goal_id": answer.goal_id[:_MAX_SHOWN],
-        "stamp": json.loads(_stamp(answer.stamp)),
+        "stamp": _stamp_fields(answer.stamp),
         "reason": answer.reason,
         "error_code": answer.error_code,
         "error_msg": answer.error_msg,
@@ -121,9 +118,8 @@ def status_array(event: StatusChanged) -> bytes:
 def event_payload(event: GoalChanged | EventStamped) -> bytes:
     """Return the message of an event on ``_world/events``."""
     if isinstance(event, EventStamped):
-        sec, nanosec = divmod(event.stamp, NANOSECONDS)
         inner = event.event
-        return dump({"stamp": {"sec": sec, "nanosec": nanosec}, "kind": inner.kind, **inner.as_dict()})
+        return dump({"stamp": _stamp_fields(event.stamp), "kind": inner.kind, **inner.as_dict()})
     head = (
         f'{{"stamp":{_stamp(event.stamp)},"kind":"status","robot":"{event.robot}","action":"{event.action}",'
         f'"goal_id":"{event.goal_id}","status":{int(event.status)}'

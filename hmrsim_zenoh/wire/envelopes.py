@@ -8,14 +8,17 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import cache, lru_cache
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.message import Message
 from hmrsim.settings.option import MAX_PAYLOAD
+
+if TYPE_CHECKING:
+    from pydantic_core import SchemaValidator
 
 G = TypeVar("G")
 
@@ -140,20 +143,21 @@ class GoalStatusArray(Envelope):
 
 
 @cache
-def around(envelope: type[BaseModel], message: type[Message]) -> TypeAdapter[Any]:
+def around(envelope: type[BaseModel], message: type[Message]) -> SchemaValidator:
     """Return the reader of an *envelope* with a *message* of this type; built upon first use."""
     return plain(envelope[message])  # type: ignore[index]  # mypy does not know that the base is generic
 
 
 @cache
-def plain(envelope: type[BaseModel]) -> TypeAdapter[Any]:
-    """Return the reader of an *envelope* or message without type parameters."""
-    # An adapter that builds a model that is not built yet caches strings all the same.
+def plain(envelope: type[BaseModel]) -> SchemaValidator:
+    """Return the reader of an *envelope* or message without type parameters; built upon first use."""
     envelope.model_rebuild()
-    return TypeAdapter(envelope)
+    # Plugins of pydantic put something else in its place, which has the same methods.
+    reader: SchemaValidator = envelope.__pydantic_validator__  # type: ignore[assignment]
+    return reader
 
 
-def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
+def read(reader: SchemaValidator, payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
     """Return the model in a *payload*.
 
     Raises:
@@ -169,10 +173,10 @@ def read(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAY
         raise unreadable(error) from None
 
 
-def read_often(reader: TypeAdapter[Any], payload: bytes, *, max_payload: int = MAX_PAYLOAD) -> Any:
+def read_often(reader: SchemaValidator, payload: bytes) -> Any:
     """Return likewise what is sent again and again, such as a goal; all that read it share one immutable model."""
-    if len(payload) > min(_MAX_KEPT, max_payload):
-        return read(reader, payload, max_payload=max_payload)
+    if len(payload) > _MAX_KEPT:
+        return read(reader, payload)
     return _kept(reader, payload)
 
 
@@ -181,16 +185,21 @@ _MAX_KEPT = 16_384
 
 
 @lru_cache(256)
-def _kept(reader: TypeAdapter[Any], payload: bytes) -> Any:
+def _kept(reader: SchemaValidator, payload: bytes) -> Any:
     return read(reader, payload)
 
 
+_OBJECT: Final = "Input should be an object"
+_IN_JSON: Final = {"model_type": _OBJECT, "dict_type": _OBJECT, "list_type": "Input should be a valid array"}
+"""Pydantic's messages that differ where plain values are read, which have Python's types."""
+
+
 def unreadable(error: ValidationError) -> UnreadableError:
-    """Return a validation error as an error of the wire."""
+    """Return a validation error as an error of the wire, in JSON's words also where plain values were read."""
     details: list[dict[str, Any]] = [
         {
             "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],
-            "message": item["msg"],
+            "message": _IN_JSON.get(item["type"], item["msg"]),
             "value": _shown(item["input"]) if item["type"] != "json_invalid" else None,
         }
         for item in error.errors(include_url=False, include_context=False)[:_MAX_DETAILS]

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 MAX_TEXT: Final = 4096
 """Characters of a text in a request, such as a name."""
 
+_TEXT: Final = frozenset({str, str | None})
+"""The types of fields that hold one."""
+
 _SHORT: Final = frozenset({bool, int, float})
 """The types of fields that hold no text."""
 
@@ -42,7 +45,7 @@ def check_texts_of(message: object) -> None:
     """
     kind: Any = type(message)
     texts_in = _texts_in(kind)
-    if texts_in is not None and max(map(len, texts_in(message)), default=0) <= MAX_TEXT:
+    if texts_in is not None and max(map(len, filter(None, texts_in(message))), default=0) <= MAX_TEXT:
         return
     for path, text in _texts(message):
         if len(text) > MAX_TEXT:
@@ -50,7 +53,7 @@ def check_texts_of(message: object) -> None:
 
 
 @cache
-def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str]] | None:
+def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str | None]] | None:
     """Return what finds the texts in messages of a type without lists; None for one with lists, which are walked."""
     paths = _paths(kind)
     if paths is None:
@@ -64,7 +67,7 @@ def _paths(kind: Any) -> list[str] | None:
         of = field.annotation
         if name in _LONG or of in _SHORT:
             continue
-        inner = [""] if of is str else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
+        inner = [""] if of in _TEXT else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
         if inner is None:
             return None
         found += [f"{name}.{path}".rstrip(".") for path in inner]

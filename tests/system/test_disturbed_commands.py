@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 
 import pytest
 
@@ -12,11 +13,18 @@ from hmrsim.trace.late import LateTrace
 from hmrsim.trace.replay import replay
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.disturbances import Disturbance, Disturber
+from hmrsim.trials.processes import ControllerProcess
 from hmrsim.world_checks.loading import load_world
+from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.system
 
-WORLD = "{waypoints: {a: [0, 0], b: [10, 0]}, lanes: [[a, b]], robots: {ann: {at: a}}}"
+WORLD = """
+waypoints: {a: [0, 0], b: [10, 0]}
+lanes: [[a, b]]
+robots: {ann: {at: a}}
+faults: [{type: lane_closed, lane: [a, b], at: 0}]
+"""
 CONTROLLER = """
 import os
 from hmrsim.actions import registry
@@ -49,11 +57,11 @@ def disturbed(tmp_path):
     (tmp_path / "world.yaml").write_text(WORLD)
     (tmp_path / "controller.py").write_text(CONTROLLER)
 
-    def run(*disturbances, duration=600.0):
+    def run(*disturbances, duration=600.0, on_act=lambda _acted: None):
         loaded = load_world(str(tmp_path / "world.yaml"))
         settings = RunSettings(duration=duration, clock="lockstep")
         trace = LateTrace(loaded.world, settings)
-        disturber = Disturber([Disturbance.model_validate(each) for each in disturbances])
+        disturber = Disturber([Disturbance.model_validate(each) for each in disturbances], on_act)
 
         def watchers(simulator, pacing):
             return [disturber.watch(simulator, pacing)]
@@ -88,6 +96,27 @@ def test_a_killed_command_may_stay_away(disturbed):
 
     assert "killed" == ended.ending
     assert trace.endswith('{"kind":"end","stamp":{"nanosec":0,"sec":50}}\n')
+
+
+def test_a_command_is_killed_as_soon_as_it_was_started(disturbed, monkeypatch):
+    """Also if it has joined, and the disturbance is due, before this process knows that it was started, or again."""
+    acts = [threading.Event(), threading.Event()]
+    done, late = iter(acts), iter(acts)
+
+    class LateProcess(ControllerProcess):
+        """A process that is not known to run before its disturbance is due, if there is one."""
+
+        def __init__(self, *args):
+            super().__init__(*args)
+            if act := next(late, None):
+                act.wait(PATIENCE)
+
+    monkeypatch.setattr("hmrsim.trials.command.ControllerProcess", LateProcess)
+    at_once = KILLED | {"when": {"event": "fault_began"}, "restart_after": 3.0}
+    again = KILLED | {"when": executing(nth=2), "restart_after": 2.0}
+    ended, _ = disturbed(at_once, again, on_act=lambda _acted: next(done).set())
+
+    assert ("succeeded", "", "5.0\n15.0\n25.0\ndone") == ended
 
 
 def test_a_stalled_command_goes_on_later(disturbed):

@@ -74,7 +74,7 @@ def searched(check: Check, evaluator: Evaluator, strategy: str = "guided", *, fi
     evaluator.take(check)
     nominal = evaluator.outcomes([Case()])[0]
     check = limited(check, nominal)
-    evaluator.take(check)
+    evaluator.take(check, nominal)
     return Campaign(check, evaluator, nominal, Options(strategy=strategy, first_only=first_only)).run()
 
 

@@ -43,8 +43,7 @@ class DockRobot(ActionNode):
             SimulatorNotFound: No simulator answers.
         """
         super().setup(**kwargs)
-        client = self.blackboard_client
-        dock = client.get("dock_id") if client.exists("dock_id") else ""
+        dock = self.entry("dock_id")
         if isinstance(dock, str) and dock and (why := missing_dock(dock, kwargs.get("places"))):
             raise PortError(f"{self.located}: port 'dock_id': {why}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from bt_controller.core.node import Leaf, PortError
@@ -38,7 +39,7 @@ class UnsetBlackboard(Leaf):
 
     def update(self) -> Status:
         """Remove the entry."""
-        self.blackboard_client.unset("key")
+        Blackboard.unset(self.key_of("key"))
         return Status.SUCCESS
 
 

@@ -14,7 +14,7 @@ from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
 from hmrsim.geometry import SAME_PLACE, heading
 from hmrsim.interfaces.nav_msgs import Path
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 _NONE = Path()
 

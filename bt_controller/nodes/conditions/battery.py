@@ -12,12 +12,12 @@ from bt_controller.core.node import Condition, PortError
 from bt_controller.core.ports import BOOL, DOUBLE, STRING, Kind, input_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.condition import Condition as TopicCondition
+from hmrsim_zenoh.client.conditions import Condition as TopicCondition
 
 if TYPE_CHECKING:
     from bt_controller.core.ports import Places
     from bt_controller.core.topics import Topics
-    from hmrsim_zenoh.client.condition import Operator
+    from hmrsim_zenoh.client.conditions import Operator
 
 _TOPIC = "battery_state"
 _NAV2S = "battery_status"

@@ -35,9 +35,9 @@ class Switch(Control):
 
     def _meant(self) -> Behaviour:
         *children, default = self.children
-        if not self.blackboard_client.exists("variable"):
-            return default
         variable = self.read("variable")
+        if variable is None:
+            return default
         for number, child in enumerate(children, start=1):
             case = self.read(f"case_{number}")
             if case is not None and same(variable, case):

@@ -29,8 +29,7 @@ class Loop(Decoration):
 
     def initialise(self) -> None:
         """Begin with the first value."""
-        client = self.blackboard_client
-        text = client.exists("queue") and isinstance(client.get("queue"), str)
+        text = isinstance(self.entry("queue"), str)
         self._own: list[Any] | None = self.read("queue") if text else None
 
     def next_tick_time(self) -> float:
@@ -60,10 +59,9 @@ class Loop(Decoration):
         """
         if self._own is not None:
             return self._own
-        client = self.blackboard_client
-        if not client.exists("queue"):
+        queue = self.entry("queue")
+        if queue is None:
             return []
-        queue = client.get("queue")
         if not isinstance(queue, list):
             raise PortError(f"{self._whose('queue')} takes a list, got {type(queue).__name__} {queue!r:.80}")
         return queue

@@ -96,19 +96,30 @@ class Judge:
 
     def emit(self, output: Output) -> None:
         """Look at what has happened."""
-        if isinstance(output, GoalChanged):
-            self._count(output.status)
-            if output.status is GoalStatus.ABORTED:
-                self._note_failure(output.stamp, output, error_of(output.result) if output.result else "")
-            if output.status.terminal:
-                self._look(output)
-        elif isinstance(output, EventStamped) and not self.label:
-            event = output.event
-            if isinstance(event, SendGoalRejected):
-                self._note_failure(output.stamp, event, event.error_msg)
-            if isinstance(event, RunReported):
-                self.reported |= {**event.values, "label": event.label}
-            self._look(event)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return takers.get(kind)
+
+    def _note_goal(self, change: GoalChanged) -> None:
+        self._count(change.status)
+        if change.status is GoalStatus.ABORTED:
+            self._note_failure(change.stamp, change, error_of(change.result) if change.result else "")
+        if change.status.terminal:
+            self._look(change)
+
+    def _note_event(self, output: EventStamped) -> None:
+        if self.label:
+            return
+        event = output.event
+        if isinstance(event, SendGoalRejected):
+            self._note_failure(output.stamp, event, event.error_msg)
+        if isinstance(event, RunReported):
+            self.reported |= {**event.values, "label": event.label}
+        self._look(event)
 
     def _note_failure(self, stamp: int, goal: GoalChanged | SendGoalRejected, why: str) -> None:
         if self._simulator is not None and not self.label:

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from hmrsim.experiments.judging.endings import Judge
 from hmrsim.experiments.judging.measures import NAMES, Names
-from hmrsim.report.live import LiveReport
+from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.overlays.expressions import OverlayFlaw, UnknownPart, evaluate, names_in, parts_in

@@ -24,7 +24,7 @@ from hmrsim.experiments.report.charts import (
     ticks_of,
 )
 from hmrsim.experiments.report.effects import TREATMENT
-from hmrsim.report.shell import page_around, part, templates
+from hmrsim.report.html import page_around, part, templates
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.model import Comparison, Ending, Estimate, Summary, Treatment

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from hmrsim.report.wording import UNKNOWN
+from hmrsim.report.html import UNKNOWN
 
 _LEAST, _MOST = 1e-4, 1e9
 

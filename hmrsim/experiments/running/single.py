@@ -14,12 +14,12 @@ from hmrsim.experiments.judging.fingerprint import fingerprint_of
 from hmrsim.experiments.judging.measures import measures_of, needs_report
 from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import packed
-from hmrsim.report.live import LiveReport
+from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.endings import CRASHED, ERROR, FAILED, SUCCEEDED, TIMEOUT
-from hmrsim.trials.trial import Watchers, unwatched
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run

@@ -14,7 +14,7 @@ from hmrsim.experiments.running.single import row_of
 from hmrsim.program.users_code import described
 from hmrsim.trials.endings import ERROR, HUNG, MEMORY, TimeLimit
 from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import Watchers, unwatched
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Plan, Run

@@ -95,7 +95,7 @@ class Check:
         """How its world is run."""
         return RunSettings(seed=self.file.world_seed, duration=self.limit, clock="lockstep")
 
-    @property
+    @cached_property
     def compares(self) -> bool:
         """Whether a property compares runs with the one without faults."""
         return compares(self.properties)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from hmrsim import __version__
 from hmrsim.fault_search.results.story import events_of, mark_of, passes
-from hmrsim.report.shell import page_around, part, templates
+from hmrsim.report.html import page_around, part, templates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

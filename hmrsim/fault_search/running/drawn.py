@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.events.robots import ChargingBegan, ChargingEnded
 from hmrsim.fault_search.space.energy import Draw, battery_of, share_at_start
@@ -34,6 +35,10 @@ class Drawn:
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic is wanted: events."""
         return topic is Topic.EVENTS
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged) else None
 
     def emit(self, output: Output) -> None:
         """Note how full a battery is when a goal or charging begins and ends."""

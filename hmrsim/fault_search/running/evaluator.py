@@ -63,10 +63,16 @@ class Evaluator:
         """End the executor, with what it does."""
         self.stop()
 
-    def take(self, check: Check) -> None:
-        """Run the cases of another check from now on, on the same executor."""
+    def take(self, check: Check, nominal: Outcome | None = None) -> None:
+        """Run the cases of another check from now on, on the same executor.
+
+        What comes of its run without faults is *nominal*, if it is known. If a property compares runs with that one, it
+        is made again, to be compared with itself.
+        """
         self._check = check
         self._known.clear()
+        if nominal is not None and not check.compares:
+            self._keep(Case().key, nominal)
 
     def stop(self) -> None:
         """End the executor; the next cases have a new one."""

@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.properties import MonitorSink
-from hmrsim.protocol.outputs import EventStamped
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.outputs import EventStamped
 
 
 class ExcusingSink(MonitorSink):
     """A monitor's sink to which a controller that is cut off on purpose is not dropped: it is no failure of its own."""
 
-    def emit(self, output: Output) -> None:
+    def _take(self, output: EventStamped) -> None:
         """Pass on what the monitor wants, but that a participant is dropped: that leaves its goals to nobody."""
-        if isinstance(output, EventStamped) and isinstance(output.event, ParticipantDropped):
+        if isinstance(output.event, ParticipantDropped):
             self._monitor.replace_controller()
         else:
-            super().emit(output)
+            super()._take(output)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
@@ -15,7 +16,6 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
-    from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.trials.disturbances import Acted
@@ -66,10 +66,13 @@ class Observer:
 
     def emit(self, output: Output) -> None:
         """Note an event, or a change of a goal."""
-        if isinstance(output, GoalChanged):
-            self._note_goal(output)
-        elif isinstance(output, EventStamped):
-            self._note_event(output.stamp / NANOSECONDS, output.event)
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return takers.get(kind)
 
     def note_disturbance(self, acted: Acted) -> None:
         """Note a disturbance, which is no event of the simulation."""
@@ -97,7 +100,8 @@ class Observer:
             event = change.accepted() if status is GoalStatus.ACCEPTED else change.event()
             self.lines.append((at, event.describe()))
 
-    def _note_event(self, at: float, event: Event) -> None:
+    def _note_event(self, output: EventStamped) -> None:
+        at, event = output.stamp / NANOSECONDS, output.event
         if not event.traced:
             return
         if self._story:

@@ -28,8 +28,8 @@ from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.endings import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import Watchers, unwatched
 from hmrsim.world_checks import LoadedWorld
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

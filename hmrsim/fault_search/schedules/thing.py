@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.documents.validation import explain
+from hmrsim.fault_search.schedules.moment import What, anchored_to
 from hmrsim.faults import SUBJECTS, Anchor
 from hmrsim.trials.disturbances import Disturbance
 from hmrsim.world_checks.faults import read_fault
@@ -46,12 +47,12 @@ class Thing:
         """Return whether another thing says the same."""
         return isinstance(other, Thing) and other.key == self.key
 
-    @property
+    @cached_property
     def family(self) -> str:
         """``type`` for a fault, ``change`` or ``disturbance``."""
         return next(key for key in _KEYS if key in self.said)
 
-    @property
+    @cached_property
     def kind(self) -> str:
         """The type of a fault, the kind of a disturbance, or the last step of a change's paths."""
         if self.family == CHANGE:
@@ -76,6 +77,11 @@ class Thing:
     def anchor(self) -> Mapping[str, Any]:
         """The anchor, in plain values; empty if it has none."""
         return self.said.get("when") or {}
+
+    @cached_property
+    def awaited(self) -> What:
+        """The moment that it is anchored to, in whatever run; one that never comes if it has no anchor."""
+        return anchored_to(self.anchor)
 
     @property
     def transient(self) -> bool:

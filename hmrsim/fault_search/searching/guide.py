@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import random
 
     from hmrsim.fault_search.running.outcome import Outcome
-    from hmrsim.fault_search.schedules.moment import Moment
-    from hmrsim.fault_search.schedules.thing import Schedule
+    from hmrsim.fault_search.schedules.moment import Moment, What
+    from hmrsim.fault_search.schedules.thing import Schedule, Thing
 
 _NEARER: Final = 0.95
 """A robustness that is less than this share of the least one so far is worth to go on from."""
@@ -64,7 +64,10 @@ class Guide:
         self.features: Counter[str] = Counter()
         self._least: dict[str, float] = {}
         self._energies: list[float] = []
-        self._nominal = dict.fromkeys(moment[1:6] for moment in nominal)
+        self._nominal = dict.fromkeys(moment.what for moment in nominal)
+        # What has happened in runs, by schedule, and in any of them.
+        self._happened: dict[frozenset[Thing], frozenset[What]] = {}
+        self._known: dict[What, None] = {}
 
     def note(self, schedule: Schedule, outcome: Outcome) -> bool:
         """Note what a run has exercised; return whether that was new."""
@@ -74,11 +77,33 @@ class Guide:
         nearer = self._nearer(outcome)
         if (new or nearer) and not outcome.failure and len(self.kept) < _MAX_KEPT:
             self.kept.append(Kept(schedule, outcome.moments, self.fresh(outcome), new))
+            happened = [moment.what for moment in outcome.moments]
+            self._happened[frozenset(schedule)] = frozenset(happened)
+            self._known |= dict.fromkeys(happened)
         return bool(new or nearer)
+
+    def can_begin(self, schedule: Schedule) -> bool:
+        """Return whether all of a schedule may begin, as far as that is known.
+
+        What waits for moments that do not come in the run of all else waits in vain: its run would be that one.
+        """
+        begun: list[Thing] = []
+        waiting = [*schedule]
+        come = [thing for thing in waiting if thing.awaited not in self._known]
+        while waiting:
+            begun += come
+            waiting = [thing for thing in waiting if thing not in come]
+            happened = self._happened.get(frozenset(begun))
+            if happened is None:
+                return True
+            come = [thing for thing in waiting if thing.awaited in happened]
+            if waiting and not come:
+                return False
+        return True
 
     def fresh(self, outcome: Outcome) -> list[Moment]:
         """Return the moments of a run that the run without faults does not have."""
-        return [moment for moment in outcome.moments if moment[1:6] not in self._nominal]
+        return [moment for moment in outcome.moments if moment.what not in self._nominal]
 
     def _nearer(self, outcome: Outcome) -> bool:
         """Return whether a property was nearer to its violation than in any run before."""
@@ -106,6 +131,6 @@ class Guide:
         return kept
 
     def _energy(self, kept: Kept) -> float:
-        rare = sorted(self.features[feature] for feature in kept.features)[:_MAX_RARE]
-        novelty = 0.1 + sum(1.0 / count for count in rare)
+        rare = sorted(map(self.features.__getitem__, kept.features))[:_MAX_RARE]
+        novelty = 0.1 + sum([1.0 / count for count in rare])
         return novelty * (_RECOVERY if kept.fresh else 1.0) / (1.0 + kept.chosen)

@@ -224,7 +224,7 @@ class Search:
         if case.key in self._seen:
             return False
         self._seen[case.key] = None
-        return not self._passed_over(schedule)
+        return self.guide.can_begin(schedule) and not self._passed_over(schedule)
 
     def _passed_over(self, schedule: Schedule) -> bool:
         """Return whether a schedule has all of one that is known to fail."""

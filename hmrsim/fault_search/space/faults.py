@@ -10,6 +10,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.fault_search.space.energy import battery_of, has_charger
 from hmrsim.faults import SUBJECTS, Spell
 from hmrsim.faults import registry as faults
+from hmrsim.geometry import METER
 from hmrsim.world_checks.faults import read_fault
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 _DROP: Final = "battery_drop"
 _ABOVE: Final = 1.5
 """How much more than what is low a battery has that falls to a little above that."""
-_PIXELS: Final = 80.0
-"""Pixels that stand for a meter, as for deliveries."""
 
 
 def faults_of(
@@ -103,7 +102,7 @@ def _strength(kind: AnyFault, name: str, world: World) -> Any:
     """Return the value of a field: that of the kind's example, which gives lengths in meters."""
     value, extra = kind.example.get(name), kind.settings.model_fields[name].json_schema_extra
     is_length = isinstance(extra, dict) and extra.get("unit") == "m"
-    return value * _PIXELS if is_length and world.units == "px" and isinstance(value, (int, float)) else value
+    return value * METER[world.units] if is_length and isinstance(value, (int, float)) else value
 
 
 def _falls(

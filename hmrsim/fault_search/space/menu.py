@@ -92,9 +92,9 @@ class Entry:
         """Whether it begins at a moment; a change of the world holds from the start."""
         return self.thing.family != CHANGE and not self.thing.said.get("when") and "at" not in self.thing.said
 
-    def suits(self, moment: Moment) -> bool:
-        """Return whether it can have an effect at once: not on goals of another action than the one that begins."""
-        return moment.goal != "executing" or self.thing.said.get("action") in (None, moment.action)
+    def suits(self, action: str) -> bool:
+        """Return whether it can have an effect when a goal of an action begins: not on those of another action."""
+        return self.thing.said.get("action") in (None, action)
 
     def anchors_in(self, timeline: Timeline) -> list[dict[str, Any]]:
         """Return the anchors at which it can begin in a run, in plain values.
@@ -171,6 +171,8 @@ class Menu:
         self.entries: list[Entry] = []
         self._asked = dict.fromkeys((moment.robot, moment.action) for moment in moments if moment.goal)
         self._of_robots: dict[str, list[Entry]] = {}
+        # What holds from the start, and what begins at a moment and is about no robot.
+        self._changes: list[Entry] = []
         self._general: list[Entry] = []
         self._known: dict[str, None] = {}
         self._enter(things)
@@ -187,7 +189,10 @@ class Menu:
             entry = Entry(thing, self._weight(thing))
             robot = thing.said.get("robot")
             self.entries.append(entry)
-            (self._of_robots.setdefault(robot, []) if robot and entry.anchored else self._general).append(entry)
+            if not entry.anchored:
+                self._changes.append(entry)
+            else:
+                (self._of_robots.setdefault(robot, []) if robot else self._general).append(entry)
 
     def _weight(self, thing: Thing) -> float:
         """Return how often a thing is tried; each of the many error codes of an action less often."""
@@ -232,14 +237,15 @@ class Menu:
 
         None if nothing can happen.
         """
-        changes = [entry for entry in self._general if not entry.anchored]
-        others = [entry for entry in self._general if entry.anchored]
+        changes, others = self._changes, self._general
         if changes and (rng.random() < _CHANGES or not moments):
             return _chosen(changes, rng).thing
         if not moments:
             return None
         moment = rng.choice(moments)
-        own = [entry for entry in self._of_robots.get(moment.robot, ()) if entry.suits(moment)]
+        own = self._of_robots.get(moment.robot, [])
+        if moment.goal == "executing":
+            own = [entry for entry in own if entry.suits(moment.action)]
         entries = own if own and (not others or rng.random() < _OWN) else others
         if not entries:
             return _chosen(changes, rng).thing if changes else None

@@ -75,7 +75,9 @@ class DeadlockResolver:
         self._ways = ways
         self._reservations = reservations
         self._movable = movable
-        self._around_waypoint: dict[int, tuple[Sequence[int], Sequence[int]]] = {}
+        self._around_waypoint: dict[int, tuple[Sequence[int], Sequence[int]]] = admission.graph.lanes.derived(
+            DeadlockResolver, dict
+        )
 
     def find_steps(
         self, robot: Vehicle, target: int, max_states: int, *, patient: bool
@@ -153,8 +155,8 @@ class DeadlockResolver:
         for slot in around:
             if slot != place and slots.inside(slot) and slots.is_lane(slot):
                 found.append(slot)
-            if near:
-                found += [at for at in near.get(slot, ()) if not slots.is_lane(at) or slots.inside(at)]
+            if slot in near:
+                found += [at for at in near[slot] if not slots.is_lane(at) or slots.inside(at)]
         return found
 
     def _around_place(self, place: int) -> tuple[Sequence[int], Sequence[int]]:
@@ -209,7 +211,7 @@ def _moves(group: Group, places: Places) -> Iterator[_Drives]:
             others = group.in_the_way(i, way, places)
             if not others:
                 yield ((i, way),)
-            elif all(places[j] == way.end for j in others):
+            elif {places[j] for j in others} == {way.end}:
                 ahead.append((i, way))
         into.append(ahead)
     if len(places) > _PAIR:
@@ -228,7 +230,7 @@ def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) 
             yield drives
         return
     for j in range(first + 1, len(places)):
-        if places[j] == end and all(j != i for i, _ in drives):
+        if places[j] == end and j not in [i for i, _ in drives]:
             for drive in into[j]:
                 yield from _circles(places, into, (*drives, drive))
 

@@ -46,6 +46,8 @@ class Group:
         self.robots = robots
         self.target = target
         self.start: Places = tuple(slots.held(robot)[-1] for robot in robots)
+        # The places in the middle of a lane: a vehicle stands there at first, or the first one is to be there.
+        self._middles = frozenset(filter(slots.is_lane, (*self.start, target)))
         self._slots = slots
         self._reservations = reservations
         self._members = dict.fromkeys(robots)
@@ -93,7 +95,7 @@ class Group:
         """Return the ways from where a vehicle is on which only others of the group can be in its way."""
         place = places[i]
         # A vehicle in the middle of a lane has ways of its own; elsewhere they are those of its kind.
-        key = (-1 - i if self._slots.is_lane(place) else self._kinds[i] if i else -1, place)
+        key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
         known = self._ways.get(key)
         if known is None:
             known = self._ways[key] = self._find_ways(i, place)
@@ -101,11 +103,11 @@ class Group:
 
     def _find_ways(self, i: int, place: int) -> list[Way]:
         robot = self.robots[i]
-        if place == self.start[i] and self._slots.is_lane(place):
+        if place == self.start[i] and place in self._middles:
             found = self._finder.leaving(robot)
         elif place in self._slots.points:
             found = self._finder.from_spot(place)
-        elif self._slots.is_lane(place):
+        elif place in self._middles:
             return []
         else:
             into = self._into.get(place, ())
@@ -115,14 +117,15 @@ class Group:
 
     def _is_free(self, i: int, robot: Vehicle, way: Way) -> bool:
         """Return whether nothing but the group can be in the way of one of it."""
-        slots = self._slots
-        if self._slots.is_lane(way.end) and (i or way.end != self.target):
+        slots, free, near = self._slots, self._slots.free, self._slots.near
+        if i and way.end in self._middles:
             return False
-        if not self._finder.is_open(robot, way):
-            return False
-        if any(other not in self._members for slot in way.slots for other in slots.in_the_way(robot, slot)):
-            return False
-        return self._reservations.against(robot, way.slots, self.robots[0]) is None
+        for slot in way.slots:
+            # Most slots are free, and near no other.
+            for other in slots.in_the_way(robot, slot) if free[slot] < 1 or slot in near else ():
+                if other not in self._members:
+                    return False
+        return self._finder.is_open(robot, way) and self._reservations.against(robot, way.slots, self.robots[0]) is None
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
         """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
@@ -131,9 +134,8 @@ class Group:
         for j, place in enumerate(places):
             if j == i:
                 continue
-            away = hits.get(place)
-            if away is not None:
-                if self._stops(away, place, i, j, places):
+            if place in hits:
+                if self._stops(hits[place], place, i, j, places):
                     found.append(j)
             elif (j, place) in self._occupied and any(
                 at in hits and self._stops(hits[at], at, i, j, places) for at in self._occupied[j, place]
@@ -144,7 +146,7 @@ class Group:
     def _stops(self, away: float, slot: int, i: int, j: int, places: Places) -> bool:
         """Return whether a vehicle in a slot so far away stops another one, which needs that slot if it is negative."""
         if away < 0.0:
-            return self._room(slot) <= 1 or self._is_full(slot, i, places)
+            return self._is_full(slot, i, places)
         return self._touch(away, i, j, places)
 
     def _hits(self, wanted: tuple[int, ...]) -> dict[int, float]:
@@ -177,8 +179,15 @@ class Group:
         return False
 
     def _is_full(self, slot: int, i: int, places: Places) -> bool:
-        inside = sum(j != i and slot in self.occupied(j, place) for j, place in enumerate(places))
-        return inside >= self._room(slot)
+        """Return whether the others of the group leave no room in a slot that one of them is in."""
+        room, occupied = self._room(slot), self._occupied
+        if room <= 1:
+            return True
+        inside = 0
+        for there in enumerate(places):
+            if there[0] != i:
+                inside += slot in occupied[there] if there in occupied else slot == there[1]
+        return inside >= room
 
     def _room(self, slot: int) -> float:
         """Return how many of the group there is room for in a slot."""
@@ -193,7 +202,7 @@ class Group:
         if known is None:
             known = self._beside[wanted] = {}
             for slot in wanted:
-                for at, away in self._slots.near.get(slot, {}).items():
+                for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
                     known[at] = min(away, known.get(at, away))
         return known
 

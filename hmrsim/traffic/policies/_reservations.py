@@ -54,7 +54,7 @@ class Slots:
         waypoints: int,
         near: Near,
         *,
-        around: Callable[[Point], dict[int, float]],
+        around: Callable[[Point], Mapping[int, float]],
         reach: float,
         freed: Callable[[Sequence[Vehicle]], None],
         reserved: Callable[[int], bool],
@@ -111,10 +111,10 @@ class Slots:
             slot = len(self.free)
             self.free.append(room)
             self._inside.append([])
-        near = self._around(point)
+        near, (x, y), reach = {**self._around(point)}, point, self._reach
         for other, at in self.points.items():
-            away = distance(point, at)
-            if away < self._reach:
+            # Most are nowhere near.
+            if -reach < at[0] - x < reach and -reach < at[1] - y < reach and (away := distance(point, at)) < reach:
                 near[other] = away
         self._spots[point, shared] = slot
         self.points[slot] = point
@@ -234,7 +234,7 @@ class Slots:
             if free[slot] < 1 and slot not in held:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-        if self.near and self._waits_beside(robot, wanted):
+        if self.near and self._waits_beside(robot, wanted, held):
             return False
         for slot in wanted:
             if slot not in held:
@@ -246,10 +246,12 @@ class Slots:
                 self._release(robot, slot)
         return True
 
-    def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...]) -> bool:
+    def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...], held: tuple[int, ...]) -> bool:
         """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
-        held = self._held.get(robot, ())
-        taken = [at for slot in wanted if slot not in held for at, _ in self._beside(robot, slot)]
+        taken: list[int] = []
+        for slot in wanted:
+            if slot in self.near and slot not in held:
+                taken += [at for at, _ in self._beside(robot, slot)]
         for at in taken:
             self._wanted.setdefault(at, {})[robot] = None
         return bool(taken)

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.kept import Kept, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hmrsim.traffic.policies._admission import AdmissionControl
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._vehicle import Vehicle
+
+    _Legs = list[tuple[int, tuple[Leg, ...]]]
+    """Legs by the waypoint to which, or from which, they lead."""
 
 
 _KEPT_POINTS = 1_024
@@ -55,9 +58,11 @@ class Ways:
         self._admission = admission
         self._lanes: Lanes = admission.graph.lanes
         self._slots = slots
-        self._from_waypoint: dict[int, list[Way]] = {}
+        self._from_waypoint: dict[int, list[Way]] = self._lanes.derived(Ways.from_waypoint, dict)
         self._from_point: Kept[Point, list[Way]] = Kept(_KEPT_POINTS)
         self._to_point: Kept[tuple[int, Point], list[tuple[int, Way]]] = Kept(_KEPT_POINTS)
+        # The slots of spots are those of a run; the legs are those of the map.
+        self._legs: Kept[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: Kept(_KEPT_POINTS))
 
     def leaving(self, robot: Vehicle) -> list[Way]:
         """Return the open ways from where a vehicle stands."""
@@ -70,9 +75,11 @@ class Ways:
 
     def is_open(self, robot: Vehicle, way: Way) -> bool:
         """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
-        if self._admission.all_open:
-            return True
-        return all(leg.lane is None or self._admission.may_drive(robot, leg.lane) for leg in way.legs)
+        for leg in way.legs:
+            lane = leg.lane
+            if lane is not None and not self._admission.may_drive(robot, lane):
+                return False
+        return True
 
     def _at(self, place: int, point: Point) -> list[Way]:
         """Return the ways from a place that is no waypoint, where a vehicle stands at a point."""
@@ -100,17 +107,8 @@ class Ways:
         return self._from_point.get(point, lambda: self._leaving_point(point))
 
     def _leaving_point(self, point: Point) -> list[Way]:
-        found: dict[int, Way] = {}
-        for edge, foot in self._joints(point):
-            node, far = self._waypoint_at(edge, foot), edge.end
-            if node is not None:
-                leg = Leg(point, self._lanes.points[node], foot.away, slots=(node,))
-                found.setdefault(node, Way((leg,), leg.slots, node))
-            else:
-                part = self._lanes.part(edge, foot.at, edge.leg.end)
-                legs = self._lanes.route([Leg(point, foot.at, foot.away), part]).legs
-                found.setdefault(far, Way(legs, self._slots.of(legs[0]), far))
-        return [*found.values()]
+        legs_from = self._legs.get((exact(*point), False), lambda: _legs_from(self._lanes, point))
+        return [Way(legs, self._slots.of(legs[0]), end) for end, legs in legs_from]
 
     def to_spot(self, spot: int) -> list[tuple[int, Way]]:
         """Return the waypoints from which a vehicle reaches a point beside the lanes, and the way from each."""
@@ -118,23 +116,14 @@ class Ways:
         return self._to_point.get((spot, point), lambda: self._reaching(spot, point))
 
     def _reaching(self, spot: int, point: Point) -> list[tuple[int, Way]]:
-        found: dict[int, Way] = {}
-        for edge, foot in self._joints(point):
-            node = self._waypoint_at(edge, foot)
-            start = edge.start if node is None else node
-            if start in found:
-                continue
-            if node is not None:
-                legs: tuple[Leg, ...] = (Leg(self._lanes.points[node], point, foot.away),)
-            else:
-                part = self._lanes.part(edge, edge.leg.start, foot.at)
-                legs = self._lanes.route([part, Leg(foot.at, point, foot.away)]).legs
-            found[start] = Way(legs, self._slots.of(legs[0]), spot)
-        return [*found.items()]
+        legs_to = self._legs.get((exact(*point), True), lambda: _legs_to(self._lanes, point))
+        return [(start, Way(legs, self._slots.of(legs[0]), spot)) for start, legs in legs_to]
 
     def to_places(self, node: int) -> list[Way]:
         """Return the ways from a waypoint to the places of the world that are beside the lanes."""
-        spots = [self._slots.spot(point) for point in self._places.get(node, ())]
+        if node not in self._places:
+            return []
+        spots = [self._slots.spot(point) for point in self._places[node]]
         return [way for spot in spots for start, way in self.to_spot(spot) if start == node]
 
     @cached_property
@@ -153,11 +142,42 @@ class Ways:
             part = self._lanes.part(edge, edge.leg.start, point)
             yield edge.start, Way((part,), self._slots.of(part), lane)
 
-    def _joints(self, point: Point) -> Iterator[tuple[Edge, Foot]]:
-        for foot in next(self._lanes.joints(point), ()):
-            yield self._lanes.edges[foot.number], foot
 
-    def _waypoint_at(self, edge: Edge, foot: Foot) -> int | None:
-        """Return the waypoint at a point of a lane, which may be one of another lane; None if there is none."""
-        nodes = dict.fromkeys([self._lanes.at.get(foot.at, edge.start), edge.start, edge.end])
-        return next((node for node in nodes if distance(self._lanes.points[node], foot.at) <= SAME_PLACE), None)
+def _legs_from(lanes: Lanes, point: Point) -> _Legs:
+    """Return the waypoints to which one gets from a point beside the lanes, and the legs to each."""
+    found: dict[int, tuple[Leg, ...]] = {}
+    for edge, foot in _joints(lanes, point):
+        node = _waypoint_at(lanes, edge, foot)
+        if node is not None:
+            found.setdefault(node, (Leg(point, lanes.points[node], foot.away, slots=(node,)),))
+        elif edge.end not in found:
+            part = lanes.part(edge, foot.at, edge.leg.end)
+            found[edge.end] = lanes.route([Leg(point, foot.at, foot.away), part]).legs
+    return [*found.items()]
+
+
+def _legs_to(lanes: Lanes, point: Point) -> _Legs:
+    """Return the waypoints from which one gets to a point beside the lanes, and the legs from each."""
+    found: dict[int, tuple[Leg, ...]] = {}
+    for edge, foot in _joints(lanes, point):
+        node = _waypoint_at(lanes, edge, foot)
+        start = edge.start if node is None else node
+        if start in found:
+            continue
+        if node is not None:
+            found[start] = (Leg(lanes.points[node], point, foot.away),)
+        else:
+            part = lanes.part(edge, edge.leg.start, foot.at)
+            found[start] = lanes.route([part, Leg(foot.at, point, foot.away)]).legs
+    return [*found.items()]
+
+
+def _joints(lanes: Lanes, point: Point) -> Iterator[tuple[Edge, Foot]]:
+    for foot in next(lanes.joints(point), ()):
+        yield lanes.edges[foot.number], foot
+
+
+def _waypoint_at(lanes: Lanes, edge: Edge, foot: Foot) -> int | None:
+    """Return the waypoint at a point of a lane, which may be one of another lane; None if there is none."""
+    nodes = dict.fromkeys([lanes.at.get(foot.at, edge.start), edge.start, edge.end])
+    return next((node for node in nodes if distance(lanes.points[node], foot.at) <= SAME_PLACE), None)

@@ -103,7 +103,7 @@ class Priority(Reserve):
     def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
         self._lanes = admission.graph.lanes
-        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[float]]] = {}
+        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[Lane], Sequence[float]]] = {}
         self._kept_takes: dict[float, Sequence[float]] = {}
         self._max_states = settings.most_states
         self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
@@ -420,13 +420,14 @@ class Priority(Reserve):
         if goal is None:
             return None
         graph, kept = self.admission.graph, self._kept_costs.get(robot)
-        if kept is not None and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed:
-            return kept[3]
+        kept_off = self.admission.kept_off(robot)
+        if kept and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed and kept[3] == kept_off:
+            return kept[4]
         try:
-            costs = graph.seconds_to(goal, speed)
+            costs = graph.seconds_to(goal, speed, kept_off)
         except NoRoute:
             return None
-        self._kept_costs[robot] = goal, speed, graph.closed, costs
+        self._kept_costs[robot] = goal, speed, graph.closed, kept_off, costs
         return costs
 
     def _takes(self, speed: float) -> Sequence[float]:

@@ -10,7 +10,7 @@ last first, or backs off to a free waypoint beside it; where none can, the goal 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -19,6 +19,7 @@ from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
+from hmrsim.navigation.kept import Kept, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
     from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.world.model import World
+
+_KEPT_POINTS = 1_024
+"""Points beside the lanes for which it is kept what is around them."""
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None
 
@@ -62,13 +66,18 @@ class Reserve:
         self.settings = settings
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
-        capacities = _capacities(admission.world, admission.graph.lanes, settings)
         lanes, reach = admission.graph.lanes, widest(admission.world)
+        capacities = _capacities(admission.world, lanes, settings)
+        # Of those with room for any number, no one has a place.
+        compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
+        around: Kept[bytes, Mapping[int, float]] = lanes.derived(
+            (slots_around, compared, reach), lambda: Kept(_KEPT_POINTS)
+        )
         self.slots = Slots(
             capacities,
             len(lanes.names),
-            _near(lanes, capacities, reach),
-            around=lambda point: slots_around(lanes, point, capacities, reach),
+            lanes.derived((near_slots, compared, reach), lambda: _near_among(lanes, compared, reach)),
+            around=lambda point: around.get(exact(*point), lambda: slots_around(lanes, point, capacities, reach)),
             reach=reach,
             freed=self.freed,
             reserved=self.is_reserved,
@@ -259,13 +268,8 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
     return capacities
 
 
-def _near(lanes: Lanes, capacities: Sequence[float], reach: float) -> Near:
-    """Return which slots are too near each other, but for those with room for any number, where no one has a place."""
-    compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
-    return lanes.derived((near_slots, compared, reach), lambda: _near_among(lanes, compared, reach))
-
-
 def _near_among(lanes: Lanes, compared: Sequence[int], reach: float) -> Near:
+    """Return which of these slots are too near each other."""
     at = {name: slot for slot, name in enumerate(lanes.names)}
     ends = [*((slot, slot) for slot in at.values()), *((at[a], at[b]) for a, b in lanes.tracks)]
     return near_slots(lanes.points, {slot: ends[slot] for slot in compared}, reach)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import SimulationStopped
@@ -86,6 +86,10 @@ class Disturber:
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages are wanted: events."""
         return bool(self._waiting) and (topic is Topic.EVENTS or (topic is Topic.MOTION and self._wants_motion))
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:
         """Look whether disturbances have waited for an event."""

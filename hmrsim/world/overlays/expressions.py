@@ -83,6 +83,7 @@ def evaluate(expression: str, names: Names) -> Any:
     return _evaluated(_parsed(expression), names)
 
 
+@lru_cache(maxsize=4096)
 def names_in(expression: str) -> frozenset[str]:
     """Return the names in an expression.
 
@@ -99,6 +100,8 @@ def names_asked_for(value: Any) -> frozenset[str]:
         OverlayFlaw: An expression is invalid.
     """
     if isinstance(value, str):
+        if "$" not in value:
+            return frozenset()
         matches = (match for match in _REFERENCE.finditer(value) if not match["escaped"])
         return frozenset().union(*(names_in(match["name"] or match["expression"]) for match in matches))
     if isinstance(value, Mapping):

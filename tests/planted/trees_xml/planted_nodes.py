@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from bt_controller.core.node import Leaf
 from bt_controller.core.ports import POSE, STRING, Kind, input_port, output_port
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 _ITEM = input_port(STRING, "The item")
 _PARTS: Kind[Any] = Kind("any", object, lambda text, _places: text.split(";"))

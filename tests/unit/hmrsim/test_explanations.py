@@ -88,7 +88,7 @@ def test_a_blocked_robot_is_not_advised_the_policy_that_is_on():
 
     sentences = [sentence for sentence in advice.replace("\n", " ").split(". ") if "policy `planned`" in sentence]
     assert 1 == len(sentences)
-    assert sentences[0].startswith("Under `reserve` ")
+    assert sentences[0].startswith("Under `reserve`")
 
 
 @pytest.mark.parametrize("state", ["idle", "waiting", "working", "docked or charging", "broken down"])

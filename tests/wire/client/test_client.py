@@ -35,6 +35,7 @@ from tests.patience import PATIENCE
 GOAL = Wait.Goal(time=Duration(sec=2))
 ID = "0123456789abcdef0123456789abcdef"
 OTHER_ID = "f" * 32
+FOR_EVER = 1e6
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 
@@ -759,6 +760,15 @@ def test_a_value_that_takes_too_long_times_out(simulator, client):
 
     with pytest.raises(RequestTimeout, match=r"'hmrsim/_world/clock': no answer in 0.1 s"):
         client.get("hmrsim/_world/clock", 0.1)
+
+
+def test_all_values_are_there_when_all_have_answered(simulator, client):
+    """However long the last one might take; for keys without any, at once."""
+    for key in ("hmrsim/ann/odom", "hmrsim/bob/odom"):
+        serve(simulator, key, lambda query, _body, key=key: query.reply(key, b"{}"))
+
+    assert {"hmrsim/ann/odom": b"{}", "hmrsim/bob/odom": b"{}"} == client.get_all("hmrsim/*/odom", FOR_EVER)
+    assert {} == client.get_all("hmrsim/*/battery_state", FOR_EVER)
 
 
 def test_a_value_without_a_simulator(another):

@@ -19,7 +19,7 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.goal_ids import made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.client.zenoh_connection import MAX_BYTES
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
 from tests.patience import PATIENCE

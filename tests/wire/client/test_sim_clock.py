@@ -7,7 +7,7 @@ import logging
 
 import pytest
 
-from hmrsim_zenoh.client.sim_clock import SimClock
+from hmrsim_zenoh.client.subscription import SimClock
 from hmrsim_zenoh.wire.keys import Keys
 
 

@@ -112,6 +112,14 @@ class TestReading:
         assert {"hmrsim/ann/odom", "hmrsim/bob/odom"} == client.get_all("hmrsim/*/odom").keys()
         assert ["ann", "bob"] == [robot["name"] for robot in client.info()["robots"]]
 
+    def test_all_values_of_a_kind_may_take_as_long_as_one(self, client, monkeypatch):
+        """Where all have answered nothing is waited for."""
+        limits = []
+        monkeypatch.setattr(client.session, "get", lambda _key, timeout: limits.append(timeout) or [])
+        client.get_all("hmrsim/*/odom")
+
+        assert [60.0] == limits
+
     def test_the_description_is_what_its_key_says(self, client):
         """In plain values of the caller's own."""
         said = json.loads(client.get("hmrsim/_world/info"))

@@ -34,6 +34,7 @@ class Planner:
 
     def __init__(self, tester, answer):
         self.asked = []
+        self.heard = threading.Event()
         self._answer = answer
         self._go = threading.Event()
         if answer is not None:
@@ -53,6 +54,7 @@ class Planner:
 
     def _on_query(self, query):
         self.asked.append((json.loads(query.payload.to_bytes()), str(query.encoding), query.attachment.to_string()))
+        self.heard.set()
         assert self._go.wait(PATIENCE)
         if isinstance(self._answer, Exception):
             query.reply_err(str(self._answer).encode())
@@ -130,6 +132,7 @@ def test_a_planner_that_says_nothing_aborts_the_goal(world, go):
     """It drops the request, or is gone."""
     planner = Planner(world, None)
     accepted = world.send(EVE, go(4, 6))
+    assert planner.heard.wait(PATIENCE)
     planner.leave()
     result = world.result(EVE, accepted["goal_id"])["result"]
 

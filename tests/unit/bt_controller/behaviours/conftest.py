@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from bt_controller.world.directory import Directory
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable

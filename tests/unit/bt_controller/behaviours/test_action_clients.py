@@ -14,7 +14,7 @@ from bt_controller.behaviours.wait import Wait
 from bt_controller.world.directory import NotServed
 from hmrsim.interfaces import moveit_msgs, nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 GOAL = nav2_msgs.Wait.Goal(time=Duration(sec=3))
 

@@ -19,8 +19,8 @@ from hmrsim.interfaces.vision_msgs import (
     ObjectHypothesis,
     ObjectHypothesisWithPose,
 )
-from hmrsim_zenoh.client.condition import Condition
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.places import pose_at
 
 
 def at(x):

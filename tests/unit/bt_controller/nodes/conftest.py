@@ -16,7 +16,7 @@ from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry, Path
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "-": Status.INVALID}
 LETTERS = {status: letter for letter, status in STATUSES.items()}
@@ -95,7 +95,7 @@ class Tree:
         self.root = root
         self.now = 0.0
         for node in root.iterate():
-            if getattr(node, "_blackboard_client", True) is None:
+            if getattr(node, "_subtree_namespace", "/") is None:
                 node.setup_ports()
         for node in root.iterate():
             node.setup(**known)

@@ -20,7 +20,7 @@ from bt_controller.running.tick_schedule import due
 from bt_controller.scripting.parser import parse
 from bt_controller.world.directory import Directory
 from hmrsim.plugins import discover
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 from tests.cases import case
 from tests.unit.bt_controller.conftest import FakeClient
 

@@ -23,7 +23,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import SimulatorNotFound
 
 

@@ -32,7 +32,7 @@ from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
 from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 
 class TestGoalReached:

@@ -19,7 +19,7 @@ from bt_controller.nodes.decorators.controllers import (
 from bt_controller.nodes.decorators.goal_updater import GoalUpdater
 from bt_controller.nodes.decorators.once import SingleTrigger
 from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 
 
 class TestRateController:

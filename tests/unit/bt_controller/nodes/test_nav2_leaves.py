@@ -25,7 +25,7 @@ from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import RequestTimeout
 
 

@@ -9,7 +9,7 @@ import pytest
 from bt_controller.nodes.conditions.path_validity import IsPathValid, ValidatePath
 from bt_controller.nodes.controls.sequence import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
-from hmrsim_zenoh.client.errands import pose_at
+from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import RequestTimeout
 from hmrsim_zenoh.wire.keys import Keys
 

@@ -9,7 +9,7 @@ import pytest
 
 from bt_controller.core.topics import Topics
 from bt_controller.running.alarms import Alarms
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.errors import RequestError
 
 LOW, FULL = (Condition("wall_e/battery_state", (("/percentage", *when),)) for when in (("<", 0.2), (">=", 0.9)))

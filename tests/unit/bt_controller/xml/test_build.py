@@ -54,6 +54,12 @@ class TestNodes:
             *inside,
         ]
 
+    def test_what_one_tree_writes_another_one_of_the_file_does_not_read(self, files):
+        """The keys of their ports are the same; the blackboards are not."""
+        text = _main('<All><Say name="s" text="{x}"/><Put value="5" to="{x}"/></All>')
+
+        assert [{"s": "nothing"}, {"s": "nothing"}] == [files.ticked(text)[1] for _ in range(2)]
+
     def test_two_builds_are_alike(self, files):
         """Names do not change from robot to robot, nor from run to run."""
         with files.built(self.TEXT) as one, files.built(self.TEXT) as other:

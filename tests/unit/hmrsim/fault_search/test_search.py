@@ -12,6 +12,7 @@ import pytest
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.fault_search.schedules.thing import Thing
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.fault_search.searching.mutation import without_twins
@@ -23,6 +24,8 @@ from tests.torture.planted import catalogue
 from tests.torture.planted import check_of as planted
 
 DELIVERED = {"properties": {"delivered": {"eventually": {"item": "box", "at": "shelf", "carried": False}}}}
+
+SAME_ITEMS = {"properties": {"as_before": {"eventually": {"items": "as_without_faults"}}}}
 
 
 def failures(summary):
@@ -114,6 +117,41 @@ def test_schedules_that_have_all_of_a_known_failure_are_passed_over():
 
         assert not search._is_new((*first, Thing({"type": "slip", "robot": "porter", "factor": 0.5})))
         assert search._is_new((Thing({"type": "slip", "robot": "porter", "factor": 0.5}),))
+
+
+def test_a_schedule_of_which_a_part_can_t_begin_is_not_run():
+    """There are three drives, and one more for each that is aborted: nothing begins at a fourth one without that."""
+    drive = "navigate_to_pose"
+    first, second, third = (
+        Thing({"type": "goals_aborted", "robot": "porter", "action": drive, "count": 1, "when": when.anchor()})
+        for when in (Moment(0.0, "executing", "", "porter", drive, nth) for nth in (1, 4, 5))
+    )
+    slip = Thing({"type": "slip", "robot": "porter", "factor": 0.5})
+    check = check_of("careful")
+    with Evaluator(check, Serial, 1) as evaluator:
+        nominal = evaluator.outcomes([Case()])[0]
+        search = Search(check, evaluator, Menu(check.world, check.file.space, nominal.moments), nominal)
+        search.first([Case(), Case((first,)), Case((first, second))])
+
+        assert search.guide.can_begin((first, second, third))
+        assert not search.guide.can_begin((second,))
+        assert not search.guide.can_begin((second, third))
+        assert not search.guide.can_begin((first, third))
+        assert search.guide.can_begin((slip, third))
+
+
+def test_the_run_without_faults_is_made_once():
+    """Unless a property compares other runs with it: then it is compared with itself."""
+    runs = []
+    for properties in ({}, SAME_ITEMS):
+        check = check_of("careful", properties=properties)
+        with Evaluator(check, Serial, 1) as evaluator:
+            nominal = evaluator.outcomes([Case()])[0]
+            evaluator.take(limited(check, nominal), nominal)
+            evaluator.outcomes([Case()])
+            runs.append(evaluator.runs)
+
+    assert [1, 2] == runs
 
 
 def test_a_fault_that_never_began_is_noted():

@@ -274,3 +274,10 @@ def test_plans_are_kept_for_each_destination(monkeypatch):
     square.plan((0, 4), (4, 4), 1.0)
 
     assert [] == searched
+
+
+def test_a_route_that_is_planned_again_is_the_same():
+    """Its legs are, too, so that a drive along them is not worked out again."""
+    square = graph(**SQUARE)
+
+    assert square.plan((0, 0), (4, 3), 1.0) is square.plan((0, 0), (4, 3), 1.0)

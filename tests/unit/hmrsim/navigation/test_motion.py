@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import Pose
-from hmrsim.navigation.motion import Trapezoid, drive, spin, straight
+from hmrsim.navigation.motion import Drives, Trapezoid, drive, spin, straight
 from hmrsim.navigation.route import Leg
 
 
@@ -171,3 +171,15 @@ def test_stopped_and_sent_on_at_once_it_arrives_as_if_nothing_had_been(length, s
     )
 
     assert whole.duration == pytest.approx(elapsed + sum(piece.duration for piece in rest), rel=1e-4)
+
+
+def test_a_drive_along_the_same_legs_is_the_same():
+    """It is made once, as long as it begins in the same pose; 0 and -0 are told apart."""
+    drives, legs, limits = Drives(8), [leg((0, 0), (6, 0))], {"speed": 2.0, "acceleration": 1.0}
+    driven = drives.drive(Pose(0.0, 0.0), legs, None, **limits)
+
+    assert driven is drives.drive(Pose(0.0, 0.0), legs, None, **limits)
+    assert driven is not drives.drive(Pose(0.0, 0.0), [leg((0, 0), (6, 0))], None, **limits)
+    assert driven is not drives.drive(Pose(0.0, -0.0), legs, None, **limits)
+    assert driven is not drives.drive(Pose(0.0, 0.0), legs, 0.0, **limits)
+    assert driven is not drives.drive(Pose(0.0, 0.0), legs, None, **limits, run_up=0.5)

@@ -8,8 +8,8 @@ from html.parser import HTMLParser
 import pytest
 
 from hmrsim.report import of_trace, report_of
+from hmrsim.report.charts import timeline_of
 from hmrsim.report.page import page_of
-from hmrsim.report.timeline import timeline_of
 from tests.unit.hmrsim.report.worlds import ALONE, FAULTY, MEETING
 
 EVIL = "</style></title><script>alert(1)</script>"

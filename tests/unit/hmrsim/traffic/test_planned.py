@@ -14,6 +14,7 @@ from hmrsim.navigation.adjacency import Adjacency
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.traffic.policies._streets import against
 from hmrsim.world.model import World
+from hmrsim.world_checks import load_world
 from tests.profiles import examples
 from tests.simulation import simulate
 from tests.unit.hmrsim.traffic.test_traffic import EVENTS, TRACK, check_places, end, go, grid
@@ -36,6 +37,16 @@ def works(robot, seconds, goal_id):
 
 class TestTurningOff:
     """A robot whose lane is taken takes another one that is as good."""
+
+    def test_it_does_not_turn_off_towards_a_door_that_is_not_for_it(self):
+        """The door would be a shortcut, so the robot would drive there and back for ever."""
+        world = load_world("zoo/door").world.model_dump(exclude_unset=True)
+        world["robots"] = {"burn_e": {"type": "porter", "at": "east_exit"}, "m_o": {"type": "porter", "at": "east_bed"}}
+        run = planned(world)
+        log = run((0.0, works("burn_e", 100, A)), (1.0, go("m_o", 3, 3, B)), until=300.0)
+
+        assert [] == log.happened("rerouted")
+        assert "SUCCEEDED" == end(log, B)[1]
 
     def test_it_takes_a_lane_that_leads_nearer_to_its_goal(self):
         """And comes as early as if no robot had been there."""

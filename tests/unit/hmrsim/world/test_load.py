@@ -12,7 +12,7 @@ import yaml
 from hmrsim.errors import Problem, WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.files import shipped_maps
-from hmrsim.world_checks import load_world
+from hmrsim.world_checks import load_world, world_hash
 from hmrsim.world_checks.schema import world_schema
 from tests.paths import ROOT
 from tests.shipped import shipped
@@ -163,6 +163,17 @@ def test_equal_worlds_have_one_hash(load):
     other = load("seed: 2\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "other.yaml").hash
 
     assert (len(one), one == same, one == other) == (64, True, False)
+
+
+def test_the_hash_depends_on_faults(load):
+    """A world to which faults are added has the hash of a file with these faults; one without them keeps its own."""
+    text = "waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\nrobots: {eve: {at: a}}\n"
+    said = "{type: slip, robot: eve, factor: 0.5, at: 1.0}"
+    plain, faulty = load(text, "plain.yaml"), load(f"{text}faults: [{said}]\n", "plain.yaml")
+    before = plain.hash
+    added = plain.world.model_copy(update={"faults": faulty.world.faults})
+
+    assert world_hash(added) == faulty.hash != before == world_hash(plain.world)
 
 
 # --- includes -----------------------------------------------------------------------------------------------------

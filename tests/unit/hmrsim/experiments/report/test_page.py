@@ -12,7 +12,7 @@ from hmrsim.experiments.report.charts import Axis, axis_of, histogram_chart, int
 from hmrsim.experiments.report.model import Estimate, Point
 from hmrsim.experiments.report.wording import figure, points
 from hmrsim.experiments.results.row import Row
-from hmrsim.report.wording import UNKNOWN
+from hmrsim.report.html import UNKNOWN
 from tests.unit.hmrsim.experiments.report.conftest import TREE, times
 
 EVIL = "</style></title><script>alert(1)</script>"

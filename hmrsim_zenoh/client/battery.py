@@ -1,11 +1,11 @@
-"""The charge of a robot's battery, for those who wait for it."""
+"""The charge of a robot's battery, and waiting for it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.condition import Condition
+from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.errors import NotCharging, Unreachable
 from hmrsim_zenoh.wire.envelopes import plain, read_often
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _TOPIC: Final = "battery_state"
 BATTERY_PERIOD: Final = 1.0
-"""Simulated seconds after which a battery is looked at again where time does not stop for conditions."""
+"""Simulated seconds between two readings of a battery where time does not stop for conditions."""
 _ROUNDING: Final = 1e-6
 """How far a battery that has reached a charge may seem to be from it."""
 

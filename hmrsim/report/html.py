@@ -1,4 +1,4 @@
-"""What surrounds all reports: one page without external parts, its colours, and the templates of its bodies."""
+"""The page around all reports: one HTML file without external parts, its colors, templates and number formats."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import base64
 import hashlib
 from functools import cache
 from importlib.resources import files
+from typing import Any, Final
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from hmrsim.drawing import PALETTE, THEMES
-from hmrsim.report import wording
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.trace.sections import restart_text
 
 
@@ -47,9 +48,9 @@ def templates(package: str = __package__) -> Environment:
         loader=FunctionLoader(load), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {
-        "seconds": wording.seconds,
-        "amount": wording.amount,
-        "share": wording.share,
+        "seconds": seconds,
+        "amount": amount,
+        "share": share,
         "svg": Markup,
         "restart": restart_text,
     }
@@ -69,3 +70,64 @@ def _colours() -> str:
         f"@media (prefers-color-scheme:dark){{:root{{{themes['dark']}}}}}\n"
         f"@media print{{:root{{color-scheme:light;{themes['light']}}}}}\n"
     )
+
+
+UNKNOWN = "\N{EN DASH}"
+"""The text for unknown and missing values."""
+
+_MINUTE, _HOUR = 60, 3600
+
+
+def seconds(value: float | None) -> str:
+    """Return a length of time."""
+    if value is None:
+        return UNKNOWN
+    if value < _MINUTE:
+        return f"{value:.1f} s"
+    if value < _HOUR:
+        return f"{int(value // _MINUTE)} min {int(value % _MINUTE):02d} s"
+    return f"{int(value // _HOUR)} h {int(value % _HOUR // _MINUTE):02d} min"
+
+
+def times(count: int, what: str = "") -> str:
+    """Return a number with its noun."""
+    if what:
+        return f"{count:,} {what}{'' if count == 1 else 's'}"
+    return "once" if count == 1 else f"{count:,} times"
+
+
+def amount(value: float | None, unit: str = "") -> str:
+    """Return a number of about four digits, and its unit."""
+    if value is None:
+        return UNKNOWN
+    digits = 0 if abs(value) >= 1000 else 1  # noqa: PLR2004 - four digits
+    return f"{value:,.{digits}f}{f' {unit}' if unit else ''}"
+
+
+def share(value: float | None) -> str:
+    """Return a share in percent."""
+    if value is None:
+        return UNKNOWN
+    percent = 100 * value
+    # Shares other than 0 and 1 are not rounded to these.
+    if 0 < percent < 0.1 or 99.9 < percent < 100:  # noqa: PLR2004
+        return "< 0.1 %" if percent < 1 else "> 99.9 %"
+    return f"{percent:.1f} %".replace(".0 %", " %")
+
+
+_DIGITS: Final = 9
+
+
+def in_seconds(nanoseconds: int) -> float:
+    """Return nanoseconds as seconds."""
+    return nanoseconds / NANOSECONDS
+
+
+def rounded(value: float) -> float:
+    """Return a sum without the errors of binary arithmetic."""
+    return round(value, _DIGITS) + 0.0
+
+
+def as_text(value: Any) -> str:
+    """Return a value if it is text, else an empty text."""
+    return value if isinstance(value, str) else ""

@@ -1,4 +1,4 @@
-"""Conditions on topics, for which a client in lockstep has time stop."""
+"""Conditions on topics, at which simulated time stops for a client in lockstep."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Value = float | str | bool | None
 
 @dataclass(frozen=True)
 class Condition:
-    """What has to hold in one message of a topic: ``Condition("eve/battery_state", [("/percentage", "<", 0.3)])``.
+    """A condition on a message of a topic, such as ``Condition("eve/battery_state", [("/percentage", "<", 0.3)])``.
 
     Attributes:
         key: The topic, without the prefix.
@@ -25,10 +25,10 @@ class Condition:
 
 
 class Watched(NamedTuple):
-    """The command of an advance that has a condition watched.
+    """A command of an advance: watch a condition.
 
     Attributes:
-        name: What its sender calls it.
+        name: The sender's name for the condition.
     """
 
     name: str

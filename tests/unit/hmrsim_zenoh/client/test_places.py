@@ -8,7 +8,7 @@ from hmrsim.actions import registry
 from hmrsim.cli.goal_text import read_goal
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
-from hmrsim_zenoh.client.goal_places import with_names, with_poses
+from hmrsim_zenoh.client.places import with_names, with_poses
 
 COUNTER = PoseStamped(pose=Pose(position=Point(x=2.0, y=3.0)))
 

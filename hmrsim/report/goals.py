@@ -1,15 +1,14 @@
-"""The goals of a run, from their events."""
+"""The goals of a run and the waits during them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.goal_record import GoalRecord
 from hmrsim.report.occurrence import Misfit, text
 
 if TYPE_CHECKING:
@@ -17,6 +16,71 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.interfaces.message import Message
     from hmrsim.report.occurrence import Commanded
+
+
+@dataclass(slots=True, eq=False)
+class GoalRecord:
+    """A goal and its progress; times in nanoseconds."""
+
+    robot: str
+    action: str
+    goal_id: str
+    accepted: int
+    asked: Any = None
+    status: GoalStatus = GoalStatus.ACCEPTED
+    ended: int | None = None
+    error_code: int | None = None
+    error_msg: str = ""
+    distance: float = 0.0
+    waited: int = 0
+    waits: int = 0
+    reroutes: int = 0
+    deadlock: bool = False
+    waiting: WaitRecord | None = None
+    holds_base: bool = True
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class WaitRecord:
+    """A wait of a robot on its way, or in a queue; or a part of one, where what it waits for changes.
+
+    Attributes:
+        since: When the whole wait began.
+    """
+
+    robot: str
+    began: int
+    kind: str
+    robots: tuple[str, ...] = ()
+    why: str = ""
+    lane: tuple[str, str] | None = None
+    at: Point | None = None
+    goal: GoalRecord | None = None
+    ended: int | None = None
+    until: str = ""
+    since: int = -1
+
+    def __post_init__(self) -> None:
+        """Begin a new wait, unless *since* says that it continues an earlier one."""
+        if self.since < 0:
+            self.since = self.began
+
+    @property
+    def length(self) -> int:
+        """The nanoseconds that the robot waited."""
+        return (self.ended or self.began) - self.began
+
+    @property
+    def what(self) -> str:
+        """The reason for the wait, as text."""
+        return self.why or ", ".join(self.robots) or "something"
+
+
+def count_waits(records: Iterable[WaitRecord]) -> int:
+    """Return how many waits these records are parts of."""
+    return len({(wait.robot, wait.kind, wait.since) for wait in records})
+
 
 _MAX_CHARACTERS: Final = 80
 """Maximum characters of a goal's summary."""

@@ -1,0 +1,50 @@
+"""The verbs of a robot, which `Commander` and `AsyncRobot` share."""
+
+from __future__ import annotations
+
+import inspect
+
+import pytest
+
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.testing import simulation
+from hmrsim_zenoh import AsyncRobot, Commander
+from hmrsim_zenoh.client import verbs
+from hmrsim_zenoh.client.verbs import Request
+
+VERBS = [
+    name
+    for name, function in inspect.getmembers(verbs, inspect.isfunction)
+    if function.__module__ == verbs.__name__ and not name.startswith("_")
+]
+
+
+@pytest.mark.parametrize("robot", [Commander, AsyncRobot])
+def test_a_robot_has_every_verb(robot):
+    """Each verb is a method with the same parameters and documentation."""
+    assert VERBS
+    for name in VERBS:
+        verb, method = getattr(verbs, name), getattr(robot, name)
+        assert inspect.signature(verb).parameters.keys() == inspect.signature(method).parameters.keys()
+        assert verb.__doc__ == method.__doc__
+
+
+def test_a_verb_reports_feedback():
+    """The callback receives the messages of the action."""
+    feedback = []
+
+    with simulation("cafe") as run:
+        run.commander("mocha").navigate_to("counter", on_feedback=feedback.append)
+
+    assert feedback
+    assert all(isinstance(each, NavigateToPose.Feedback) for each in feedback)
+
+
+def test_a_result_of_another_action_is_a_bug():
+    """It is reported with the action's name."""
+    with simulation("cafe") as run:
+        handle = run.client.action_client("mocha", Request("wait", {}, object).definition).send_goal({})
+        handle.result()
+
+        with pytest.raises(TypeError, match="wait gave "):
+            Request("wait", {}, NavigateToPose.Result).result_of("mocha", handle)
