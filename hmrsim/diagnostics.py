@@ -57,11 +57,23 @@ def problems_of(findings: Iterable[Finding], file: str, line_of: Callable[[Path]
         file: The file as the user named it.
         line_of: Returns the line that a path leads to.
     """
-    problems = [
-        Problem(file, dotted(each.path), each.message, each.line or line_of(each.path), each.value, each.severity)
-        for each in findings
-    ]
+    problems = [problem_of(finding, file, line_of) for finding in findings]
     return sorted(problems, key=lambda problem: problem.line or 0)
+
+
+def limited(problems: list[Problem], file: str) -> list[Problem]:
+    """Return the first problems, up to `MAX_FINDINGS`, and one that gives the number of the others."""
+    more = len(problems) - MAX_FINDINGS
+    if more <= 0:
+        return problems
+    last = Problem(file, "", f"and {more} more", severity=problems[MAX_FINDINGS].severity)
+    return [*problems[:MAX_FINDINGS], last]
+
+
+def problem_of(finding: Finding, file: str, line_of: Callable[[Path], int | None]) -> Problem:
+    """Return a finding as a problem of a file; see `problems_of`."""
+    line = finding.line or line_of(finding.path)
+    return Problem(file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
 
 
 def warning(path: Path, message: str, value: object = None) -> Finding:

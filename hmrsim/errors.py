@@ -3,11 +3,12 @@
 ::
 
     HmrsimError
-    ├── WorldError              a world file can't be read or is invalid; carries every problem found
-    ├── SettingsError           a settings file can't be read or is invalid; carries every problem found
-    ├── ExperimentError         the file of an experiment can't be read or is invalid; carries every problem found
-    ├── PropertyError           a file of properties can't be read or is invalid; carries every problem found
-    ├── CheckError              the file of a check can't be read or is invalid; carries every problem found
+    ├── DocumentError           a file can't be read or is invalid; carries every problem found
+    │   ├── WorldError          ... of a world
+    │   ├── SettingsError       ... of settings
+    │   ├── ExperimentError     ... of an experiment
+    │   ├── PropertyError       ... of properties
+    │   └── CheckError          ... of a check
     ├── ResultsError            results of an experiment can't be read, or are of another one
     ├── TraceError              a file that should be a trace is none, or can't be made
     ├── RecordingError          a file that should be a recording is none, or can't be made
@@ -70,7 +71,7 @@ class Problem:
         return printable(": ".join(part for part in (place, self.path, message) if part))
 
 
-class _FileError(HmrsimError):
+class DocumentError(HmrsimError):
     """A file can't be read or is invalid.
 
     Attributes:
@@ -82,23 +83,23 @@ class _FileError(HmrsimError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
-class WorldError(_FileError):
+class WorldError(DocumentError):
     """A world file can't be read or is not valid; *problems* lists all problems in file order."""
 
 
-class SettingsError(_FileError):
+class SettingsError(DocumentError):
     """A settings file can't be read or is not valid; *problems* lists all problems in file order."""
 
 
-class ExperimentError(_FileError):
+class ExperimentError(DocumentError):
     """The file of an experiment can't be read or is not valid; *problems* lists all problems in file order."""
 
 
-class PropertyError(_FileError):
+class PropertyError(DocumentError):
     """A file of properties can't be read or is not valid; *problems* lists all problems in file order."""
 
 
-class CheckError(_FileError):
+class CheckError(DocumentError):
     """The file of a check can't be read or is not valid; *problems* lists all problems in file order."""
 
 

@@ -1,7 +1,8 @@
-"""Discovery of plug-ins: one folder per kind, one file per plug-in.
+"""Discovery of plug-ins: one folder per kind, one file per plug-in or family of plug-ins.
 
-A plug-in module defines one constant (``ACTION``, ``COMPONENT``, …) of the kind's type, named as its file.
-Other packages add theirs through an entry point of the group ``hmrsim.<kind>``, which names such a module.
+A plug-in module defines a constant (``ACTION``, ``COMPONENT``, …) of the kind's type, named as its file. A module of
+several plug-ins defines a tuple of them, in the plural (``SERVICES``). Other packages add theirs through an entry point
+of the group ``hmrsim.<kind>``, which names such a module.
 """
 
 from __future__ import annotations
@@ -56,9 +57,9 @@ _left_out: Final[list[PluginError]] = []
 def discover(package: ModuleType, constant: str, kind: type[P]) -> dict[str, P]:
     """Return the plug-ins of a kind by name, in order of name.
 
-    Every public module of *package* must define *constant*; then come the installed entry points of the group
-    named as the package, such as ``hmrsim.actions``. One of these that is broken is left out with a warning, as others
-    can do without it; `check` raises its error.
+    Every public module of *package* must define *constant*, or a tuple under its plural. Then come the installed entry
+    points of the group named as the package, such as ``hmrsim.actions``. A broken entry point is left out with a
+    warning; `check` raises its error.
 
     Raises:
         PluginError: A module of the package can't be imported, lacks the constant, or is misnamed.
@@ -100,7 +101,7 @@ def _installed() -> Any:  # EntryPoints, but for Python 3.11
     return found
 
 
-def _load(module_name: str, constant: str, kind: type[P]) -> P:
+def _load(module_name: str, constant: str, kind: type[P]) -> tuple[P, ...]:
     try:
         module = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
@@ -108,13 +109,17 @@ def _load(module_name: str, constant: str, kind: type[P]) -> P:
         raise PluginError(f"{module_name}: can't be imported: {printable(why)}") from error
     plugin = getattr(module, constant, None)
     if not isinstance(plugin, kind):
+        family = getattr(module, f"{constant.removesuffix('S')}S", None)
+        if isinstance(family, tuple) and family and all(isinstance(member, kind) for member in family):
+            return family
         raise PluginError(f"{module.__file__}: {constant} must be one {kind.__name__}, found {plugin!a}")
     if plugin.name != module_name.rpartition(".")[2]:
         raise PluginError(f"{module.__file__}: {constant} is named {plugin.name!r}; name it as its file")
-    return plugin
+    return (plugin,)
 
 
-def _add(found: dict[str, P], plugin: P, where: str) -> None:
-    if plugin.name in found:
-        raise PluginError(f"{where}: there is a plug-in named {plugin.name!r} already")
-    found[plugin.name] = plugin
+def _add(found: dict[str, P], plugins: tuple[P, ...], where: str) -> None:
+    for plugin in plugins:
+        if plugin.name in found:
+            raise PluginError(f"{where}: there is a plug-in named {plugin.name!r} already")
+        found[plugin.name] = plugin

@@ -17,9 +17,7 @@ from hmrsim.program.command_line import CommandParser, variable_of
 from hmrsim.program.log_options import add_log_options
 from hmrsim.settings.arguments import add_settings, default_text
 from hmrsim.settings.option import settings_of
-from hmrsim.settings.run import DemoSettings, SimulateSettings
-from hmrsim.settings.trace import TraceSettings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import DemoSettings, SimulateSettings, TraceSettings, WorldSettings
 from hmrsim_zenoh.settings import SERVED, RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 

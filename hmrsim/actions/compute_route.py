@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.actions import Action, Codes, Report
 from hmrsim.actions._planning import path_message
 from hmrsim.actions._routes import INPUTS, ends_of, find_route, frames_of, poses_on, route_values
-from hmrsim.interfaces.nav2_msgs import ComputeRoute
-from hmrsim.interfaces.nav2_msgs.messages import Route
+from hmrsim.interfaces.nav2_msgs import ComputeRoute, Route
 
 if TYPE_CHECKING:
     from hmrsim.robots.robot import Robot

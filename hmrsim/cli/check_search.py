@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.check import CONTROLLERS
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
+from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
@@ -22,9 +23,7 @@ from hmrsim.fault_search.schedules.case import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
 from hmrsim.trials.endings import TIMEOUT
 from hmrsim.trials.executors import factory_of
-from hmrsim.world.files import read_text
 from hmrsim.world.overlays.overlay import setting
-from hmrsim.world.yaml_text import Unreadable, read
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -138,8 +137,8 @@ def _is_check(source: str) -> bool:
     """Return whether a file describes a check rather than a world."""
     path = Path(source)
     try:
-        data, _, _ = read(read_text(path, source)) if path.suffix in {".yaml", ".yml", ".json"} else (None, None, None)
-    except (WorldError, Unreadable):
+        data = read_document(path, WorldError).data if path.suffix in {".yaml", ".yml", ".json"} else None
+    except WorldError:
         return False
     return isinstance(data, dict) and "controller" in data
 

@@ -44,8 +44,8 @@ def _print_script(args: argparse.Namespace) -> int:
 def _worlds(prefix: str, **_unused: object) -> Iterable[str]:
     from argcomplete.completers import FilesCompleter
 
+    from hmrsim.world.files import shipped_maps
     from hmrsim.world.formats import registry
-    from hmrsim.world.shipped import shipped_maps
 
     suffixes = [suffix.removeprefix(".") for kind in registry().values() for suffix in kind.suffixes]
     return [*shipped_maps(), *FilesCompleter(suffixes)(prefix)]

@@ -21,9 +21,7 @@ from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.run import DemoSettings
-from hmrsim.settings.trace import TraceSettings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import DemoSettings, TraceSettings, WorldSettings
 from hmrsim_zenoh.settings import RecordSettings, ViewSettings
 from hmrsim_zenoh.wire.options import SessionOptions
 

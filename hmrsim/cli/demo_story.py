@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.cli.event_log import text_of
 from hmrsim.events.goals import GoalStatusChanged
-from hmrsim.events.items import ItemPicked, ItemPlaced
-from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
 from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from pydantic import ValidationError
 
 from hmrsim.cli.exits import WrongUse
 from hmrsim.diagnostics import dotted, shown
+from hmrsim.documents import yaml_text
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import Point, Pose
 from hmrsim.interfaces.message import Message
-from hmrsim.world import yaml_text
 from hmrsim_zenoh.client.places import with_names
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def read_yaml(text: str, noun: str = "goal") -> object:
         WrongUse: The text is not YAML, or has a duplicate key.
     """
     try:
-        data, _, findings = yaml_text.read(text)
+        data, _, findings = yaml_text.read_yaml(text)
     except yaml_text.Unreadable as error:
         raise WrongUse(f"{noun}: {error}; expected a mapping such as '{{target_name: coffee}}'") from None
     if findings:

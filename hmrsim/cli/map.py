@@ -172,7 +172,7 @@ examples:
 
 def _validate(args: argparse.Namespace) -> int:
     from hmrsim.cli.worlds import policy_line, read_world
-    from hmrsim.world_checks.crossings import check_crossings
+    from hmrsim.world_checks.lanes import check_crossings
 
     checks = [check_crossings]
     if args.traffic:
@@ -198,7 +198,7 @@ def _is_wrong_use(problem: Problem) -> bool:
 def _is_readable(args: argparse.Namespace) -> bool:
     """Return whether the file exists and has a known format, whatever its content."""
     from hmrsim.settings.arguments import read_settings
-    from hmrsim.settings.world import WorldSettings
+    from hmrsim.settings.run import WorldSettings
     from hmrsim.world.files import find
     from hmrsim.world.includes import read_document
     from hmrsim.world.options import ReadOptions

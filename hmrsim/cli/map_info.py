@@ -13,11 +13,11 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.map_info_text import lines
 from hmrsim.cli.output import show_result
 from hmrsim.cli.worlds import policy_line, read_world
+from hmrsim.documents.document import read_text
 from hmrsim.drawing import extent
 from hmrsim.geometry import distance
 from hmrsim.topology import bottlenecks, concentration, parts, reach, seconds_at, speeds_of, trips
 from hmrsim.topology.concentration import MAX_STEPS, MIN_STARTS
-from hmrsim.world.files import read_text
 from hmrsim.world.formats import choose
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ def add_connection_options(parser: argparse.ArgumentParser) -> None:
 def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
     """Add WORLD and all options that change it."""
     from hmrsim.settings.arguments import add_settings
-    from hmrsim.settings.world import WorldSettings
+    from hmrsim.settings.run import WorldSettings
 
     add_world_argument(parser, argument=argument)
     add_settings(parser, WorldSettings)

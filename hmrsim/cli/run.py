@@ -25,8 +25,7 @@ from hmrsim.program.log_options import ServerLogOptions
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
 from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.run import TIME_STANDS, RunSettings
-from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.run import TIME_STANDS, RunSettings, TraceSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost
 from hmrsim_zenoh.settings import (
     SERVED,
@@ -298,7 +297,7 @@ class RunMonitor:
 
     def _publish(self, violation: Violation) -> None:
         from hmrsim.engine.sim_time import stamp
-        from hmrsim.events.properties import PropertyViolated
+        from hmrsim.events.simulation import PropertyViolated
         from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
         from hmrsim.protocol.outputs import EventStamped
 

@@ -13,8 +13,7 @@ from hmrsim.cli.output import show, show_json, show_table, warn
 from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
 from hmrsim.settings.arguments import add_settings, read_settings
-from hmrsim.settings.run import SimulateSettings
-from hmrsim.settings.trace import TraceSettings
+from hmrsim.settings.run import SimulateSettings, TraceSettings
 
 if TYPE_CHECKING:
     from hmrsim.simulation.scripts import Script

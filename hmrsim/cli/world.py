@@ -54,7 +54,7 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
 
 
 def _list(args: argparse.Namespace) -> int:
-    from hmrsim.world.shipped import shipped_maps
+    from hmrsim.world.files import shipped_maps
 
     worlds = {name: {"text": _first_sentence(path), "file": str(path)} for name, path in shipped_maps().items()}
     show_result(worlds, columns([(name, world["text"]) for name, world in worlds.items()]), as_json=args.json)
@@ -105,7 +105,7 @@ def _write_schema(file: Path) -> None:
 
 
 def _shipped_schema() -> Path:
-    from hmrsim.world.shipped import folder
+    from hmrsim.world.files import folder
 
     return folder("schemas") / SCHEMA
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.output import warn
 from hmrsim.errors import PropertyError
 from hmrsim.settings.arguments import read_settings
-from hmrsim.settings.world import WorldSettings
+from hmrsim.settings.run import WorldSettings
 from hmrsim.world import ReadOptions
 from hmrsim.world.options import renames
 from hmrsim.world.overlays.overlay import overlays_of

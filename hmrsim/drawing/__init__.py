@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
+from hmrsim.drawing.canvas import PALETTE, THEMES, extent, type_looks
 from hmrsim.drawing.drawing import Drawing
-from hmrsim.drawing.frame import extent
 from hmrsim.drawing.overlay import Overlay, Weak
-from hmrsim.drawing.palette import PALETTE, THEMES, type_looks
 
 __all__ = ["PALETTE", "THEMES", "Drawing", "Overlay", "Weak", "extent", "type_looks"]

@@ -1,33 +1,150 @@
-"""The canvas that all parts of a picture share: the world, the positions of its points, and its style."""
+"""The canvas that all parts of a picture share: the world, its transformation to the picture, and the colors."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.drawing.palette import type_looks
+from hmrsim.geometry import distance
+from hmrsim.world_checks.resolved import type_order
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.frame import Frame
+    from hmrsim.geometry import Point
     from hmrsim.world.model import World
+
+PALETTE: Final[dict[str, Any]] = json.loads(files("hmrsim.drawing").joinpath("palette.json").read_text("utf-8"))
+"""Colors by meaning and theme, color scales, and the colors of types, states and statuses."""
+
+THEMES: Final = ("light", "dark")
+
+BODIES: Final[dict[str, Any]] = PALETTE["bodies"]
+"""Shapes of robots as SVG paths in the unit circle, facing +x."""
+
+
+class Look(NamedTuple):
+    """The color and shape (an SVG path) of robots of a type."""
+
+    color: str
+    shape: str
+
+
+def type_looks(world: World) -> dict[str, Look]:
+    """Return the look of each type that the world's robots have, in the order of the robots."""
+    used = {robot.type for robot in world.robots.values()}
+    colors, shapes = PALETTE["types"], BODIES["types"]
+    return {
+        name: Look(colors[number % len(colors)], shapes[number % len(shapes)])
+        for number, name in enumerate(type_order(world))
+        if name in used
+    }
+
+
+Box = tuple[float, float, float, float]
+"""Least x, least y, greatest x, greatest y."""
+
+_TALLEST: Final = 1.25
+"""Maximum height of a map, in widths."""
+_AROUND: Final = 0.04
+"""Margin on each side of a world without bounds, as a share of its size."""
+
+
+def extent(world: World) -> Box | None:
+    """Return the least and greatest x and y of all entities, or None for an empty world."""
+    points = list(_points(world))
+    if not points:
+        return None
+    xs, ys = zip(*points, strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def _points(world: World) -> Iterator[Point]:
+    yield from world.points.values()
+    for wall in world.walls:
+        yield from wall if isinstance(wall, tuple) else wall.solid
+    named = (world.places, world.docks, world.robots, world.items)
+    yield from (world.point(thing.at) for things in named for thing in things.values())
+    for door in world.doors.values():
+        yield from door.at
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A window onto a world, in pixels of a picture.
+
+    Attributes:
+        box: The visible part of the world.
+        scale: Pixels per unit of the world.
+        left: The left edge of the window.
+        top: The top edge of the window.
+        up: Whether y points up in the world; in pictures it points down.
+    """
+
+    box: Box
+    scale: float
+    left: float
+    top: float
+    up: bool
+
+    @classmethod
+    def of(cls, world: World, width: float, *, left: float, top: float) -> Frame:
+        """Return the frame that shows a whole world in a window of this width, or less if it would be too tall."""
+        x, y, to_x, to_y = _seen(world)
+        scale = min(width / (to_x - x), width * _TALLEST / (to_y - y))
+        beside = (width - (to_x - x) * scale) / 2
+        return cls((x, y, to_x, to_y), scale, left + beside, top, up=world.units == "m")
+
+    @property
+    def size(self) -> Point:
+        """Width and height, in pixels."""
+        x, y, to_x, to_y = self.box
+        return (to_x - x) * self.scale, (to_y - y) * self.scale
+
+    def at(self, point: Point) -> Point:
+        """Return the position in the picture of a point of the world."""
+        x, y, _, to_y = self.box
+        down = to_y - point[1] if self.up else point[1] - y
+        return self.left + (point[0] - x) * self.scale, self.top + down * self.scale
+
+    def length(self, a: Point, b: Point) -> float:
+        """Return the distance in the picture of two points of the world."""
+        return distance(a, b) * self.scale
+
+
+def _seen(world: World) -> Box:
+    """Return the visible part of a world: its bounds, extended to entities outside of them."""
+    whole, bounds = extent(world), world.bounds
+    x, y, to_x, to_y = whole or bounds or (0.0, 0.0, 1.0, 1.0)
+    if bounds:
+        x, y, to_x, to_y = min(x, bounds[0]), min(y, bounds[1]), max(to_x, bounds[2]), max(to_y, bounds[3])
+    longest = max(to_x - x, to_y - y) or 1.0
+    if (x, y, to_x, to_y) != bounds:
+        around = longest * _AROUND
+        x, y, to_x, to_y = x - around, y - around, to_x + around, to_y + around
+    # A corridor without walls has no width, but its robots do.
+    lack_x, lack_y = (max(0.0, longest / 5 - side) / 2 for side in (to_x - x, to_y - y))
+    return x - lack_x, y - lack_y, to_x + lack_x, to_y + lack_y
+
 
 _MAX_MARK: Final = 7.0
 _MIN_MARK: Final = 1.2
 
 
 class Canvas:
-    """A world, and how it is drawn.
+    """A world with the frame, colors and sizes of its picture.
 
     Attributes:
-        width: Of the picture, in pixels.
-        details: Whether speed limits and capacities are written beside lanes.
+        width: The width of the picture, in pixels.
+        details: Whether speed limits and capacities are shown beside lanes.
         mark: The size of a mark, in pixels.
     """
 
-    def __init__(self, world: World, colours: Mapping[str, str], frame: Frame, *, width: float, details: bool) -> None:
+    def __init__(self, world: World, colors: Mapping[str, str], frame: Frame, *, width: float, details: bool) -> None:
         self.world = world
-        self.colours = colours
+        self.colors = colors
         self.types = type_looks(world)
         self.frame = frame
         self.width = width
@@ -35,13 +152,13 @@ class Canvas:
         self.mark = self._mark_size()
 
     def _mark_size(self) -> float:
-        """Return the size of a mark, in pixels: where there is much, marks are small."""
+        """Return the size of a mark in pixels, which is smaller in worlds with more entities."""
         world, (width, height) = self.world, self.frame.size
         count = sum(len(things) for things in (world.waypoints, world.places, world.docks, world.items, world.robots))
         return min(_MAX_MARK, max(_MIN_MARK, math.sqrt(width * height / max(1, count)) / 8))
 
     def robot_radius(self, name: str) -> float:
-        """Return how large a robot is drawn: as large as it is, but not too small to be seen."""
+        """Return the drawn radius of a robot: its real one, with a visible minimum."""
         radius = self.world.robot_type(self.world.robots[name]).base.radius or 0.0
-        # A body does not fill its circle.
+        # A body is smaller than its circle.
         return max(1.2 * self.mark, radius * self.frame.scale)

@@ -1,19 +1,16 @@
-"""A world as a picture."""
+"""A world as a picture, with its caption: name, scale and legend."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.drawing import marks
-from hmrsim.drawing.canvas import Canvas
-from hmrsim.drawing.caption import caption
-from hmrsim.drawing.frame import Frame
-from hmrsim.drawing.lanes import lanes
-from hmrsim.drawing.naming import names
-from hmrsim.drawing.palette import PALETTE
-from hmrsim.drawing.svg import Attributes, element, group, number, path, titled
+from hmrsim.drawing.canvas import PALETTE, Canvas, Frame
+from hmrsim.drawing.labels import names, shortened, width_of
+from hmrsim.drawing.marks import lanes
+from hmrsim.drawing.svg import Attributes, element, group, number, path, text_of, titled
 
 if TYPE_CHECKING:
     from hmrsim.drawing.overlay import Overlay
@@ -21,6 +18,15 @@ if TYPE_CHECKING:
 
 FONTS: Final = "'DejaVu Sans', Verdana, 'Segoe UI', Roboto, Arial, sans-serif"
 _MARGIN: Final = 16.0
+_SIZE: Final = 11.0
+_TITLE: Final = 16.0
+_LINE: Final = 22.0
+_MARK: Final = 6.0
+_SWATCH: Final = 26.0
+_BETWEEN: Final = 18.0
+_MAX_TYPES: Final = 12
+_BAR: Final = 0.15
+"""Maximum width of the scale bar, as a share of the picture's width."""
 
 
 class Drawing(Canvas):
@@ -30,10 +36,12 @@ class Drawing(Canvas):
 
     Args:
         theme: ``light`` or ``dark``.
-        width: Of the picture, in pixels.
-        names: Whether names are written, as far as there is room; things have them as titles, too.
-        details: Whether speed limits and capacities are written beside lanes.
-        legend: Whether there are a title, a scale bar and what the colours mean.
+        width: The width of the picture, in pixels.
+        names: Whether names are shown, as far as there is room; tooltips have them in any case.
+        details: Whether speed limits and capacities are shown beside lanes.
+        legend: Whether there are a title, a scale bar and a legend.
+        overlay: Traffic and bottlenecks to show on the lanes.
+        colors: Colors that replace those of the theme, by the same names.
     """
 
     def __init__(
@@ -46,37 +54,38 @@ class Drawing(Canvas):
         details: bool = False,
         legend: bool = True,
         overlay: Overlay | None = None,
+        colors: Mapping[str, str] | None = None,
     ) -> None:
         above = 48.0 if legend else _MARGIN
         frame = Frame.of(world, width - 2 * _MARGIN, left=_MARGIN, top=above)
-        super().__init__(world, PALETTE[theme], frame, width=width, details=details)
+        super().__init__(world, colors or PALETTE[theme], frame, width=width, details=details)
         self._names = names
         self.overlay = overlay
-        entries = overlay.legend(self.colours) if overlay else ()
-        self._caption, below = caption(self, entries) if legend else ("", _MARGIN)
+        entries = overlay.legend(self.colors) if overlay else ()
+        self._caption, below = _caption(self, entries) if legend else ("", _MARGIN)
         self.size = width, math.ceil(above + self.frame.size[1] + below)
 
     def svg(
         self,
-        lane_colours: Mapping[tuple[str, str], tuple[str, float]] | None = None,
+        lane_colors: Mapping[tuple[str, str], tuple[str, float]] | None = None,
         *,
         lane_notes: Mapping[tuple[str, str], str] | None = None,
     ) -> str:
-        """Return the picture.
+        """Return the picture as SVG.
 
         Args:
-            lane_colours: Colour and width in pixels of lanes that have some of their own, by the waypoints at their
-                ends in the direction of travel; where both directions have one they are beside each other.
-            lane_notes: What is shown of such lanes when they are pointed at.
+            lane_colors: Color and width in pixels of single directions of lanes, by the waypoints at their start and
+                end. Two directions of a lane are drawn beside each other.
+            lane_notes: The tooltips of these lanes.
         """
         width, height = self.size
-        paper = element("rect", width=width, height=height, fill=self.colours["background"])
+        paper = element("rect", width=width, height=height, fill=self.colors["background"])
         strokes: Attributes = {"fill": "none", "stroke_linecap": "round", "stroke_linejoin": "round"}
-        over, place = self.overlay, (self.world, self.frame, self.mark, self.colours)
+        over, place = self.overlay, (self.world, self.frame, self.mark, self.colors)
         if over:
-            lane_colours = {**over.looks(self.mark), **(lane_colours or {})}
+            lane_colors = {**over.looks(self.mark), **(lane_colors or {})}
             lane_notes = {**over.notes(), **(lane_notes or {})}
-        drawn = lanes(self.world, self.frame, self.mark, self.colours, lane_colours or {}, lane_notes or {})
+        drawn = lanes(self.world, self.frame, self.mark, self.colors, lane_colors or {}, lane_notes or {})
         layers = [
             titled(self.world.name),
             paper,
@@ -84,7 +93,7 @@ class Drawing(Canvas):
             group("solids", self._solids()),
             group("only-lanes", over.beneath(*place)) if over else "",
             group("lanes", drawn, **strokes),
-            group("walls", self._walls(), **strokes, stroke=self.colours["wall"], stroke_width=2.5),
+            group("walls", self._walls(), **strokes, stroke=self.colors["wall"], stroke_width=2.5),
             group("doors", self._doors()),
             group("only-waypoints", over.above(*place)) if over else "",
             group("waypoints", self._waypoints()),
@@ -112,11 +121,11 @@ class Drawing(Canvas):
 
     def _floor(self) -> str:
         (width, height), frame = self.frame.size, self.frame
-        look: Attributes = {"fill": self.colours["floor"], "stroke": self.colours["line"]}
+        look: Attributes = {"fill": self.colors["floor"], "stroke": self.colors["line"]}
         return element("rect", class_="floor", x=frame.left, y=frame.top, width=width, height=height, **look)
 
     def _solids(self) -> Iterator[str]:
-        look: Attributes = {"fill": self.colours["solid"], "stroke": self.colours["wall"], "stroke_width": 1}
+        look: Attributes = {"fill": self.colors["solid"], "stroke": self.colors["wall"], "stroke_width": 1}
         for wall in self.world.walls:
             if not isinstance(wall, tuple):
                 yield element("path", d=path(map(self.frame.at, wall.solid), closed=True), **look)
@@ -128,33 +137,33 @@ class Drawing(Canvas):
 
     def _waypoints(self) -> Iterator[str]:
         for name, point in self.world.points.items():
-            yield marks.waypoint(self.frame.at(point), self.mark, self.colours, titled(name))
+            yield marks.waypoint(self.frame.at(point), self.mark, self.colors, titled(name))
 
     def _doors(self) -> Iterator[str]:
         for name, door in self.world.doors.items():
             yield marks.door(
-                self.frame.at(door.at[0]), self.frame.at(door.at[1]), self.colours, titled(f"{name}, a door")
+                self.frame.at(door.at[0]), self.frame.at(door.at[1]), self.colors, titled(f"{name}, a door")
             )
 
     def _lifts(self) -> Iterator[str]:
         for name, lift in self.world.lifts.items():
             for stop in lift.stops:
                 at = self.frame.at(self.world.points[stop])
-                yield marks.lift(at, self.mark, self.colours, titled(f"{name}, a lift, at {stop}"))
+                yield marks.lift(at, self.mark, self.colors, titled(f"{name}, a lift, at {stop}"))
 
     def _docks(self) -> Iterator[str]:
         for name, dock in self.world.docks.items():
             at = self.frame.at(self.world.dock_point(name))
-            yield marks.dock(at, self.mark, self.colours, titled(f"{name}, {dock.type}"), charges=dock.charges)
+            yield marks.dock(at, self.mark, self.colors, titled(f"{name}, {dock.type}"), charges=dock.charges)
 
     def _places(self) -> Iterator[str]:
         for name, place in self.world.places.items():
-            yield marks.place(self.frame.at(place.at), self.mark, self.colours, titled(name))
+            yield marks.place(self.frame.at(place.at), self.mark, self.colors, titled(name))
 
     def _items(self) -> Iterator[str]:
         for name, item in self.world.items.items():
             at = self.frame.at(self.world.point(item.at))
-            yield marks.item(at, self.mark, self.colours, titled(f"{name}, {item.weight:g} kg"))
+            yield marks.item(at, self.mark, self.colors, titled(f"{name}, {item.weight:g} kg"))
 
     def _robots(self) -> Iterator[str]:
         for name, robot in self.world.robots.items():
@@ -164,7 +173,92 @@ class Drawing(Canvas):
                 self.robot_radius(name),
                 -robot.yaw if self.frame.up else robot.yaw,
                 self.types[robot.type],
-                self.colours,
+                self.colors,
                 titled(f"{name}, {robot.type}"),
                 flies=base.flies,
             )
+
+
+def _caption(canvas: Canvas, more: Iterable[tuple[str, str]] = ()) -> tuple[str, float]:
+    """Return title, scale bar and legend, and the height that they need below the map.
+
+    *more* are marks, around (9, 0), and their meanings, for the end of the legend.
+    """
+    left, right = 16.0, canvas.width - 16.0
+    below = canvas.frame.top + canvas.frame.size[1]
+    x, y, parts = left, below + _LINE, []
+    for mark, text in [*_entries(canvas), *more]:
+        width = _SWATCH + width_of(text, _SIZE)
+        if x > left and x + width > right:
+            x, y = left, y + _LINE
+        parts += [
+            f'<g transform="translate({x:.2f} {y:.2f})">{mark}</g>',
+            element("text", text_of(text), x=x + _SWATCH, y=y + 4),
+        ]
+        x += width + _BETWEEN
+    legend = group("legend", parts, fill=canvas.colors["ink"], font_size=_SIZE)
+    return group("caption", [*_head(canvas, left, right), legend]), y - below + _LINE * 0.8
+
+
+def _head(canvas: Canvas, left: float, right: float) -> Iterator[str]:
+    world, colors, scale = canvas.world, canvas.colors, canvas.frame.scale
+    bar = _round_length((right - left) * _BAR / scale)
+    long = bar * scale
+    ends = [(right - long, 26.0), (right - long, 30.0), (right, 30.0), (right, 26.0)]
+    yield element("path", d=path(ends), fill="none", stroke=colors["muted"])
+    look: Attributes = {"font_size": _SIZE, "fill": colors["muted"]}
+    yield element("text", f"{bar:g} {world.units}", x=right - long / 2, y=20, text_anchor="middle", **look)
+    room = right - left - long - _BETWEEN
+    title = shortened(world.name, max(4, int(room / (_TITLE * 0.62))))
+    yield element("text", text_of(title), x=left, y=30, fill=colors["ink"], font_size=_TITLE, font_weight="700")
+    counted = ", ".join(
+        f"{len(things)} {word if len(things) != 1 else word.removesuffix('s')}"
+        for word, things in (("robots", world.robots), ("lanes", world.lanes), ("items", world.items))
+        if things
+    )
+    behind = width_of(title, _TITLE) * 1.05 + _BETWEEN
+    if counted and behind + width_of(counted, _SIZE) < room:
+        yield element("text", counted, x=left + behind, y=30, **look)
+
+
+def _round_length(most: float) -> float:
+    """Return the greatest of 1, 2, 5, 10, … up to a maximum."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return float(next(step for step in (5, 2, 1) if step * power <= most) * power)
+
+
+def _entries(canvas: Canvas) -> Iterator[tuple[str, str]]:
+    """Yield mark and meaning of each kind of entity in the map; marks are around (9, 0)."""
+    world, colors, at = canvas.world, canvas.colors, (9.0, 0.0)
+    types = list(canvas.types.items())
+    flying = {robot.type for robot in world.robots.values() if world.robot_type(robot).base.flies}
+    for name, look in types[:_MAX_TYPES]:
+        yield marks.robot(at, 8.0, 0.0, look, colors, flies=name in flying), shortened(name)
+    if len(types) > _MAX_TYPES:
+        yield "", f"and {len(types) - _MAX_TYPES} more types"
+    if world.items:
+        yield marks.item(at, _MARK, colors), "item"
+    if world.places:
+        yield marks.place(at, _MARK, colors), "place"
+    for charges, meaning in ((True, "charger"), (False, "dock")):
+        if any(dock.charges is charges for dock in world.docks.values()):
+            yield marks.dock(at, _MARK * 0.8, colors, charges=charges), meaning
+    if world.doors:
+        yield marks.door((0.0, 0.0), (18.0, 0.0), colors), "door"
+    if world.lifts:
+        yield marks.lift(at, _MARK, colors), "lift"
+    yield from _lines(canvas)
+
+
+def _lines(canvas: Canvas) -> Iterator[tuple[str, str]]:
+    world, colors, ends = canvas.world, canvas.colors, ((0.0, 0.0), (18.0, 0.0))
+    look: Attributes = {"stroke": colors["lane"], "stroke_width": 1.3, "fill": "none"}
+    if any(not lane.one_way for lane in world.lanes):
+        yield element("path", d=path(ends), **look), "lane"
+    if any(lane.one_way for lane in world.lanes):
+        yield element("path", d=path(ends) + marks.chevron(*ends, 6.0), **look), "one-way lane"
+    if any(isinstance(wall, tuple) for wall in world.walls):
+        yield element("path", d=path(ends), stroke=colors["wall"], stroke_width=2.5), "wall"
+    if any(not isinstance(wall, tuple) for wall in world.walls):
+        filled: Attributes = {"fill": colors["solid"], "stroke": colors["wall"], "stroke_width": 1}
+        yield element("rect", x=2, y=-6, width=14, height=12, **filled), "solid"

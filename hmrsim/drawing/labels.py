@@ -1,4 +1,4 @@
-"""Placement of labels: each is put beside its mark where there is room, or left out."""
+"""The labels of a picture: each is placed beside its mark, or omitted if there is no room."""
 
 from __future__ import annotations
 
@@ -7,41 +7,52 @@ import math
 import unicodedata
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from hmrsim.drawing.marks import limits
+from hmrsim.drawing.svg import Attributes, element, group, text_of
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.frame import Box
+    from hmrsim.drawing.canvas import Box, Canvas
     from hmrsim.geometry import Point
 
 _CELL: Final = 32.0
 _GAP: Final = 2.0
 _STEP: Final = 6.0
 _MAX_STEPS: Final = 2000
-"""Points that one line is taken for at most."""
+"""Maximum number of points that represent a line."""
 _SIDES: Final = (
     *((1, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1), (1, -1), (-1, -1), (1, 1), (-1, 1))),
     *((3, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1))),
 )
-"""Where a name may be, in gaps and sides, the better ones first: to the right, to the left, above, below, …"""
+"""The positions of a label as gaps and sides, best first: to the right, to the left, above, below, …"""
 _MAX_LETTERS: Final = 28
+
+_SIZE: Final = 11.0
+_SMALL: Final = 9.0
+_BOLD: Final = "700"
+_BOLDER: Final = 1.08
+"""The width of bold text relative to normal text."""
+
+_ROOM: Final = 3.6
+"""Minimum size of marks with names; most names don't fit beside smaller ones."""
+_ROOM_FOR_WAYPOINTS: Final = 5.0
 
 
 def shortened(text: str, longest: int = _MAX_LETTERS) -> str:
-    """Return a text without its end, if it is long."""
+    """Return a text, truncated if it is long."""
     return text if len(text) <= longest else f"{text[: longest - 1]}…"
 
 
 def width_of(text: str, size: float) -> float:
-    """Return about how wide a line of text is; fonts differ, so it is that of a wide one."""
+    """Return the approximate width of a line of text in a wide font."""
     wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
     return (len(text) * 0.6 + wide * 0.4) * size
 
 
 class Labels:
-    """The occupied parts of a picture.
-
-    No text goes beyond *within*.
-    """
+    """The parts of a picture that marks and labels occupy; no label extends beyond *within*."""
 
     def __init__(self, within: Box) -> None:
         self._within = within
@@ -49,21 +60,21 @@ class Labels:
         self._lines: defaultdict[Point, list[Point]] = defaultdict(list)
 
     def block(self, box: Box) -> None:
-        """Keep texts out of a box, which may be far larger than the picture."""
+        """Keep labels out of a box, which can be far larger than the picture."""
         x, y, to_x, to_y = self._within
         seen = max(box[0], x), max(box[1], y), min(box[2], to_x), min(box[3], to_y)
         for cell in _cells(seen):
             self._boxes[cell].append(seen)
 
     def avoid(self, a: Point, b: Point) -> None:
-        """Keep texts off a line where there is another place for them."""
+        """Keep labels off a line, if they have another place."""
         steps = min(_MAX_STEPS, max(1, int(math.dist(a, b) / _STEP)))
         for step in range(steps + 1):
             x, y = (a[axis] + (b[axis] - a[axis]) * step / steps for axis in (0, 1))
             self._lines[x // _CELL, y // _CELL].append((x, y))
 
     def place(self, at: Point, radius: float, width: float, height: float) -> Point | None:
-        """Return the middle of a text beside a mark of some radius, which is then taken; None if there is no room."""
+        """Occupy a place for a label beside a mark and return its middle, or None if there is no room."""
         best: tuple[int, Box] | None = None
         for far, side_x, side_y in _SIDES:
             aside = radius + far * _GAP
@@ -100,3 +111,86 @@ def _cells(box: Box) -> Iterator[Point]:
 
 def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+class _Name(NamedTuple):
+    """A label beside a mark."""
+
+    text: str
+    at: Point
+    radius: float
+    size: float
+    color: str
+    weight: str = "400"
+
+
+def names(drawing: Canvas) -> str:
+    """Return the names of robots, places, docks, lifts, items, doors and waypoints, placed in this order."""
+    if drawing.mark < _ROOM:
+        return ""
+    frame = drawing.frame
+    width, height = frame.size
+    labels = Labels((frame.left, frame.top, frame.left + width, frame.top + height))
+    labeled = list(_labels_of(drawing))
+    for name in labeled:
+        (x, y), half = name.at, name.radius
+        labels.block((x - half, y - half, x + half, y + half))
+    for wall in drawing.world.walls:
+        points = [frame.at(point) for point in (wall if isinstance(wall, tuple) else (*wall.solid, wall.solid[0]))]
+        for a, b in pairwise(points):
+            labels.avoid(a, b)
+    for lane in drawing.world.lanes:
+        a, b = (frame.at(drawing.world.points[end]) for end in (lane.from_, lane.to))
+        labels.avoid(a, b)
+    look: Attributes = {
+        "stroke": drawing.colors["floor"],
+        "stroke_width": 2.5,
+        "stroke_linejoin": "round",
+        "paint_order": "stroke",
+    }
+    return group("names", _placed(labeled, labels), text_anchor="middle", **look)
+
+
+def _placed(labeled: list[_Name], labels: Labels) -> Iterator[str]:
+    for name in labeled:
+        text = shortened(name.text)
+        width = width_of(text, name.size) * (_BOLDER if name.weight == _BOLD else 1.0)
+        middle = labels.place(name.at, name.radius, width, name.size * 1.15)
+        if middle is not None:
+            x, y = middle[0], middle[1] + name.size * 0.36
+            look: Attributes = {"fill": name.color, "font_size": name.size, "font_weight": name.weight}
+            yield element("text", text_of(text), x=x, y=y, **look)
+
+
+def _labels_of(drawing: Canvas) -> Iterator[_Name]:
+    world, at, size, colors = drawing.world, drawing.frame.at, drawing.mark, drawing.colors
+    for name, robot in world.robots.items():
+        yield _Name(name, at(world.point(robot.at)), drawing.robot_radius(name), _SIZE, colors["ink"], _BOLD)
+    for name, place in world.places.items():
+        yield _Name(name, at(place.at), size * 0.8, _SIZE, colors["place"])
+    for name, dock in world.docks.items():
+        color = colors["charger" if dock.charges else "muted"]
+        yield _Name(name, at(world.dock_point(name)), size * 1.5, _SMALL, color)
+    for name, lift in world.lifts.items():
+        yield from (_Name(name, at(world.points[stop]), size * 1.3, _SMALL, colors["lift"]) for stop in lift.stops)
+    for name, item in world.items.items():
+        yield _Name(name, at(world.point(item.at)), size * 0.6, _SMALL, colors["item"])
+    for name, door in world.doors.items():
+        yield _Name(name, _middle(at(door.at[0]), at(door.at[1])), 3.0, _SMALL, colors["door"])
+    if drawing.details:
+        yield from _limits(drawing)
+    for name, point in world.points.items() if size >= _ROOM_FOR_WAYPOINTS else ():
+        yield _Name(name, at(point), size * 0.4, _SMALL, colors["muted"])
+
+
+def _limits(drawing: Canvas) -> Iterator[_Name]:
+    world = drawing.world
+    for lane in world.lanes:
+        text = ", ".join(limits(lane, world.units))
+        if text:
+            a, b = (drawing.frame.at(world.points[end]) for end in (lane.from_, lane.to))
+            yield _Name(text, _middle(a, b), 1.0, _SMALL, drawing.colors["lane"])
+
+
+def _middle(a: Point, b: Point) -> Point:
+    return (a[0] + b[0]) / 2, (a[1] + b[1]) / 2

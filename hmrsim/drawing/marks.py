@@ -1,42 +1,46 @@
-"""The marks of a picture, each drawn around a point."""
+"""The marks and lanes of a picture."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.drawing.palette import BODIES
-from hmrsim.drawing.svg import Attributes, element, number, path
+from hmrsim.drawing.canvas import BODIES
+from hmrsim.drawing.svg import Attributes, element, number, path, titled
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.palette import Look
+    from hmrsim.drawing.canvas import Frame, Look
     from hmrsim.geometry import Point
+    from hmrsim.world.model import Lane, World
+
+_WIDTH: Final = 1.3
+_MAX_TRACKS: Final = 4
 
 
-def waypoint(at: Point, size: float, colours: Mapping[str, str], *content: str) -> str:
+def waypoint(at: Point, size: float, colors: Mapping[str, str], *content: str) -> str:
     """Return a dot."""
-    return element("circle", *content, cx=at[0], cy=at[1], r=size * 0.4, fill=colours["waypoint"])
+    return element("circle", *content, cx=at[0], cy=at[1], r=size * 0.4, fill=colors["waypoint"])
 
 
-def place(at: Point, size: float, colours: Mapping[str, str], *content: str) -> str:
+def place(at: Point, size: float, colors: Mapping[str, str], *content: str) -> str:
     """Return a ring around a dot."""
     x, y = at
     return element(
         "g",
         *content,
-        element("circle", cx=x, cy=y, r=size * 0.8, fill=colours["floor"], stroke=colours["place"], stroke_width=1.4),
-        element("circle", cx=x, cy=y, r=size * 0.3, fill=colours["place"]),
+        element("circle", cx=x, cy=y, r=size * 0.8, fill=colors["floor"], stroke=colors["place"], stroke_width=1.4),
+        element("circle", cx=x, cy=y, r=size * 0.3, fill=colors["place"]),
     )
 
 
-def dock(at: Point, size: float, colours: Mapping[str, str], *content: str, charges: bool) -> str:
-    """Return a square; with a flash in it where batteries are charged."""
+def dock(at: Point, size: float, colors: Mapping[str, str], *content: str, charges: bool) -> str:
+    """Return a square, with a flash in it if the dock charges batteries."""
     (x, y), half = at, size * 1.5
-    colour = colours["charger" if charges else "dock"]
-    look: Attributes = {"fill": colour, "fill_opacity": 0.15, "stroke": colour, "stroke_width": 1.4}
+    color = colors["charger" if charges else "dock"]
+    look: Attributes = {"fill": color, "fill_opacity": 0.15, "stroke": color, "stroke_width": 1.4}
     square = element("rect", x=x - half, y=y - half, width=2 * half, height=2 * half, rx=half / 4, **look)
-    flash = element("path", d=path(_flash(at, half * 0.8), closed=True), fill=colour) if charges else ""
+    flash = element("path", d=path(_flash(at, half * 0.8), closed=True), fill=color) if charges else ""
     return element("g", *content, square, flash)
 
 
@@ -45,66 +49,66 @@ def _flash(at: Point, size: float) -> list[Point]:
     return [(at[0] + x * size, at[1] + y * size) for x, y in corners]
 
 
-def door(a: Point, b: Point, colours: Mapping[str, str], *content: str) -> str:
+def door(a: Point, b: Point, colors: Mapping[str, str], *content: str) -> str:
     """Return a line between two jambs."""
-    look: Attributes = {"stroke": colours["door"], "stroke_width": 2.5, "stroke_dasharray": "4 2", "fill": "none"}
+    look: Attributes = {"stroke": colors["door"], "stroke_width": 2.5, "stroke_dasharray": "4 2", "fill": "none"}
     return element("path", *content, d=path((a, b)), **look)
 
 
-def lift(at: Point, size: float, colours: Mapping[str, str], *content: str) -> str:
+def lift(at: Point, size: float, colors: Mapping[str, str], *content: str) -> str:
     """Return a cabin with an arrow up and one down."""
     (x, y), half = at, size * 1.3
     corners = ((-0.5, 0.2), (0.0, 0.75), (0.5, 0.2))
     arrows = "".join(path((x + dx * half, y + sign * half * dy) for dx, dy in corners) for sign in (-1, 1))
-    look: Attributes = {"stroke": colours["lift"], "stroke_width": 1.4}
+    look: Attributes = {"stroke": colors["lift"], "stroke_width": 1.4}
     return element(
         "g",
         *content,
-        element("rect", x=x - half, y=y - half, width=2 * half, height=2 * half, fill=colours["floor"], **look),
+        element("rect", x=x - half, y=y - half, width=2 * half, height=2 * half, fill=colors["floor"], **look),
         element("path", d=arrows, fill="none", **look),
     )
 
 
-def item(at: Point, size: float, colours: Mapping[str, str], *content: str) -> str:
+def item(at: Point, size: float, colors: Mapping[str, str], *content: str) -> str:
     """Return a small red box."""
     (x, y), half = at, max(1.5, size * 0.55)
-    look: Attributes = {"fill": colours["item"], "stroke": colours["floor"], "stroke_width": 0.8}
+    look: Attributes = {"fill": colors["item"], "stroke": colors["floor"], "stroke_width": 0.8}
     return element("rect", *content, x=x - half, y=y - half, width=2 * half, height=2 * half, rx=half / 3, **look)
 
 
 def robot(
-    at: Point, radius: float, yaw: float, look: Look, colours: Mapping[str, str], *content: str, flies: bool = False
+    at: Point, radius: float, yaw: float, look: Look, colors: Mapping[str, str], *content: str, flies: bool = False
 ) -> str:
-    """Return the body of a robot, as the page draws it; *yaw* is clockwise, as pictures are."""
+    """Return the body of a robot, as on the page; *yaw* is clockwise, as in pictures."""
     width = max(0.6, radius * 0.1) / radius
-    body = _flying(look, colours, width) if flies else _driving(look, colours, width)
+    body = _flying(look, colors, width) if flies else _driving(look, colors, width)
     place = f"translate({number(at[0])} {number(at[1])})rotate({number(math.degrees(yaw))})scale({number(radius)})"
     return element("g", *content, body, transform=place)
 
 
-def _driving(look: Look, colours: Mapping[str, str], width: float) -> str:
-    ink = colours["robot_outline"]
-    shape = element("path", d=look.shape, fill=look.colour, stroke=ink, stroke_width=width)
+def _driving(look: Look, colors: Mapping[str, str], width: float) -> str:
+    ink = colors["robot_outline"]
+    shape = element("path", d=look.shape, fill=look.color, stroke=ink, stroke_width=width)
     return shape + element("path", d=BODIES["nose"], fill=ink)
 
 
-def _flying(look: Look, colours: Mapping[str, str], width: float) -> str:
+def _flying(look: Look, colors: Mapping[str, str], width: float) -> str:
     """Return a small body between four rotors."""
-    ink, rotors = colours["robot_outline"], BODIES["rotors"]
+    ink, rotors = colors["robot_outline"], BODIES["rotors"]
     corners = [(x, y) for x in (-rotors["at"], rotors["at"]) for y in (-rotors["at"], rotors["at"])]
     arms = "".join(path(((0.0, 0.0), corner)) for corner in corners)
-    rotor: Attributes = {"r": rotors["radius"], "fill": look.colour, "fill_opacity": 0.55, "stroke": ink}
+    rotor: Attributes = {"r": rotors["radius"], "fill": look.color, "fill_opacity": 0.55, "stroke": ink}
     return "".join(
         (
             element("path", d=arms, fill="none", stroke=ink, stroke_width=max(0.13, width)),
             *(element("circle", cx=x, cy=y, stroke_width=width, **rotor) for x, y in corners),
-            element("g", _driving(look, colours, width / rotors["body"]), transform=f"scale({rotors['body']})"),
+            element("g", _driving(look, colors, width / rotors["body"]), transform=f"scale({rotors['body']})"),
         )
     )
 
 
 def chevron(a: Point, b: Point, size: float) -> str:
-    """Return the data of an arrowhead in the middle of a line, which points where the line leads."""
+    """Return the path data of an arrowhead in the middle of a line, in its direction."""
     length = math.dist(a, b)
     if not length:
         return ""
@@ -113,3 +117,47 @@ def chevron(a: Point, b: Point, size: float) -> str:
     tip = ((a[0] + b[0] + dx * size) / 2, (a[1] + b[1] + dy * size) / 2)
     sides = [(tip[0] - size * (dx + sign * dy * 0.8), tip[1] - size * (dy - sign * dx * 0.8)) for sign in (1, -1)]
     return path([sides[0], tip, sides[1]])
+
+
+def lanes(
+    world: World,
+    frame: Frame,
+    size: float,
+    colors: Mapping[str, str],
+    counted: Mapping[tuple[str, str], tuple[str, float]],
+    notes: Mapping[tuple[str, str], str],
+) -> Iterator[str]:
+    """Return an element for each lane, followed by one for each direction with another color."""
+    for lane in world.lanes:
+        a, b = (frame.at(world.points[name]) for name in (lane.from_, lane.to))
+        arrow = chevron(a, b, size) if lane.one_way else ""
+        tracks = min(_MAX_TRACKS, lane.capacity or 1)
+        look: Attributes = {"stroke": colors["lane"], "stroke_width": _WIDTH + (tracks - 1) * 0.6}
+        yield element("path", titled(about(lane, world.units)), d=path((a, b)) + arrow, **look)
+        ways = {(lane.from_, lane.to): (a, b), (lane.to, lane.from_): (b, a)}
+        both = all(way in counted for way in ways)
+        for way, (start, end) in ways.items():
+            if way in counted:
+                color, width = counted[way]
+                line = path(_beside(start, end, width / 2 + 0.4) if both else (start, end))
+                title = titled(f"{way[0]} → {way[1]}: {notes[way]}") if way in notes else ""
+                yield element("path", title, d=line + arrow, stroke=color, stroke_width=width)
+
+
+def _beside(a: Point, b: Point, aside: float) -> tuple[Point, Point]:
+    """Return a line shifted to the right, as seen in its direction."""
+    length = math.dist(a, b) or 1.0
+    x, y = -(b[1] - a[1]) / length * aside, (b[0] - a[0]) / length * aside
+    return (a[0] + x, a[1] + y), (b[0] + x, b[1] + y)
+
+
+def about(lane: Lane, units: str) -> str:
+    """Return the description of a lane on one line."""
+    parts = [f"{lane.from_} {'→' if lane.one_way else '↔'} {lane.to}", *limits(lane, units)]
+    return ", ".join(parts)
+
+
+def limits(lane: Lane, units: str) -> list[str]:
+    """Return the speed limit and capacity of a lane, if it has them."""
+    speed = [f"≤ {lane.speed_limit:g} {units}/s"] if lane.speed_limit else []
+    return [*speed, *([f"{lane.capacity} at once"] if lane.capacity else [])]

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.drawing.palette import PALETTE
+from hmrsim.drawing.canvas import PALETTE
 from hmrsim.drawing.svg import Attributes, element, path, titled
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.frame import Frame
+    from hmrsim.drawing.canvas import Frame
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
 
@@ -26,10 +26,10 @@ class Weak:
     """A bottleneck.
 
     Attributes:
-        waypoints: The one that it is, those at the ends of a lane, or the stops of a lift.
-        kind: Which of these.
-        weight: How bad it is, from 0 to 1: half of the map is cut off.
-        note: What it separates, for people.
+        waypoints: The waypoint, the ends of the lane, or the stops of the lift.
+        kind: The kind of bottleneck.
+        weight: Its severity from 0 to 1, where 1 cuts off half of the map.
+        note: The parts that it separates, as text.
     """
 
     waypoints: tuple[str, ...]
@@ -43,7 +43,7 @@ class Overlay:
     """Traffic and bottlenecks of a map.
 
     Attributes:
-        shares: What share of trips takes a lane, by the waypoints at its ends.
+        shares: The share of trips that use a lane, by the waypoints at its ends.
     """
 
     shares: Mapping[tuple[str, str], float]
@@ -51,29 +51,29 @@ class Overlay:
     theme: Literal["light", "dark"] = "light"
 
     def looks(self, mark: float) -> dict[tuple[str, str], tuple[str, float]]:
-        """Return colour and width of each lane that is taken, where marks are of a size."""
+        """Return the color and width of each lane with traffic, for this size of marks."""
         most = max(self.shares.values(), default=1.0)
         return {lane: self._look(share / most, mark) for lane, share in self.shares.items()}
 
     def notes(self) -> dict[tuple[str, str], str]:
-        """Return the note of each lane that is taken."""
+        """Return the note of each lane with traffic."""
         return {lane: f"{share:.1%} of trips, either way" for lane, share in self.shares.items()}
 
     def _look(self, share: float, mark: float) -> tuple[str, float]:
-        colours = PALETTE["heat"][self.theme]
-        step = min(len(colours) - 1, int(share * len(colours)))
+        colors = PALETTE["heat"][self.theme]
+        step = min(len(colors) - 1, int(share * len(colors)))
         widest = min(_MAX_WIDTH, max(2 * _MIN_WIDTH, mark * _PER_MARK))
-        return colours[step], _MIN_WIDTH + (widest - _MIN_WIDTH) * share
+        return colors[step], _MIN_WIDTH + (widest - _MIN_WIDTH) * share
 
-    def beneath(self, world: World, frame: Frame, mark: float, colours: Mapping[str, str]) -> Iterator[str]:
-        """Return what shines out from under lanes that are the only way, and dashed lines for rides in lifts."""
+    def beneath(self, world: World, frame: Frame, mark: float, colors: Mapping[str, str]) -> Iterator[str]:
+        """Yield highlights under bottleneck lanes, and dashed lines for rides in lifts."""
         looks, points = self.looks(mark), world.points
         driven = {frozenset((lane.from_, lane.to)) for lane in world.lanes}
-        for (a, b), (colour, width) in looks.items():
+        for (a, b), (color, width) in looks.items():
             if frozenset((a, b)) not in driven:
                 line = path((frame.at(points[a]), frame.at(points[b])))
                 title = titled(f"{a} - {b}, a ride: {self.shares[a, b]:.1%} of trips, either way")
-                yield element("path", title, d=line, stroke=colour, stroke_width=width, stroke_dasharray="2 6")
+                yield element("path", title, d=line, stroke=color, stroke_width=width, stroke_dasharray="2 6")
         for weak in reversed(self.weak):
             if weak.kind == "lane":
                 a, b = weak.waypoints
@@ -81,41 +81,41 @@ class Overlay:
                 yield _shine(
                     (frame.at(points[a]), frame.at(points[b])),
                     taken[1] + mark * (0.5 + 0.9 * weak.weight),
-                    colours,
+                    colors,
                     titled(weak.note),
                 )
 
-    def above(self, world: World, frame: Frame, mark: float, colours: Mapping[str, str]) -> Iterator[str]:
-        """Return rings around waypoints and lifts that are the only way."""
+    def above(self, world: World, frame: Frame, mark: float, colors: Mapping[str, str]) -> Iterator[str]:
+        """Yield rings around bottleneck waypoints and lifts."""
         for weak in reversed(self.weak):
             if weak.kind != "lane":
                 radius = mark * (0.6 + 0.9 * weak.weight) * (1.8 if weak.kind == "lift" else 1.0)
                 for name in weak.waypoints:
-                    yield _ring(frame.at(world.points[name]), radius, colours, titled(weak.note))
+                    yield _ring(frame.at(world.points[name]), radius, colors, titled(weak.note))
 
-    def legend(self, colours: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-        """Return mark and meaning of each; marks are around (9, 0)."""
+    def legend(self, colors: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+        """Yield marks and their meanings; marks are around (9, 0)."""
         if self.shares:
             heat = PALETTE["heat"][self.theme]
             parts = []
-            for number, colour in enumerate(heat):
+            for number, color in enumerate(heat):
                 ends = ((number * 3.2, 0.0), (number * 3.2 + 3.2, 0.0))
-                parts.append(element("path", d=path(ends), stroke=colour, stroke_width=2.0 + number * 1.3))
+                parts.append(element("path", d=path(ends), stroke=color, stroke_width=2.0 + number * 1.3))
             yield "".join(parts), f"up to {max(self.shares.values()):.0%} of trips"
         kinds = {weak.kind for weak in self.weak}
         if "lane" in kinds:
-            line = element("path", d=path(_LEGEND_LINE), stroke=colours["lane"], stroke_width=_MIN_WIDTH)
-            yield _shine(_LEGEND_LINE, 9.0, colours) + line, "bottleneck lane"
+            line = element("path", d=path(_LEGEND_LINE), stroke=colors["lane"], stroke_width=_MIN_WIDTH)
+            yield _shine(_LEGEND_LINE, 9.0, colors) + line, "bottleneck lane"
         if kinds - {"lane"}:
-            yield _ring((9.0, 0.0), 6.0, colours), f"bottleneck {' or '.join(sorted(kinds - {'lane'}, reverse=True))}"
+            yield _ring((9.0, 0.0), 6.0, colors), f"bottleneck {' or '.join(sorted(kinds - {'lane'}, reverse=True))}"
 
 
-def _shine(ends: tuple[Point, Point], width: float, colours: Mapping[str, str], *content: str) -> str:
-    look: Attributes = {"fill": "none", "stroke": colours["bottleneck"], "stroke_width": width}
+def _shine(ends: tuple[Point, Point], width: float, colors: Mapping[str, str], *content: str) -> str:
+    look: Attributes = {"fill": "none", "stroke": colors["bottleneck"], "stroke_width": width}
     return element("path", *content, d=path(ends), **look, stroke_opacity=0.5, stroke_linecap="butt")
 
 
-def _ring(at: Point, radius: float, colours: Mapping[str, str], *content: str) -> str:
+def _ring(at: Point, radius: float, colors: Mapping[str, str], *content: str) -> str:
     width = max(1.0, math.sqrt(radius) * 0.8)
-    look: Attributes = {"fill": colours["floor"], "fill_opacity": 0.6, "stroke": colours["bottleneck"]}
+    look: Attributes = {"fill": colors["floor"], "fill_opacity": 0.6, "stroke": colors["bottleneck"]}
     return element("circle", *content, cx=at[0], cy=at[1], r=radius, **look, stroke_width=width)

@@ -1,4 +1,4 @@
-"""SVG as text: elements, numbers and strings that may hold anything."""
+"""SVG as text: elements, paths, numbers and arbitrary strings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
 
 Attributes: TypeAlias = "dict[str, str | float]"
-"""Of an element, by name."""
+"""The attributes of an element, by name."""
 
 _NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML documents must not contain, not even escaped."""
@@ -23,7 +23,7 @@ def text_of(text: str) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with two decimals at most."""
+    """Return a number with at most two decimals."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
@@ -41,7 +41,7 @@ def element(tag: str, *content: str, **attributes: str | float) -> str:
 
 
 def group(kind: str, parts: Iterable[str], **attributes: str | float) -> str:
-    """Return a group of elements, one a line; nothing of no elements."""
+    """Return a group of elements, one per line; empty without elements."""
     lines = "\n".join(parts)
     return element("g", f"\n{lines}\n", class_=kind, **attributes) if lines else ""
 
@@ -52,6 +52,6 @@ def titled(title: str) -> str:
 
 
 def path(points: Iterable[Point], *, closed: bool = False) -> str:
-    """Return the data of a path along straight lines."""
+    """Return the data of a path of straight lines."""
     steps = "L".join(f"{number(x)} {number(y)}" for x, y in points)
     return f"M{steps}{'Z' if closed else ''}"

@@ -1,15 +1,13 @@
-"""The events of the world: one class per event, one file per subject, each with its text in English.
+"""The events of the world: one class per event, grouped by subject, each with its text in English.
 
-The simulation publishes events; the log, reports, traces and recordings match on their classes. The schemas, the
-tables in the docs and the texts on the page are generated from them. Other packages add events of their own through
-entry points of the group ``hmrsim.events``, each of which names a module with an `EventGroup` called ``EVENTS``.
+The simulation publishes events. The log, reports, traces and recordings match on their classes, and the schemas, the
+tables in the docs and the texts on the page are generated from them. Other packages add events through entry points
+of the group ``hmrsim.events``, each of which names a module with an `EventGroup` called ``EVENTS``.
 """
 
-from hmrsim.events._event import Event, EventGroup, Severity, model_of
-from hmrsim.events._flaws import flaws
-from hmrsim.events._parts import Part
+from hmrsim.events._event import Event, EventGroup, Part, Severity, model_of
 from hmrsim.events._pattern import STATUSES, EventPattern
-from hmrsim.events._registry import UnknownEvent, from_json, groups, registry, texts
+from hmrsim.events._registry import UnknownEvent, flaws, from_json, groups, registry, texts
 
 __all__ = [
     "STATUSES",

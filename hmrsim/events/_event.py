@@ -1,4 +1,4 @@
-"""The base of events: a named tuple with a kind, a severity, and a text that is data."""
+"""The base of events: a named tuple with a kind, a severity, and a text that is data, and common types of fields."""
 
 from __future__ import annotations
 
@@ -6,23 +6,75 @@ from collections import namedtuple
 from collections.abc import Mapping
 from enum import StrEnum
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NamedTuple, Self, dataclass_transform, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic.fields import FieldInfo
 
-from hmrsim.events._parts import Change
 from hmrsim.events._text import render
 
 if TYPE_CHECKING:
     from hmrsim.events._text import Format
 
+
+class Part(StrEnum):
+    """A part of the scene that an event changes; most are fields of ``_world/scene``.
+
+    The page updates its scene by the part that an event declares, never by the event's kind.
+    """
+
+    MOTION = "robots.motion"
+    ROUTE = "robots.route"
+    POSE = "robots.pose"
+    WAITING = "robots.waiting"
+    YIELDING = "robots.yielding"
+    GOALS = "robots.goals"
+    DOCK = "robots.dock"
+    BATTERY = "robots.battery"
+    SCRIPT = "robots.script"
+    CARRIER = "items.carrier"
+    ENTITIES = "entities"
+    DOOR = "fixtures.door"
+    LIFT = "fixtures.lift"
+    CLOSED_LANES = "closed_lanes"
+    DEADLOCKS = "deadlocks"
+    FAULTS = "faults"
+    ORDERS = "orders"
+    PARTICIPANTS = "participants"
+    PLANNER = "planner_present"
+    STATE = "simulation_state"
+    SCENE = "scene"
+    WORLD = "world"
+
+
+class Change(NamedTuple):
+    """The change of the scene by events of a kind.
+
+    Attributes:
+        part: The part of the scene; one of `Part`.
+        sets: Values besides the event's fields, which distinguish the kinds that change the same part.
+    """
+
+    part: str
+    sets: Mapping[str, Any]
+
+
+Number = Annotated[float, Field(strict=True)]
+Whole = Annotated[int, Field(strict=True)]
+
+RobotName = Annotated[str, Field(description="The robot's name.")]
+RobotNames = Annotated[tuple[str, ...], Field(description="The robots' names.")]
+ActionName = Annotated[str, Field(description="The action's name, such as `navigate_to_pose`.")]
+GoalId = Annotated[str, Field(description="The goal's id: 32 hex digits.")]
+Position = Annotated[tuple[Number, Number], Field(description="Where: x, y in the world's unit.")]
+LaneName = Annotated[tuple[str, str], Field(description="The lane: the waypoints where it begins and ends.")]
+
+
 WORLD: Final = "_world"
 """The name under which the world serves actions."""
 
-
 _ENVELOPE: Final = ("kind", "stamp")
-"""Fields of each event's JSON that are not the event's own."""
+"""Keys that every event has in JSON, besides its fields."""
 
 
 class Severity(StrEnum):
@@ -35,11 +87,11 @@ class Severity(StrEnum):
 
 
 class Presentation(NamedTuple):
-    """How events of a kind are shown; the page is given the same.
+    """The presentation of a kind of event, here and on the page.
 
     Attributes:
-        severity: A template (`hmrsim.events._text`) for one of `Severity`; for most kinds it has no fields.
-        subject: Fields, of which the first one given names the subject; none for the whole world.
+        severity: A template (`hmrsim.events._text`) for one of `Severity`; most kinds need no fields in it.
+        subject: Fields, the first present one of which names the subject; empty for the whole world.
         text: A template for what happens to the subject.
     """
 
@@ -50,10 +102,10 @@ class Presentation(NamedTuple):
 
 @dataclass_transform(frozen_default=True)
 class _EventType(type):
-    """Makes a class a named tuple of its own fields and those of its base."""
+    """Turn a class into a named tuple of its fields and those of its base."""
 
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **presentation: Any) -> _EventType:
-        base = next((each for each in bases if isinstance(each, _EventType)), None)
+        base = next((parent for parent in bases if isinstance(parent, _EventType)), None)
         if base is not None:
             own = list(namespace.get("__annotations__", ()))
             fields: tuple[str, ...] = (*base._fields, *own)
@@ -67,23 +119,23 @@ class _EventType(type):
 
 
 _TAKEN: Final = ("__new__", "__match_args__", "__repr__", "__getnewargs__", "_fields", "_field_defaults")
-"""The members that a class takes from a named tuple, besides its fields."""
+"""The members of a named tuple that a class takes over, besides its fields."""
 
 
 class Event(tuple[Any, ...], metaclass=_EventType):
     """An event of the world, without its time.
 
-    A subclass lists its fields, each annotated with its type and a `pydantic.Field` with a description. A field that
-    has a default is left out of JSON while it has that value. In JSON a trailing underscore of a name is left out, as
-    Python has keywords that fields are named by. A subclass without a `kind` is a base for others.
+    A subclass lists its fields, each annotated with its type and a `pydantic.Field` with a description. JSON omits a
+    field that has its default value, and the trailing underscore of names that are Python keywords. A subclass without
+    a `kind` is a base for others.
 
-    It is a tuple, as one is made for each lane that a robot drives, and a frozen dataclass takes three times as long.
+    It is a tuple because each lane that a robot drives creates one, and a frozen dataclass takes three times as long.
 
     Attributes:
-        kind: Its name in traces, on the wire and in schemas.
-        change: What it changes in a picture of the world; None for nothing.
-        traced: Whether traces have it. They omit what a replay reproduces: how robots move from lane to lane.
-        rest: The field, a mapping, whose entries are fields of their own in JSON; empty for none.
+        kind: The name in traces, on the wire and in schemas.
+        change: The change of the scene, or None.
+        traced: Whether traces contain it. They omit motion from lane to lane, which a replay reproduces.
+        rest: The mapping field whose entries become fields in JSON; empty for none.
     """
 
     __slots__ = ()
@@ -112,8 +164,8 @@ class Event(tuple[Any, ...], metaclass=_EventType):
     ) -> None:
         """Declare a kind of event.
 
-        Most arguments are the attributes of these names; *severity*, *subject* and *text* are its `Presentation`,
-        *changes*, one of `Part`, and *sets* its `Change`. It has subject and part of its base if it states none.
+        *severity*, *subject* and *text* make up its `Presentation`. *changes*, one of `Part`, and *sets* make up its
+        `Change`. Other arguments set the attributes of the same names. Subject and part default to those of the base.
         """
         if kind:
             cls.kind = kind
@@ -125,19 +177,19 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         cls._optional = tuple((field.rstrip("_"), default) for field, default in cls._field_defaults.items())
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another event is of the same kind, and has the same fields."""
+        """Return whether another event has the same kind and fields."""
         return type(self) is type(other) and tuple.__eq__(self, other)
 
     def __ne__(self, other: object) -> bool:
-        """Return the opposite."""
+        """Return whether kind or fields differ."""
         return not self == other
 
     def __hash__(self) -> int:
-        """Return the hash, which equal events share."""
+        """Return the hash of the fields."""
         return tuple.__hash__(self)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields by their names in JSON, without kind and time; arrays may be tuples."""
+        """Return the fields by their JSON names, without kind and time; arrays may be tuples."""
         fields = dict(zip(self._names, self, strict=False))
         for name, default in self._optional:
             if fields[name] == default:
@@ -145,15 +197,15 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         return self._spread(fields) if self.rest else fields
 
     def to_json(self) -> dict[str, Any]:
-        """Return the same as JSON has it: with lists only."""
+        """Return the fields by their JSON names, with arrays as lists."""
         return {name: _listed(value) for name, value in self.as_dict().items()}
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Return the event that plain values stand for; fields that it does not have are passed over.
+        """Return the event with the given JSON fields; unknown fields are ignored.
 
         Raises:
-            ValueError: One is missing, or of another type.
+            ValueError: A field is missing or has the wrong type.
         """
         if cls.rest:
             rest = {name: value for name, value in fields.items() if name not in (*cls._names, *_ENVELOPE)}
@@ -161,17 +213,17 @@ class Event(tuple[Any, ...], metaclass=_EventType):
         try:
             values = model_of(cls).model_validate(fields)
         except ValidationError as error:
-            wrong = (f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors(include_url=False))
-            raise ValueError("; ".join(wrong)) from None
+            flaws = (f"{'.'.join(map(str, flaw['loc']))}: {flaw['msg']}" for flaw in error.errors(include_url=False))
+            raise ValueError("; ".join(flaws)) from None
         return cls(**{field: getattr(values, field.rstrip("_") + "_") for field in cls._fields})
 
     @classmethod
     def fields(cls) -> tuple[str, ...] | None:
-        """Return the names of its fields in JSON; None if it may have any further ones."""
+        """Return the JSON names of the fields, or None if it can have any further fields."""
         return None if cls.rest else cls._names
 
     def _spread(self, fields: dict[str, Any]) -> dict[str, Any]:
-        """Return fields with the entries of `rest` in its place."""
+        """Return the fields, with `rest` replaced by its entries."""
         spread: dict[str, Any] = {}
         for name, value in fields.items():
             spread |= value if name == self.rest else {name: value}
@@ -179,28 +231,28 @@ class Event(tuple[Any, ...], metaclass=_EventType):
 
     @property
     def severity(self) -> Severity:
-        """Its severity."""
+        """The severity of this event."""
         template = self.presentation.severity
         return Severity(render(template, self.as_dict()) if "{" in template else template)
 
     @property
     def subject(self) -> str:
-        """The subject's name; empty for the whole world."""
+        """The name of the subject; empty for the whole world."""
         fields = self.as_dict()
-        found = next((fields[name] for name in self.presentation.subject if fields.get(name) is not None), "")
-        return "-".join(found) if isinstance(found, (list, tuple)) else "" if found == WORLD else str(found)
+        subject = next((fields[name] for name in self.presentation.subject if fields.get(name) is not None), "")
+        return "-".join(subject) if isinstance(subject, (list, tuple)) else "" if subject == WORLD else str(subject)
 
     def text(self, formats: Mapping[str, Format] | None = None) -> str:
-        """Return what happens to its subject, as text; *formats* are further ones for its template."""
+        """Return the event as text without its subject; *formats* are further formats of its template."""
         return render(self.presentation.text, self.as_dict(), formats)
 
     def describe(self) -> str:
-        """Return it as a sentence, without a full stop."""
+        """Return the event as a sentence, without a full stop."""
         return f"{self.subject} {self.text()}".lstrip()
 
 
 class EventGroup(NamedTuple):
-    """The events of one subject: what a module of this package, or of a plug-in, offers as ``EVENTS``."""
+    """The events of one subject."""
 
     name: str
     events: tuple[type[Event], ...]
@@ -208,7 +260,7 @@ class EventGroup(NamedTuple):
 
 @cache
 def model_of(event: type[Event]) -> type[BaseModel]:
-    """Return the model of an event's JSON, which reads it and has its schema; its fields end with an underscore."""
+    """Return the pydantic model of an event's JSON; its fields end with an underscore."""
     fields: dict[str, Any] = {}
     for name, hint in get_type_hints(event, include_extras=True).items():
         if name in event._fields:
@@ -219,14 +271,14 @@ def model_of(event: type[Event]) -> type[BaseModel]:
 
 
 def description_of(event: type[Event], field: str) -> str:
-    """Return the description of a field; empty if there is none."""
+    """Return the description of a field, or an empty text."""
     hint = get_type_hints(event, include_extras=True)[field]
-    said = (each.description for each in getattr(hint, "__metadata__", ()) if isinstance(each, FieldInfo))
-    return next(filter(None, said), None) or ""
+    descriptions = (mark.description for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, FieldInfo))
+    return next(filter(None, descriptions), None) or ""
 
 
 def _listed(value: Any) -> Any:
-    return [_listed(each) for each in value] if isinstance(value, (list, tuple)) else value
+    return [_listed(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 _CONFIG: Final = ConfigDict(extra="ignore", allow_inf_nan=False)

@@ -1,6 +1,6 @@
-"""Which events are meant: a kind with values of its fields, or a change of a goal.
+"""Patterns of events: a kind with values of its fields, or a change of a goal.
 
-The schedule of faults begins one when such an event comes, and properties of runs speak of them.
+Faults begin at events that match a pattern, and properties of runs refer to them.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ STATUSES: Final[Mapping[str, frozenset[int]]] = MappingProxyType(
         "rejected": frozenset(),
     }
 )
-"""The numbers of action_msgs/msg/GoalStatus that a change of a goal stands for; a rejected goal has no status."""
+"""The numbers of action_msgs/msg/GoalStatus for each change of a goal; a rejected goal has no status."""
 
 _STATUS: Final = GoalStatusChanged.kind
 _REJECTED: Final = SendGoalRejected.kind
 
 
 class EventPattern(BaseModel):
-    """Which events are meant; either an *event* or a *goal*.
+    """A pattern of events: either an *event* or a *goal*.
 
     Attributes:
         event: A kind of event, such as ``picked``.
-        where: Values of its fields, as its JSON has them; all must be equal.
-        goal: What becomes of a goal: a status in lower case, ``ended`` for any terminal one, or ``rejected``.
-        action: The action of that goal; None for any.
-        robot: The robot that it is about; None for any.
+        where: Values of its fields, as in its JSON; all must be equal.
+        goal: A change of a goal: a status in lower case, ``ended`` for any terminal status, or ``rejected``.
+        action: The action of that goal, or None for any.
+        robot: The robot of the event or goal, or None for any.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -54,10 +54,10 @@ class EventPattern(BaseModel):
     event: str | None = Field(default=None, description="A kind of event, such as `picked`.")
     where: dict[str, Any] = Field(default={}, description="Values of the event's fields; all must be equal.")
     goal: GoalChange | None = Field(
-        default=None, description="What becomes of a goal; `ended` stands for succeeded, canceled and aborted."
+        default=None, description="A change of a goal; `ended` stands for succeeded, canceled and aborted."
     )
-    action: str | None = Field(default=None, description="The goal's action; left out for any.")
-    robot: str | None = Field(default=None, description="The robot that it is about; left out for any.")
+    action: str | None = Field(default=None, description="The goal's action; omitted for any.")
+    robot: str | None = Field(default=None, description="The robot of the event or goal; omitted for any.")
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -77,20 +77,20 @@ class EventPattern(BaseModel):
         return _REJECTED if self.goal == _REJECTED else _STATUS
 
     def matches(self, event: Event) -> bool:
-        """Return whether an event is meant."""
+        """Return whether an event matches."""
         kind = event.kind
         if self.goal is None:
             return kind == self.event and self._fits(event)
         if kind == _STATUS:
-            return self.matches_goal(event.robot, event.action, event.status)  # type: ignore[attr-defined]  # of its kind
+            return self.matches_goal(event.robot, event.action, event.status)  # type: ignore[attr-defined]  # by its kind
         return kind == self.goal == _REJECTED and self._is_of(event.robot, event.action)  # type: ignore[attr-defined]
 
     def matches_goal(self, robot: str, action: str, status: int) -> bool:
-        """Return whether a goal that now has a status is meant."""
+        """Return whether a change of a goal to a status matches."""
         return self.goal is not None and status in STATUSES[self.goal] and self._is_of(robot, action)
 
     def flaws(self) -> Iterator[Finding]:
-        """Yield what is wrong with it whatever the world is: kinds and fields that there are not."""
+        """Yield the errors that don't depend on the world: unknown kinds and fields."""
         if self.event is None:
             return
         kind = registry().get(self.event)
@@ -108,12 +108,12 @@ class EventPattern(BaseModel):
             yield Finding(("robot",), f"{self.event} is not about a robot", self.robot)
 
     def describe(self) -> str:
-        """Return it in words, such as ``pickup of eve is accepted``."""
+        """Return the pattern in words, such as ``pickup of eve is accepted``."""
         if self.goal is not None:
             whose = f" of {self.robot}" if self.robot else ""
             return f"{self.action or 'a goal'}{whose} is {self.goal}"
-        said = {**({"robot": self.robot} if self.robot else {}), **self.where}
-        fields = ", ".join(f"{name} {value}" for name, value in said.items())
+        values = {**({"robot": self.robot} if self.robot else {}), **self.where}
+        fields = ", ".join(f"{name} {value}" for name, value in values.items())
         return f"{self.event}{f' ({fields})' if fields else ''}"
 
     def _is_of(self, robot: str, action: str) -> bool:

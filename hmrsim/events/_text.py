@@ -1,12 +1,12 @@
-"""Texts of events: templates that Python and the page fill in alike.
+"""Templates for the texts of events, which Python and the page fill in in the same way.
 
 A template is text with fields of an event's JSON in it:
 
-- ``{item}`` is the field's value; ``{at:point}`` has it formatted, and names one of `FORMATS` or of a caller's;
-- ``[ by {by}]`` is an optional part: it is left out unless every field in it is given. A field is not given when it is
-  missing, null, or formatted as an empty text; one whose format is not known is not given either;
-- ``[: {why}| for {for:and}| for its turn]`` has alternatives: the first whose fields are all given counts;
-- ``{status=6}`` is a condition: nothing is shown for it, and it is given if the field has that value.
+- ``{item}`` is the field's value. ``{at:point}`` is formatted by one of `FORMATS` or of the caller's formats.
+- ``[ by {by}]`` is an optional part, which is omitted unless all of its fields are present. A field is absent if it is
+  missing or null, if its formatted text is empty, or if its format is unknown.
+- ``[: {why}| for {for:and}| for its turn]`` has alternatives: the first one with all fields present is shown.
+- ``{status=6}`` is a condition: it shows nothing, and is present if the field has that value.
 
 Parts do not nest. ``hmrsim_zenoh/view/page/model/texts.js`` is the same in JavaScript.
 """
@@ -25,25 +25,22 @@ _FIELD: Final = re.compile(r"\{(\w+)(?:([:=])([^}]*))?\}")
 
 
 def render(template: str, fields: Mapping[str, Any], formats: Mapping[str, Format] | None = None) -> str:
-    """Return a template filled in.
-
-    *fields* are as in JSON; *formats* are further ones, or others for the same names.
-    """
+    """Return a filled-in template; *fields* are as in JSON, and *formats* extend or override `FORMATS`."""
     known = FORMATS if formats is None else {**FORMATS, **formats}
     texts = []
     for optional, rest in _PART.findall(template):
-        filled = (_filled(each, fields, known) for each in ([rest] if rest else optional.split("|")))
+        filled = (_filled(option, fields, known) for option in ([rest] if rest else optional.split("|")))
         texts.append(next((text for text in filled if text is not None), ""))
     return "".join(texts)
 
 
 def fields_in(template: str) -> list[tuple[str, str]]:
-    """Return the fields of a template with their formats, in order; a condition's is empty."""
+    """Return the fields of a template with their formats, in order; a condition has an empty format."""
     return [(name, more if sign == ":" else "") for name, sign, more in _FIELD.findall(template)]
 
 
 def _filled(alternative: str, fields: Mapping[str, Any], formats: Mapping[str, Format]) -> str | None:
-    """Return an alternative filled in; None if one of its fields is not given."""
+    """Return a filled-in alternative, or None if a field is absent."""
     given = True
 
     def fill(match: re.Match[str]) -> str:
@@ -63,18 +60,18 @@ def _filled(alternative: str, fields: Mapping[str, Any], formats: Mapping[str, F
 
 
 def plain(value: Any) -> str:
-    """Return text as it is, a number with two decimals at most, true or false, and what is in a list, by commas."""
+    """Return a value as text: numbers with at most two decimals, lists separated by commas."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
         return f"{value:.2f}".rstrip("0").rstrip(".")
     if isinstance(value, (list, tuple)):
-        return ", ".join(plain(each) for each in value)
+        return ", ".join(plain(item) for item in value)
     return str(value)
 
 
 def _and(value: Any) -> str:
-    names = [plain(each) for each in value]
+    names = [plain(item) for item in value]
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
@@ -92,7 +89,7 @@ def _lane(value: Any) -> str:
 
 
 def _error(value: Any) -> str:
-    """Return what a result says of an error, in Nav2's field, MoveIt's or that of the simulation's services."""
+    """Return the error message of a result, from Nav2's field, MoveIt's or that of simulation_interfaces."""
     code, result = value.get("error_code"), value.get("result")
     nested = code.get("message") if isinstance(code, dict) else ""
     message = value.get("error_msg") or nested or (result.get("error_message") if isinstance(result, dict) else "")
@@ -108,5 +105,5 @@ FORMATS: Final[Mapping[str, Format]] = {
     "lane": _lane,
     "error": _error,
 }
-"""``and`` joins names; ``point`` is x and y, ``end`` the last point of some; ``percent`` is of a share; ``lane`` is its
-two waypoints; ``error`` is of an action's result, in plain values."""
+"""The formats of fields: names joined by "and", a point, the last of several points, a share in percent, the two
+waypoints of a lane, and the error of an action's result."""

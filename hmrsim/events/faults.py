@@ -1,4 +1,4 @@
-"""Faults that begin and end."""
+"""Events of faults that begin and end."""
 
 from __future__ import annotations
 
@@ -7,24 +7,23 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from hmrsim.events._event import Event, EventGroup
-from hmrsim.events._parts import Part
+from hmrsim.events._event import Event, EventGroup, Part
 
 
 class FaultEvent(Event, subject=("robot", "door", "lane", "dock", "lift", "item"), rest="settings"):
-    """Something about a fault. In JSON its settings are fields of the event: `robot`, `at`, `duration`, ...
+    """An event of a fault. In JSON the settings are fields of the event: `robot`, `at`, `duration`, ...
 
     Note:
-        `at` of a fault is a time, in simulated seconds.
+        The field `at` of a fault is a time, in simulated seconds.
     """
 
     fault: Annotated[str, Field(description="The fault's type, such as `breakdown`.")]
     name: Annotated[str, Field(description="The fault's name.")]
-    settings: Annotated[Mapping[str, Any], Field(description="The fault's settings, each a field of its own in JSON.")]
+    settings: Annotated[Mapping[str, Any], Field(description="The fault's settings, each a separate field in JSON.")]
 
     @property
     def robot(self) -> str:
-        """The robot that has the fault; empty for a fault of another subject."""
+        """The robot that has the fault; empty if the subject is not a robot."""
         robot = self.settings.get("robot", "")
         return robot if isinstance(robot, str) else ""
 
@@ -53,9 +52,9 @@ class FaultEnded(
 class FaultMissed(
     FaultEvent, kind="fault_missed", severity="warning", text="is not hit by the fault {name} ({fault}): {why}"
 ):
-    """A fault is due, but does not begin, as its subject, or a component of its robot, does not exist."""
+    """A fault is due but does not begin because its subject, or a component of its robot, does not exist."""
 
-    why: Annotated[str, Field(description="What is missing.")]
+    why: Annotated[str, Field(description="The missing subject or component.")]
 
 
 EVENTS: Final = EventGroup("faults", (FaultBegan, FaultEnded, FaultMissed))

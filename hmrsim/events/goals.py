@@ -1,4 +1,4 @@
-"""Goals of actions: accepted, under way, ended, rejected."""
+"""Events of goals: accepted, changed, ended, rejected."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from hmrsim.events._event import Event, EventGroup
-from hmrsim.events._fields import ActionName, GoalId, RobotName, Whole
-from hmrsim.events._parts import Part
+from hmrsim.events._event import ActionName, Event, EventGroup, GoalId, Part, RobotName, Whole
 
 
 class GoalAccepted(Event, kind="goal", text="{action} accepted[: {goal:goal}]", traced=False, changes=Part.GOALS):
-    """The goal message of a goal that is about to be accepted."""
+    """An action server accepts a goal; its status changes next."""
 
     robot: RobotName
     action: ActionName
     goal_id: GoalId
     goal: Annotated[
         Mapping[str, Any] | None,
-        Field(description="The action's goal message; fields with ROS's default are left out."),
+        Field(description="The action's goal message; fields with ROS's default are omitted."),
     ]
 
 
@@ -32,12 +30,14 @@ class GoalStatusChanged(
     "{status=6}ABORTED|status {status}][{status=6}: {result:error}]",
     changes=Part.GOALS,
 ):
-    """A goal has another status."""
+    """The status of a goal changes."""
 
     robot: RobotName
     action: ActionName
     goal_id: GoalId
-    status: Annotated[Whole, Field(description="Of action_msgs/msg/GoalStatus; 4, 5 and 6 are terminal.")]
+    status: Annotated[
+        Whole, Field(description="The status, as in action_msgs/msg/GoalStatus; 4, 5 and 6 are terminal.")
+    ]
     result: Annotated[
         Mapping[str, Any] | None, Field(description="The action's result message, of a goal that has ended.")
     ] = None
@@ -51,7 +51,7 @@ class SendGoalRejected(Event, kind="rejected", severity="warning", text="{action
 
     robot: RobotName
     action: ActionName
-    goal_id: Annotated[str, Field(description="The goal's id, as it was sent.")]
+    goal_id: Annotated[str, Field(description="The goal's id, as sent.")]
     reason: Annotated[str, Field(description="The reason as an identifier, such as `not_ready`.")]
     error_msg: Annotated[str, Field(description="The reason as text.")]
 

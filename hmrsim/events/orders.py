@@ -1,4 +1,4 @@
-"""Orders of the demand: what has to be brought where."""
+"""Events of orders: requests of the demand to bring an item from one place to another."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from hmrsim.events._event import Event, EventGroup
-from hmrsim.events._fields import Number, RobotName
-from hmrsim.events._parts import Part
+from hmrsim.events._event import Event, EventGroup, Number, Part, RobotName
 
 _Place = Annotated[str, Field(description="The name of a place, a dock or a waypoint.")]
 
 
 class OrderEvent(Event, subject=("order",), changes=Part.ORDERS):
-    """Something about an order."""
+    """An event of an order."""
 
     order: Annotated[str, Field(description="The order's name.")]
     item: Annotated[str, Field(description="The item's name.")]
@@ -23,12 +21,12 @@ class OrderEvent(Event, subject=("order",), changes=Part.ORDERS):
 class OrderPlaced(
     OrderEvent, kind="order_placed", text="asks for {item}, from {from} to {to}", sets={"step": "placed"}
 ):
-    """An order comes, and its item lies there."""
+    """An order is placed, and its item appears."""
 
-    from_: Annotated[_Place, Field(description="Where the item is.")]
-    to: Annotated[_Place, Field(description="Where it has to be brought.")]
-    priority: Annotated[int, Field(description="How much it matters; a greater number comes first.")] = 0
-    within: Annotated[Number | None, Field(description="Seconds after which it is late; left out for never.")] = None
+    from_: Annotated[_Place, Field(description="The place of the item.")]
+    to: Annotated[_Place, Field(description="The destination.")]
+    priority: Annotated[int, Field(description="The priority; a greater number comes first.")] = 0
+    within: Annotated[Number | None, Field(description="Seconds after which it is late; omitted for never.")] = None
 
 
 class OrderPickedUp(OrderEvent, kind="order_picked_up", text="is on its way with {robot}", sets={"step": "picked_up"}):
@@ -43,11 +41,11 @@ class OrderDelivered(
     text="is delivered[ by {robot}] after {lead_time} s",
     sets={"step": "delivered"},
 ):
-    """The item of an order lies where it has to be."""
+    """The item of an order has reached its destination."""
 
-    lead_time: Annotated[Number, Field(description="Seconds since the order came.")]
+    lead_time: Annotated[Number, Field(description="Seconds since the order was placed.")]
     late: Annotated[Number, Field(description="Seconds that it is late; 0 if it is in time.")] = 0.0
-    robot: Annotated[str, Field(description="The robot that has brought it; left out if none has.")] = ""
+    robot: Annotated[str, Field(description="The robot that brought it; omitted if none did.")] = ""
 
 
 class OrderLate(
@@ -57,9 +55,9 @@ class OrderLate(
     text="is late: {item} is not at {to} yet",
     sets={"step": "late"},
 ):
-    """An order is not served in time."""
+    """An order is not delivered in time."""
 
-    to: Annotated[_Place, Field(description="Where the item has to be brought.")]
+    to: Annotated[_Place, Field(description="The destination of the item.")]
 
 
 class OrderLost(
@@ -69,7 +67,7 @@ class OrderLost(
     text="can't be served: {item} was deleted",
     sets={"step": "lost"},
 ):
-    """The item of an order is there no more."""
+    """The item of an order was deleted."""
 
 
 EVENTS: Final = EventGroup("orders", (OrderPlaced, OrderPickedUp, OrderDelivered, OrderLate, OrderLost))

@@ -1,4 +1,4 @@
-"""Robots that block each other, and lanes that are closed."""
+"""Events of traffic: waiting robots, deadlocks, and closed lanes."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from hmrsim.events._event import Event, EventGroup
-from hmrsim.events._fields import LaneName, Number, Position, RobotName, RobotNames
-from hmrsim.events._parts import Part
+from hmrsim.events._event import Event, EventGroup, LaneName, Number, Part, Position, RobotName, RobotNames
 
 
 class Waiting(
@@ -18,14 +16,14 @@ class Waiting(
     changes=Part.WAITING,
     sets={"waits": True},
 ):
-    """A robot waits on its way, for other robots or for something else; told again when that changes."""
+    """A robot waits on its route, for other robots or another reason; published again when the reason changes."""
 
     robot: RobotName
     at: Position
-    lane: Annotated[LaneName | None, Field(description="The lane that it can't enter; left out off the lanes.")] = None
-    why: Annotated[str, Field(description="What is in the way, unless it is a robot.")] = ""
+    lane: Annotated[LaneName | None, Field(description="The lane that it can't enter; omitted off the lanes.")] = None
+    why: Annotated[str, Field(description="The reason, unless other robots are in the way.")] = ""
     for_: Annotated[
-        tuple[str, ...] | None, Field(description="The robots for which it waits; left out where there is a `why`.")
+        tuple[str, ...] | None, Field(description="The robots for which it waits; omitted if there is a `why`.")
     ] = None
 
 
@@ -37,10 +35,10 @@ class WentOn(
     changes=Part.WAITING,
     sets={"waits": False},
 ):
-    """A robot that waited continues on its way."""
+    """A robot that waited continues on its route."""
 
     robot: RobotName
-    waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
+    waited: Annotated[Number, Field(description="The time that it waited, in simulated seconds.")]
 
 
 class GaveUpWaiting(
@@ -51,15 +49,15 @@ class GaveUpWaiting(
     changes=Part.WAITING,
     sets={"waits": False},
 ):
-    """A robot has waited as long as `patience` says while none in its way made progress, and its goal is aborted."""
+    """A robot has waited for its `patience` while the robots in its way made no progress; its goal is aborted."""
 
     robot: RobotName
     at: Position
-    waited: Annotated[Number, Field(description="How long it waited, in simulated seconds.")]
+    waited: Annotated[Number, Field(description="The time that it waited, in simulated seconds.")]
     for_: Annotated[tuple[str, ...], Field(description="The robots in its way; none if something else is.")]
     why: Annotated[
         str,
-        Field(description="Who is in its way, in which state, where, since when, and why it makes no room."),
+        Field(description="The robot in its way: its state, place, since when, and why it makes no room."),
     ]
 
 
@@ -71,13 +69,13 @@ class Rerouted(Event, kind="rerouted", text="takes another route"):
 
 
 class MadeRoom(Event, kind="made_room", text="moves aside[ for {by}]", changes=Part.YIELDING):
-    """A robot leaves its place so that another can pass."""
+    """A robot moves aside so that another can pass."""
 
     robot: RobotName
-    from_: Annotated[Position, Field(description="Where it stood: x, y in the world's unit.")]
-    to: Annotated[Position, Field(description="Where it goes.")]
+    from_: Annotated[Position, Field(description="Its previous position: x, y in the world's unit.")]
+    to: Annotated[Position, Field(description="The position to which it moves.")]
     by: Annotated[
-        str, Field(description="The robot that wants to pass; left out where it lets others out of its own way.")
+        str, Field(description="The robot that wants to pass; omitted if the robot clears its own route.")
     ] = ""
 
 
@@ -91,15 +89,15 @@ class Deadlock(
 
 
 class LaneEvent(Event, subject=("lane",), changes=Part.CLOSED_LANES):
-    """A change of a lane."""
+    """An event of a lane."""
 
     lane: LaneName
 
 
 class LaneClosed(LaneEvent, kind="lane_closed", severity="warning", text="is closed[: {why}]", sets={"closed": True}):
-    """A lane is closed: no robot enters it; a robot that is on it may leave it."""
+    """A lane is closed: no robot can enter it, but a robot on it can leave."""
 
-    why: Annotated[str, Field(description="Why it is closed: all reasons, as text.")]
+    why: Annotated[str, Field(description="All reasons for the closure, as text.")]
 
 
 class LaneOpened(LaneEvent, kind="lane_opened", text="is open again", sets={"closed": False}):

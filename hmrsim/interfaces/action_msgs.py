@@ -1,4 +1,4 @@
-"""What all actions share: who a goal is, how it fares, and the request to cancel it."""
+"""The messages that all actions share: goal ids, statuses, and the request to cancel goals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class GoalInfo(Message):
 
 
 class GoalStatus(Message):
-    """Where one goal is in its life; the numbers are those of ``hmrsim.protocol.goal.GoalStatus``."""
+    """The status of a goal, with the numbers of ``hmrsim.protocol.goal.GoalStatus``."""
 
     STATUS_UNKNOWN: ClassVar[int] = 0
     STATUS_ACCEPTED: ClassVar[int] = 1
@@ -34,16 +34,16 @@ class GoalStatus(Message):
 
 
 class GoalStatusArray(Message):
-    """Every goal that an action server still remembers."""
+    """The status of every goal that an action server remembers."""
 
     status_list: list[GoalStatus] = Field(default_factory=list)
 
 
 class CancelGoal:
-    """Ask for the end of one goal, of all, or of all up to a time."""
+    """Cancel one goal, all goals, or all goals accepted up to a time."""
 
     class Request(Message):
-        """Which goals: by id, by acceptance at or before the stamp; both zero means all."""
+        """The goals, by id or by acceptance at or before the stamp; if both are zero, all of them."""
 
         goal_info: GoalInfo = Field(default_factory=GoalInfo)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from hmrsim.interfaces.message import Int32, Message, UInt32
 
 NANOSECONDS = 1_000_000_000
-"""In a second."""
+"""Nanoseconds in a second."""
 
 MAX_NANOSECONDS = 2**31 * NANOSECONDS - 1
-"""Nanoseconds that ROS can state: 68 years. What is later or longer than that is stated as that."""
+"""The most nanoseconds that ROS can express: 68 years. Longer times are capped to it."""
 
 
 def values_of(nanoseconds: float) -> dict[str, int]:
-    """Return nanoseconds as the plain values of a `Time` or `Duration`; at most as many as ROS can state."""
+    """Return nanoseconds as the plain values of a `Time` or `Duration`, capped to what ROS can express."""
     if not -MAX_NANOSECONDS < nanoseconds < MAX_NANOSECONDS:
         nanoseconds = max(-MAX_NANOSECONDS, min(MAX_NANOSECONDS, nanoseconds))
     sec, nanosec = divmod(round(nanoseconds), NANOSECONDS)
@@ -27,7 +27,7 @@ class Time(Message):
 
     @classmethod
     def from_nanoseconds(cls, nanoseconds: int) -> Time:
-        """Return the time that is *nanoseconds* after zero, or the latest that ROS can state."""
+        """Return the time that is *nanoseconds* after zero, capped to what ROS can express."""
         return cls(**values_of(nanoseconds))
 
     def to_nanoseconds(self) -> int:
@@ -43,7 +43,7 @@ class Duration(Message):
 
     @classmethod
     def from_seconds(cls, seconds: float) -> Duration:
-        """Return the duration of *seconds* in whole nanoseconds, or the longest that ROS can state."""
+        """Return the duration of *seconds* in whole nanoseconds, capped to what ROS can express."""
         return cls(**values_of(seconds * NANOSECONDS))
 
     def to_seconds(self) -> float:

@@ -62,7 +62,7 @@ class Vector3Stamped(Message):
 
 
 class Quaternion(Message):
-    """An orientation; the default is none."""
+    """An orientation; the default is no rotation."""
 
     x: _Rotation = 0.0
     y: _Rotation = 0.0
@@ -71,7 +71,7 @@ class Quaternion(Message):
 
 
 class Pose(Message):
-    """Where something is and which way it faces."""
+    """A position and an orientation."""
 
     position: Point = Field(default_factory=Point)
     orientation: Quaternion = Field(default_factory=Quaternion)
@@ -85,21 +85,21 @@ class PoseStamped(Message):
 
 
 class PoseWithCovariance(Message):
-    """A pose and how sure it is."""
+    """A pose and its covariance."""
 
     pose: Pose = Field(default_factory=Pose)
     covariance: Covariance = Field(default_factory=_no_covariance)
 
 
 class PoseWithCovarianceStamped(Message):
-    """A pose and how sure it is, with its frame and time."""
+    """A pose and its covariance, with frame and time."""
 
     header: Header = Field(default_factory=Header)
     pose: PoseWithCovariance = Field(default_factory=PoseWithCovariance)
 
 
 class Transform(Message):
-    """How one frame lies in another."""
+    """The translation and rotation from one frame to another."""
 
     translation: Vector3 = Field(default_factory=Vector3)
     rotation: Quaternion = Field(default_factory=Quaternion)
@@ -121,7 +121,7 @@ class Twist(Message):
 
 
 class TwistWithCovariance(Message):
-    """A velocity and how sure it is."""
+    """A velocity and its covariance."""
 
     twist: Twist = Field(default_factory=Twist)
     covariance: Covariance = Field(default_factory=_no_covariance)
@@ -135,7 +135,7 @@ class Accel(Message):
 
 
 class Wrench(Message):
-    """Force in newtons and torque in newton metres."""
+    """Force in newtons and torque in newton meters."""
 
     force: Vector3 = Field(default_factory=Vector3)
     torque: Vector3 = Field(default_factory=Vector3)

@@ -1,4 +1,4 @@
-"""Our own services, where ROS has none: what sensors see, what goes wrong, orders, and how a run has ended."""
+"""Services of hmrsim for which ROS has none: detection, faults, doors, lifts, orders, and the outcome of a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hmrsim.interfaces.simulation_interfaces import Result
 
 
 class IsDetected:
-    """Ask whether the sensors of a robot see another robot or an item."""
+    """Check whether the sensors of a robot see another robot or an item."""
 
     class Request(Message):
         """The robot, and the entity to look for."""
@@ -20,7 +20,7 @@ class IsDetected:
         entity: String = ""
 
     class Response(Message):
-        """Whether it is seen, where, and by which sensors."""
+        """Whether the robot sees the entity, where, and by which sensors."""
 
         result: Result = Field(default_factory=Result)
         detected: Bool = False
@@ -32,7 +32,7 @@ class InjectFault:
     """Inject a fault."""
 
     class Request(Message):
-        """What, with the keys of a world file; one that is zero or empty is left out.
+        """The fault, with the keys of a world file. Fields that are zero or empty are left out.
 
         *settings* is JSON text of further keys, for faults that others have added.
         """
@@ -57,7 +57,7 @@ class InjectFault:
         settings: String = ""
 
     class Response(Message):
-        """What came of it, and the name by which it can be cleared."""
+        """The result, and the name by which the fault can be cleared."""
 
         result: Result = Field(default_factory=Result)
         name: String = ""
@@ -67,13 +67,13 @@ class ClearFault:
     """Clear faults."""
 
     class Request(Message):
-        """One fault by its name, all of a type, or all."""
+        """The faults: one by its name, all of a type, or all."""
 
         name: String = ""
         type: String = ""
 
     class Response(Message):
-        """What came of it, and the names of those that have ended by it."""
+        """The result, and the names of the cleared faults."""
 
         result: Result = Field(default_factory=Result)
         names: list[String] = Field(default_factory=list)
@@ -90,13 +90,13 @@ class Fault(Message):
 
 
 class GetFaults:
-    """Ask for the active and the scheduled faults."""
+    """List the active and the scheduled faults."""
 
     class Request(Message):
         """Empty."""
 
     class Response(Message):
-        """Those that are known, in the order of their names."""
+        """The known faults, sorted by name."""
 
         result: Result = Field(default_factory=Result)
         faults: list[Fault] = Field(default_factory=list)
@@ -106,13 +106,13 @@ class SetDoorState:
     """Set the state of a door."""
 
     class Request(Message):
-        """Which door, and whether it is to be ``open``, ``closed`` (it opens for robots) or ``locked``."""
+        """The door and its new state: ``open``, ``closed`` (it opens for robots) or ``locked``."""
 
         name: String = ""
         state: String = ""
 
     class Response(Message):
-        """What came of it; a door takes its time to open."""
+        """The result; the door then takes its time to open."""
 
         result: Result = Field(default_factory=Result)
 
@@ -121,19 +121,19 @@ class CallLift:
     """Call a lift to a stop."""
 
     class Request(Message):
-        """Which lift, and the waypoint where it is to stop."""
+        """The lift, and the waypoint of the stop."""
 
         name: String = ""
         stop: String = ""
 
     class Response(Message):
-        """What came of it; a lift takes its time to come."""
+        """The result; the lift then takes its time to arrive."""
 
         result: Result = Field(default_factory=Result)
 
 
 class Order(Message):
-    """An order of the demand: an item has to be brought from one place to another.
+    """An order of the demand: to bring an item from one place to another.
 
     *state* is ``waiting``, ``carried``, ``delivered`` or ``lost``; *robot* carries the item, or has brought it; *due*,
     *picked_up* and *ended* are zero where there is none.
@@ -158,12 +158,12 @@ class GetOrders:
     """Return the orders of the demand."""
 
     class Request(Message):
-        """Which: *state* ``open``, or one of an order's states; empty for all. Of those that have ended the last."""
+        """The state of the orders: ``open``, or one of an order's states; empty for all."""
 
         state: String = ""
 
     class Response(Message):
-        """The orders in the order in which they came, and how many there were since the start."""
+        """The orders, oldest first (of ended orders only the last), and the number of orders since the start."""
 
         result: Result = Field(default_factory=Result)
         orders: list[Order] = Field(default_factory=list)
@@ -174,10 +174,10 @@ class GetOrders:
 
 
 class PlaceOrder:
-    """Place an order: an item appears at a place, and has to be brought to another."""
+    """Place an order: an item appears at one place, to be brought to another."""
 
     class Request(Message):
-        """What, with the keys of a world file's demand; what is zero or empty is left out.
+        """The order, with the keys of a world file's demand. Fields that are zero or empty are left out.
 
         *name* is that of a kind of orders, which are numbered. *at* and *to* are names of places, docks or waypoints.
         """
@@ -191,22 +191,22 @@ class PlaceOrder:
         weight: Float64 = 0.0
 
     class Response(Message):
-        """What came of it, and the order."""
+        """The result and the order."""
 
         result: Result = Field(default_factory=Result)
         order: Order = Field(default_factory=Order)
 
 
 class EndRun:
-    """Report how a run has ended, for whoever judges it."""
+    """Report the outcome of a run to the program that judges it."""
 
     class Request(Message):
-        """A word for how it has ended, and the text of a JSON object with further values, or nothing."""
+        """The outcome as a word, and an optional JSON object with further values, as text."""
 
         label: String = ""
         values: String = ""
 
     class Response(Message):
-        """Whether that could be read."""
+        """Whether the outcome could be read."""
 
         result: Result = Field(default_factory=Result)

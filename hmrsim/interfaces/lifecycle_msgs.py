@@ -1,4 +1,4 @@
-"""The states of nodes that are configured and activated, as Nav2's are."""
+"""The states and transitions of managed nodes, such as Nav2's."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ class State(Message):
 
 
 class GetState:
-    """Ask a node for its state."""
+    """Return the state of a node."""
 
     class Request(Message):
         """Empty."""
 
     class Response(Message):
-        """The state it is in."""
+        """The state."""
 
         current_state: State = Field(default_factory=State)
 
 
 class Transition(Message):
-    """A change of state, by number and name; a number for each beginning and for each end."""
+    """A transition by number and name; its start and each of its ends have their own numbers."""
 
     TRANSITION_CREATE: ClassVar[int] = 0
     TRANSITION_CONFIGURE: ClassVar[int] = 1
@@ -67,10 +67,10 @@ class TransitionDescription(Message):
 
 
 class ChangeState:
-    """Ask a node for a transition."""
+    """Change the state of a node."""
 
     class Request(Message):
-        """The transition; its label, if there is one, matters more than its number."""
+        """The transition; a label takes precedence over the number."""
 
         transition: Transition = Field(default_factory=Transition)
 
@@ -81,7 +81,7 @@ class ChangeState:
 
 
 class GetAvailableStates:
-    """Ask a node for the states that it may have."""
+    """List the states that a node can have."""
 
     class Request(Message):
         """Empty."""
@@ -93,7 +93,7 @@ class GetAvailableStates:
 
 
 class GetAvailableTransitions:
-    """Ask a node for its transitions: those from its state, or all."""
+    """List the transitions of a node: all, or those from its state."""
 
     class Request(Message):
         """Empty."""

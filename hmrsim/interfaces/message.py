@@ -1,6 +1,6 @@
-"""What every ROS message is made of: the base model and ROS's primitive types.
+"""The base model of ROS messages, and ROS's primitive types.
 
-A message is a pydantic model named as in ROS, in a module, or a folder of modules, named as its ROS package.
+A message is a pydantic model named as in ROS, in a module named as its ROS package.
 Actions and services nest theirs as rclpy does: ``NavigateToPose.Goal``, ``CancelGoal.Request``.
 A field left out has its ROS default. An unknown field, a wrong type, NaN or infinity is an error.
 """
@@ -34,7 +34,7 @@ class Array:
     """Marks a list as a ROS array of fixed size, or as a bounded sequence.
 
     Attributes:
-        size: Number of items; the most there may be when *bounded*.
+        size: Number of items; the maximum if *bounded*.
         bounded: True for ``T[<=size]``, False for ``T[size]``.
     """
 
@@ -45,7 +45,7 @@ class Array:
 class Message(BaseModel):
     """A ROS message: immutable, strict, and built (as a validator) when first used."""
 
-    # Values are not cached: most that clients send are ids, of which each comes once.
+    # Values are not cached: most strings that clients send are ids, and each id comes once.
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, defer_build=True, allow_inf_nan=False, cache_strings="keys"
     )
@@ -57,14 +57,13 @@ class Message(BaseModel):
     def __pydantic_init_subclass__(cls, **kwargs: object) -> None:
         """Derive the ROS type name from the names of the module and the class."""
         super().__pydantic_init_subclass__(**kwargs)
-        _, _, ours = cls.__module__.partition("hmrsim.interfaces.")
-        package = ours.partition(".")[0] or cls.__module__.rpartition(".")[2]
+        package = cls.__module__.rpartition(".")[2]
         kind = _KINDS.get(cls.__name__, "msg") if "." in cls.__qualname__ else "msg"
         cls.ros_type = f"{package}/{kind}/{cls.__qualname__.replace('.', '_')}"
         for name, field in cls.model_fields.items():
             if not _is_of_ros(field.annotation, field.metadata):
                 text = "use a Message, or one of hmrsim.interfaces.message, such as UInt16 or Float64"
-                raise TypeError(f"{cls.ros_type}: field {name!r} is of no type that ROS has; {text}")
+                raise TypeError(f"{cls.ros_type}: field {name!r} has no ROS type; {text}")
 
 
 def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
@@ -78,7 +77,7 @@ def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
 
 
 def complete(message: Message) -> None:
-    """Let all fields of a message count as set, as they do once it was sent whole over a network."""
+    """Mark all fields of a message as set, as in a message received over a network."""
     shape = _shape(type(message))
     message.__pydantic_fields_set__.update(shape.names)
     for at, names in shape.inner:
@@ -89,12 +88,12 @@ def complete(message: Message) -> None:
 
 
 def lists_messages(message: Message) -> bool:
-    """Return whether a message has a list with messages in it, so that it may be large."""
+    """Return whether a message has a non-empty list of messages, so that it may be large."""
     return any(at(message) for at in _shape(type(message)).lists)
 
 
 class _Shape(NamedTuple):
-    """The names of a message's fields, the messages in it with theirs, and its lists of messages."""
+    """The names of a message's fields, its nested messages with their names, and its lists of messages."""
 
     names: frozenset[str]
     inner: list[tuple[Callable[[Any], Any], frozenset[str]]]
@@ -124,9 +123,9 @@ def _messages_in(kind: type[Message], path: str = "") -> Iterator[tuple[str, Any
 
 
 def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:
-    """Return the plain values of a message: some fields, and the defaults of all others.
+    """Return the plain values of a message: the given fields, and defaults for all others.
 
-    It is neither checked nor built, which takes longer for large messages than all the rest.
+    The message is neither validated nor built, which would dominate the time that large messages take.
     """
     return {**_defaults(message), **fields}
 

@@ -1,4 +1,4 @@
-"""MoveIt's Pickup and Place, and all that they nest.
+"""MoveIt's Pickup and Place, and all messages nested in them.
 
 hmrsim reads a few fields of a goal (names, places). It accepts the rest, so that any ROS goal is valid.
 """
@@ -20,7 +20,7 @@ from hmrsim.interfaces.trajectory_msgs import JointTrajectory, MultiDOFJointTraj
 
 
 class MoveItErrorCodes(Message):
-    """How it went: *val* is SUCCESS, which is 1, or what went wrong; *source* says who reports it."""
+    """The outcome: *val* is SUCCESS, which is 1, or an error code; *source* names the reporter."""
 
     UNDEFINED: ClassVar[int] = 0
     SUCCESS: ClassVar[int] = 1
@@ -60,7 +60,7 @@ class MoveItErrorCodes(Message):
 
 
 class JointConstraint(Message):
-    """A joint's position and how far it may be off to either side."""
+    """A joint's position and its tolerance to either side."""
 
     joint_name: String = ""
     position: Float64 = 0.0
@@ -79,7 +79,7 @@ class BoundingVolume(Message):
 
 
 class PositionConstraint(Message):
-    """A point of a link and the region in which it has to be."""
+    """A point of a link and the region in which it must be."""
 
     header: Header = Field(default_factory=Header)
     link_name: String = ""
@@ -89,7 +89,7 @@ class PositionConstraint(Message):
 
 
 class OrientationConstraint(Message):
-    """A link's orientation and by how many radians it may be off."""
+    """A link's orientation and its tolerance in radians."""
 
     XYZ_EULER_ANGLES: ClassVar[int] = 0
     ROTATION_VECTOR: ClassVar[int] = 1
@@ -105,7 +105,7 @@ class OrientationConstraint(Message):
 
 
 class VisibilityConstraint(Message):
-    """A disc that a sensor has to see; an angle of 0 radians is not checked."""
+    """A disc that a sensor must see; an angle of 0 radians is not checked."""
 
     SENSOR_Z: ClassVar[int] = 0
     SENSOR_Y: ClassVar[int] = 1
@@ -122,7 +122,7 @@ class VisibilityConstraint(Message):
 
 
 class Constraints(Message):
-    """All that a state or every state of a motion has to satisfy."""
+    """Constraints on a state, or on every state of a motion."""
 
     name: String = ""
     joint_constraints: list[JointConstraint] = Field(default_factory=list)
@@ -132,7 +132,7 @@ class Constraints(Message):
 
 
 class CollisionObject(Message):
-    """A thing in the planning scene, and whether it is added, removed, extended or moved."""
+    """An object in the planning scene, and whether it is added, removed, extended or moved."""
 
     ADD: ClassVar[int] = 0
     REMOVE: ClassVar[int] = 1
@@ -155,7 +155,7 @@ class CollisionObject(Message):
 
 
 class AttachedCollisionObject(Message):
-    """A thing that a link carries; *weight* in kilograms."""
+    """An object attached to a link; *weight* in kilograms."""
 
     link_name: String = ""
     object: CollisionObject = Field(default_factory=CollisionObject)
@@ -165,7 +165,7 @@ class AttachedCollisionObject(Message):
 
 
 class RobotState(Message):
-    """A robot's joints and what it carries; a diff changes only what it names."""
+    """A robot's joints and attached objects; a diff changes only the named ones."""
 
     joint_state: JointState = Field(default_factory=JointState)
     multi_dof_joint_state: MultiDOFJointState = Field(default_factory=MultiDOFJointState)
@@ -174,20 +174,20 @@ class RobotState(Message):
 
 
 class RobotTrajectory(Message):
-    """How all of a robot's joints move."""
+    """The motion of all joints of a robot."""
 
     joint_trajectory: JointTrajectory = Field(default_factory=JointTrajectory)
     multi_dof_joint_trajectory: MultiDOFJointTrajectory = Field(default_factory=MultiDOFJointTrajectory)
 
 
 class AllowedCollisionEntry(Message):
-    """One row of the matrix: whether touching the column's thing is allowed."""
+    """One row of the matrix: whether the link may touch the object of each column."""
 
     enabled: list[Bool] = Field(default_factory=list)
 
 
 class AllowedCollisionMatrix(Message):
-    """Which named things may touch which; defaults hold for pairs that the matrix lacks."""
+    """The pairs of named objects that may touch; defaults hold for pairs that the matrix lacks."""
 
     entry_names: list[String] = Field(default_factory=list)
     entry_values: list[AllowedCollisionEntry] = Field(default_factory=list)
@@ -196,35 +196,35 @@ class AllowedCollisionMatrix(Message):
 
 
 class LinkPadding(Message):
-    """By how much a link is made thicker."""
+    """The padding of a link."""
 
     link_name: String = ""
     padding: Float64 = 0.0
 
 
 class LinkScale(Message):
-    """By which factor a link is made larger."""
+    """The scale of a link."""
 
     link_name: String = ""
     scale: Float64 = 0.0
 
 
 class ObjectColor(Message):
-    """The colour of one thing in the scene."""
+    """The color of one object in the scene."""
 
     id: String = ""
     color: ColorRGBA = Field(default_factory=ColorRGBA)
 
 
 class PlanningSceneWorld(Message):
-    """All that is in the scene but not part of the robot."""
+    """The parts of the scene that are not part of the robot."""
 
     collision_objects: list[CollisionObject] = Field(default_factory=list)
     octomap: OctomapWithPose = Field(default_factory=OctomapWithPose)
 
 
 class PlanningScene(Message):
-    """A robot among things; a diff changes only what it names."""
+    """A robot among objects; a diff changes only the named ones."""
 
     name: String = ""
     robot_state: RobotState = Field(default_factory=RobotState)
@@ -239,7 +239,7 @@ class PlanningScene(Message):
 
 
 class PlanningOptions(Message):
-    """How to plan and how often to try again; *replan_delay* in seconds."""
+    """Options of planning and of further attempts; *replan_delay* in seconds."""
 
     planning_scene_diff: PlanningScene = Field(default_factory=PlanningScene)
     plan_only: Bool = False
@@ -252,7 +252,7 @@ class PlanningOptions(Message):
 
 
 class GripperTranslation(Message):
-    """A straight motion of the gripper: the way it should take and the least that will do."""
+    """A straight motion of the gripper: its desired and least length."""
 
     direction: Vector3Stamped = Field(default_factory=Vector3Stamped)
     desired_distance: Float32 = 0.0
@@ -260,7 +260,7 @@ class GripperTranslation(Message):
 
 
 class Grasp(Message):
-    """One way to take hold of a thing; *max_contact_force* in newtons, 0 for no limit."""
+    """One way to grasp an object; *max_contact_force* in newtons, 0 for no limit."""
 
     id: String = ""
     pre_grasp_posture: JointTrajectory = Field(default_factory=JointTrajectory)
@@ -275,7 +275,7 @@ class Grasp(Message):
 
 
 class PlaceLocation(Message):
-    """One place where a thing may be put down."""
+    """One place where an object may be put down."""
 
     id: String = ""
     post_place_posture: JointTrajectory = Field(default_factory=JointTrajectory)
@@ -287,10 +287,10 @@ class PlaceLocation(Message):
 
 
 class Pickup:
-    """Take a thing."""
+    """Pick up an object."""
 
     class Goal(Message):
-        """What to take; hmrsim uses *target_name*. *allowed_planning_time* in seconds."""
+        """The object to pick up; hmrsim uses *target_name*. *allowed_planning_time* in seconds."""
 
         target_name: String = ""
         group_name: String = ""
@@ -307,7 +307,7 @@ class Pickup:
         planning_options: PlanningOptions = Field(default_factory=PlanningOptions)
 
     class Result(Message):
-        """How it went, the motion, and the grasp that was used; *planning_time* in seconds."""
+        """The outcome, the motion, and the grasp that was used; *planning_time* in seconds."""
 
         error_code: MoveItErrorCodes = Field(default_factory=MoveItErrorCodes)
         trajectory_start: RobotState = Field(default_factory=RobotState)
@@ -317,16 +317,16 @@ class Pickup:
         planning_time: Float64 = 0.0
 
     class Feedback(Message):
-        """What the robot is busy with."""
+        """The robot's current step."""
 
         state: String = ""
 
 
 class Place:
-    """Put down what is carried."""
+    """Put down the attached object."""
 
     class Goal(Message):
-        """What to put down and where; hmrsim uses *attached_object_name* and *place_locations*."""
+        """The object and the place; hmrsim uses *attached_object_name* and *place_locations*."""
 
         group_name: String = ""
         attached_object_name: String = ""
@@ -341,7 +341,7 @@ class Place:
         planning_options: PlanningOptions = Field(default_factory=PlanningOptions)
 
     class Result(Message):
-        """How it went, the motion, and the place that was used; *planning_time* in seconds."""
+        """The outcome, the motion, and the place that was used; *planning_time* in seconds."""
 
         error_code: MoveItErrorCodes = Field(default_factory=MoveItErrorCodes)
         trajectory_start: RobotState = Field(default_factory=RobotState)
@@ -351,6 +351,6 @@ class Place:
         planning_time: Float64 = 0.0
 
     class Feedback(Message):
-        """What the robot is busy with."""
+        """The robot's current step."""
 
         state: String = ""

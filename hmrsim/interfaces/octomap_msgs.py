@@ -10,7 +10,7 @@ from hmrsim.interfaces.std_msgs import Header
 
 
 class Octomap(Message):
-    """A serialised octree; *resolution* is the edge of its smallest cell."""
+    """A serialized octree; *resolution* is the edge of its smallest cell."""
 
     header: Header = Field(default_factory=Header)
     binary: Bool = False
@@ -20,7 +20,7 @@ class Octomap(Message):
 
 
 class OctomapWithPose(Message):
-    """An octree and where its origin is."""
+    """An octree and the pose of its origin."""
 
     header: Header = Field(default_factory=Header)
     origin: Pose = Field(default_factory=Pose)

@@ -1,8 +1,8 @@
-"""The physical quantities of worlds, goals and services: each with its unit and the values that a simulation takes.
+"""The physical quantities of worlds, goals and services, each with its unit and its valid range.
 
-A field states its quantity in its type. Pydantic checks those of worlds, as in ``Annotated[float, SPEED.field]``, and
-`flaw` those of ROS messages, ``Annotated[Float32, SPEED]``, whose types have no bounds of their own. Points need none:
-one that is outside all maps is refused by what plans the way to it.
+A field states its quantity in its type. Pydantic checks the fields of worlds, as in ``Annotated[float, SPEED.field]``.
+`flaw` checks those of ROS messages, as in ``Annotated[Float32, SPEED]``, because ROS types have no bounds. Points need
+none: planning rejects a point outside all maps.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class Quantity(NamedTuple):
 
     Attributes:
         unit: Its unit; "units" is the world's unit of length.
-        least: The least value; of one with a `sign`, the least magnitude.
-        greatest: The greatest value, or magnitude.
-        sign: Whether it may be negative, too.
-        zero: Whether 0 is valid below `least`, such as a speed that stands for the robot's own.
+        least: The minimum or, with a `sign`, the minimum magnitude.
+        greatest: The maximum or, with a `sign`, the maximum magnitude.
+        sign: Whether the value may be negative.
+        zero: Whether 0 is valid even if it is below `least`; a speed of 0 means the robot's own speed.
     """
 
     unit: str
@@ -35,17 +35,17 @@ class Quantity(NamedTuple):
     zero: bool = False
 
     def flaw(self, value: float) -> str:
-        """Return what is wrong with a value; empty if nothing is."""
+        """Return why a value is invalid, or an empty text."""
         size = abs(value) if self.sign else value
         if self.least <= size <= self.greatest or (self.zero and value == 0):
             return ""
         return f"{self._stated(value)} is not {self}"
 
     def checked(self, value: float) -> float:
-        """Return a value that is valid.
+        """Return the value if it is valid.
 
         Raises:
-            ValueError: It is not; the text says which values are.
+            ValueError: It is not; the message gives the valid range.
         """
         if wrong := self.flaw(value):
             raise ValueError(wrong)
@@ -63,32 +63,32 @@ class Quantity(NamedTuple):
 
     @property
     def field(self) -> Any:
-        """The field of a world that has this quantity, for pydantic."""
+        """A pydantic field that checks the range."""
         return Field(strict=True, ge=-self.greatest if self.sign else self.least, le=self.greatest)
 
 
 ROTATION: Final = Quantity("", 0.0, 1e6, sign=True)
-"""Of a component of a quaternion, which is normalized."""
+"""A component of a quaternion, before normalization."""
 ANGLE: Final = Quantity("rad", 0.0, 1e4, sign=True)
-"""Of a turn: some 1,600 full ones."""
+"""An angle to turn by: about 1,600 full turns at most."""
 SPEED: Final = Quantity("units/s", 1e-9, 1e9)
 SIGNED_SPEED: Final = Quantity("units/s", 1e-9, 1e9, sign=True, zero=True)
-"""Of a goal: backwards, too, and 0 for the robot's own."""
+"""The speed of a goal: negative to drive backwards, 0 for the robot's own speed."""
 ACCELERATION: Final = Quantity("units/s²", 1e-9, 1e9)
 TURNING_RATE: Final = Quantity("rad/s", 1e-9, 1e9)
 REAL_TIME_FACTOR: Final = Quantity("", 1e-6, 1e6, zero=True)
-"""Simulated seconds a wall second; 0 is as fast as possible."""
+"""Simulated seconds per wall second; 0 is as fast as possible."""
 SECONDS: Final = Quantity("s", 0.0, 1e9)
 STEPS: Final = Quantity("", 0, 1e9)
-"""Steps of a paused simulation, made at once."""
+"""Steps by which a paused simulation advances."""
 
 
 def flaw(message: BaseModel) -> str:
-    """Return what is wrong with the first quantity of a message that is out of its range; empty if none is."""
+    """Return why the first invalid quantity of a message is out of range, or an empty text."""
     for path, read, quantity in _quantities(type(message)):
         if quantity is None:
-            for number, each in enumerate(read(message)):
-                if wrong := flaw(each):
+            for number, item in enumerate(read(message)):
+                if wrong := flaw(item):
                     return f"{path}.{number}.{wrong}"
         elif not quantity.least <= (value := read(message)) <= quantity.greatest and (wrong := quantity.flaw(value)):
             return f"{path}: {wrong}"
@@ -97,10 +97,10 @@ def flaw(message: BaseModel) -> str:
 
 @cache
 def _quantities(kind: type[BaseModel]) -> list[tuple[str, Callable[[Any], Any], Quantity | None]]:
-    """Return the path of each quantity of a message and what reads it; without a quantity, of a list of messages."""
+    """Return path and getter of each quantity of a message; a list of messages has no quantity."""
     paths: list[tuple[str, Quantity | None]] = []
     for name, field in kind.model_fields.items():
-        paths += [(name, each) for each in field.metadata if isinstance(each, Quantity)]
+        paths += [(name, mark) for mark in field.metadata if isinstance(mark, Quantity)]
     for name, field in kind.model_fields.items():
         listed = get_args(field.annotation)
         inner = listed[0] if listed else field.annotation

@@ -1,4 +1,4 @@
-"""Lines of a log; the parameters of nodes: their values, descriptions and services."""
+"""Log messages, and the parameters of nodes with their values, descriptions and services."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Parameter(Message):
 
 
 class FloatingPointRange(Message):
-    """The values that a number may have."""
+    """The valid range of a number."""
 
     from_value: Float64 = 0.0
     to_value: Float64 = 0.0
@@ -73,7 +73,7 @@ class FloatingPointRange(Message):
 
 
 class IntegerRange(Message):
-    """The values that a whole number may have."""
+    """The valid range of an integer."""
 
     from_value: Int64 = 0
     to_value: Int64 = 0
@@ -81,7 +81,7 @@ class IntegerRange(Message):
 
 
 class ParameterDescriptor(Message):
-    """What there is to know of a parameter beside its value."""
+    """The description of a parameter."""
 
     name: String = ""
     type: UInt8 = 0
@@ -105,14 +105,14 @@ class SetParametersResult(Message):
 
 
 class ListParametersResult(Message):
-    """The names of parameters, and what comes before the last dot in any of them."""
+    """The names of parameters, and the prefixes before the last dot of each name."""
 
     names: list[String] = Field(default_factory=list)
     prefixes: list[String] = Field(default_factory=list)
 
 
 class GetParameters:
-    """Ask for the values of parameters."""
+    """Return the values of parameters."""
 
     class Request(Message):
         """The names."""
@@ -126,7 +126,7 @@ class GetParameters:
 
 
 class GetParameterTypes:
-    """Ask for the types of parameters."""
+    """Return the types of parameters."""
 
     class Request(Message):
         """The names."""
@@ -140,7 +140,7 @@ class GetParameterTypes:
 
 
 class DescribeParameters:
-    """Ask for the descriptions of parameters."""
+    """Return the descriptions of parameters."""
 
     class Request(Message):
         """The names."""
@@ -154,10 +154,10 @@ class DescribeParameters:
 
 
 class ListParameters:
-    """Ask for the names of parameters."""
+    """List the names of parameters."""
 
     class Request(Message):
-        """What the names begin with, and how many dots they may have beyond that."""
+        """Prefixes of the names, and the number of further dots allowed."""
 
         DEPTH_RECURSIVE: ClassVar[int] = 0
 
@@ -171,7 +171,7 @@ class ListParameters:
 
 
 class SetParameters:
-    """Set parameters, each by itself."""
+    """Set parameters one by one."""
 
     class Request(Message):
         """The parameters."""

@@ -1,4 +1,4 @@
-"""Batteries, joints and pictures."""
+"""Batteries, joints and images."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class BatteryState(Message):
 
 
 class JointState(Message):
-    """Joints by name: radians or metres, their rates, newton metres or newtons."""
+    """Joints by name: radians or meters, their rates, newton meters or newtons."""
 
     header: Header = Field(default_factory=Header)
     name: list[String] = Field(default_factory=list)
@@ -82,7 +82,7 @@ class MultiDOFJointState(Message):
 
 
 class CompressedImage(Message):
-    """A picture as a file has it; *format* is ``jpeg`` or ``png``."""
+    """A compressed image; *format* is ``jpeg`` or ``png``."""
 
     header: Header = Field(default_factory=Header)
     format: String = ""

@@ -1,4 +1,4 @@
-"""What ROS can tell of the calls of services."""
+"""Events of service calls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hmrsim.interfaces.message import Array, Int64, Message, UInt8
 
 
 class ServiceEventInfo(Message):
-    """Who called or answered, and when; it is a part of the type of every service."""
+    """The caller or server, and the time; part of the type of every service."""
 
     REQUEST_SENT: ClassVar[int] = 0
     REQUEST_RECEIVED: ClassVar[int] = 1

@@ -1,4 +1,4 @@
-"""Shapes of things, in their own frames."""
+"""Shapes of objects, in their own frames."""
 
 from __future__ import annotations
 

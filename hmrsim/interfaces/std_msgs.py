@@ -9,18 +9,18 @@ from hmrsim.interfaces.message import Float32, Message, String
 
 
 class Header(Message):
-    """When and in which frame the data of a message holds; an empty frame is ``map``."""
+    """The frame and time of a message's data; an empty frame is ``map``."""
 
     stamp: Time = Field(default_factory=Time)
     frame_id: String = ""
 
 
 class Empty(Message):
-    """Nothing."""
+    """Empty."""
 
 
 class ColorRGBA(Message):
-    """A colour; each part is from 0 to 1."""
+    """A color; each part is from 0 to 1."""
 
     r: Float32 = 0.0
     g: Float32 = 0.0

@@ -1,4 +1,4 @@
-"""How frames lie in each other."""
+"""Transforms between frames."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ from hmrsim.interfaces.message import Message
 
 
 class TFMessage(Message):
-    """Some of the tree of frames."""
+    """Part of the tree of frames."""
 
     transforms: list[TransformStamped] = Field(default_factory=list)

@@ -21,7 +21,7 @@ class JointTrajectoryPoint(Message):
 
 
 class JointTrajectory(Message):
-    """How the named joints move."""
+    """The motion of the named joints."""
 
     header: Header = Field(default_factory=Header)
     joint_names: list[String] = Field(default_factory=list)
@@ -38,7 +38,7 @@ class MultiDOFJointTrajectoryPoint(Message):
 
 
 class MultiDOFJointTrajectory(Message):
-    """How the named joints with several degrees of freedom move."""
+    """The motion of the named joints with several degrees of freedom."""
 
     header: Header = Field(default_factory=Header)
     joint_names: list[String] = Field(default_factory=list)

@@ -1,4 +1,4 @@
-"""What was detected, and where."""
+"""Detected objects."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from hmrsim.interfaces.std_msgs import Header
 
 
 class ObjectHypothesis(Message):
-    """What something is, and how sure that is, from 0 to 1."""
+    """A class of object and the confidence, from 0 to 1."""
 
     class_id: String = ""
     score: Float64 = 0.0
 
 
 class ObjectHypothesisWithPose(Message):
-    """What something is, and where."""
+    """A class of object with its pose."""
 
     hypothesis: ObjectHypothesis = Field(default_factory=ObjectHypothesis)
     pose: PoseWithCovariance = Field(default_factory=PoseWithCovariance)
 
 
 class BoundingBox3D(Message):
-    """A box by its centre and its size."""
+    """A box by its center and its size."""
 
     center: Pose = Field(default_factory=Pose)
     size: Vector3 = Field(default_factory=Vector3)
 
 
 class Detection3D(Message):
-    """One thing that was detected; *id* is the same in all messages."""
+    """One detected object; *id* is the same in all messages."""
 
     header: Header = Field(default_factory=Header)
     results: list[ObjectHypothesisWithPose] = Field(default_factory=list)
@@ -40,7 +40,7 @@ class Detection3D(Message):
 
 
 class Detection3DArray(Message):
-    """All that was detected at once."""
+    """All objects that were detected at once."""
 
     header: Header = Field(default_factory=Header)
     detections: list[Detection3D] = Field(default_factory=list)

@@ -1,4 +1,4 @@
-"""What is to be drawn, as RViz and Foxglove take it."""
+"""Markers to be drawn by RViz and Foxglove."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from hmrsim.interfaces.std_msgs import ColorRGBA, Header
 
 
 class UVCoordinate(Message):
-    """A place in a texture; both from 0 to 1."""
+    """A position in a texture; both from 0 to 1."""
 
     u: Float32 = 0.0
     v: Float32 = 0.0
 
 
 class MeshFile(Message):
-    """A mesh as a file has it."""
+    """The contents of a mesh file."""
 
     filename: String = ""
     data: list[UInt8] = Field(default_factory=list)
 
 
 class Marker(Message):
-    """A thing to be drawn; namespace and id name it, and *action* adds it, changes it or takes it away."""
+    """An object to be drawn; namespace and id name it, and *action* adds, changes or deletes it."""
 
     ARROW: ClassVar[int] = 0
     CUBE: ClassVar[int] = 1
@@ -71,6 +71,6 @@ class Marker(Message):
 
 
 class MarkerArray(Message):
-    """Things to be drawn at once."""
+    """Objects to be drawn at once."""
 
     markers: list[Marker] = Field(default_factory=list)

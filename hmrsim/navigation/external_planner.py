@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.events.planning import PlannerChanged, PlanRequested
+from hmrsim.events.simulation import PlannerChanged, PlanRequested
 from hmrsim.protocol.outputs import PlanWanted
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
-from hmrsim.events.properties import PropertyViolated
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.events.simulation import PropertyViolated, SimulationReset, WorldLoaded
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted

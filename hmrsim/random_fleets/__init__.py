@@ -1,1 +1,1 @@
-"""Small random fleets, drawn as new users draw them, and an oracle that says whether their orders can be served."""
+"""Small random fleets as new users draw them, and an oracle that decides whether their orders can be served."""

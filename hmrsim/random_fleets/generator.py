@@ -17,13 +17,13 @@ from hmrsim.world.writing import to_yaml
 
 FEWEST: Final = 5
 MOST: Final = 12
-"""Robots of a fleet, if their number is not given."""
+"""The numbers of robots of a fleet, unless one is given."""
 
 _TRIES = 20
 
 
 def random_fleet(seed: int, robots: int | None = None) -> dict[str, Any]:
-    """Return a world in plain values, as a world file has them; the same for the same arguments.
+    """Return a random world as plain values, as in a world file; equal arguments give equal worlds.
 
     Args:
         seed: Decides everything; it is the seed of the world, too.
@@ -50,7 +50,7 @@ def to_text(data: dict[str, Any], command: str, *, schema: str | None = None) ->
 
 
 class _Draft:
-    """One fleet while it is drawn.
+    """A fleet that is being drawn.
 
     Args:
         count: How many robots it has.
@@ -162,7 +162,7 @@ class _Draft:
         return places
 
     def _draw_robots(self, count: int) -> dict[str, Any]:
-        """Return the robots; there are one hauler and two pickers at least, if there is room for them."""
+        """Return the robots, with at least one hauler and two pickers if there is room."""
         kinds = ["picker", *(kind for kind in self._types if kind != "picker"), "picker"][:count]
         weights = [{"picker": 4, "hauler": 2, "scout": 3}[kind] for kind in self._types]
         kinds += self._chance.choices([*self._types], weights, k=count - len(kinds))
@@ -173,7 +173,7 @@ class _Draft:
         return robots
 
     def _draw_start(self, radius: float) -> Any:
-        """Return where a robot starts: a name, or x and y."""
+        """Return the start of a robot: a name, or x and y."""
         chance, site, waypoints = self._chance, self._site, self._layout.waypoints
         for _ in range(_TRIES):
             kind = chance.choices(("waypoint", "place", "dock", "middle", "beside"), (8, 3, 1, 1, 1))[0]
@@ -192,7 +192,7 @@ class _Draft:
         return next(name for name in names if self._takes(waypoints[name], radius))
 
     def _takes(self, at: Point, radius: float) -> bool:
-        """Take a start for a robot, if it touches no other one, and is alone on its lane."""
+        """Reserve a start for a robot, if it touches no other robot and is alone on its lane."""
         if any(distance(at, other) < radius + taken for other, taken in self._starts):
             return False
         if at not in self._layout.waypoints.values():

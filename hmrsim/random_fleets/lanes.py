@@ -1,4 +1,4 @@
-"""The moves of the robots of a world, by class, and the easier problem that is made of them."""
+"""The moves of the robots of a world by class, and the relaxed problem derived from them."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
     from hmrsim.random_fleets.relaxation import Work
 
 Blocks = tuple[tuple[int, int], ...]
-"""Places, and which classes of robots there keep another one from a move, as bits."""
+"""Places, and the classes of robots that block a move from there, as bits."""
 
 State = tuple[int, tuple[int, ...]]
-"""Where the robot with the order is, and the sorted codes of the others: place times classes, plus class."""
+"""The place of the robot with the order, and the sorted codes (place times classes, plus class) of the others."""
 
 
 @dataclass
 class Lanes:
-    """Where robots can be, and how they move from place to place.
+    """The places of robots, and the moves between them.
 
     Attributes:
         moves: By class and place, where a robot can go, and what blocks that.
         rings: The places of each ring that robots can drive at once.
         room: By place, how many robots may be there.
         is_waypoint: By place, whether it is a waypoint.
-        work: How many states of the easier problems may be looked at yet.
+        work: The number of states of relaxed problems that may still be visited.
     """
 
     moves: list[list[list[tuple[int, Blocks]]]]
@@ -46,7 +46,7 @@ class Lanes:
         return len(self.moves)
 
     def without(self, fixed: Iterable[tuple[int, int]]) -> Lanes:
-        """Return the lanes that are left while robots at some places, with their classes, don't move."""
+        """Return the lanes that are free while robots of these classes stand at some places."""
         signs, room = dict[int, int](), [*self.room]
         for place, kind in fixed:
             signs[place] = signs.get(place, 0) | 1 << kind
@@ -66,7 +66,7 @@ class Lanes:
         return Lanes(moves, rings, room, self.is_waypoint, self.work)
 
     def relaxation(self, kind: int, target: int, state: State) -> Relaxation:
-        """Return the easier problem for a robot of a class that goes to a place, from where it and others are."""
+        """Return the relaxed problem for a robot of a class with a target, from the current configuration."""
         taken = {code // self.count: code % self.count for code in state[1] if not self.is_waypoint[code // self.count]}
         here = -1 if self.is_waypoint[state[0]] else state[0]
         waypoints = len(state[1]) - len(taken)
@@ -81,7 +81,7 @@ class Lanes:
         return self._relaxations[key]
 
     def is_in_the_way(self, code: int, ends: Collection[int]) -> bool:
-        """Return whether a robot keeps others from driving between waypoints and some more places, or may do so."""
+        """Return whether a robot blocks, or may block, moves between waypoints and some further places."""
         spot, kind = divmod(code, self.count)
         return (
             self.is_waypoint[spot]
@@ -126,7 +126,7 @@ def lanes_of(places: Places, robots: Mapping[str, float], work: Work) -> tuple[L
     Args:
         places: The places and moves.
         robots: The radius of each robot.
-        work: How many states of the easier problems may be looked at.
+        work: The number of states of relaxed problems that may be visited.
     """
     kinds = _classes(places, robots)
     members = [
@@ -143,7 +143,7 @@ def lanes_of(places: Places, robots: Mapping[str, float], work: Work) -> tuple[L
 
 
 def _classes(places: Places, robots: Mapping[str, float]) -> dict[str, int]:
-    """Return the class of each robot; those of one class can stand and drive in the same places."""
+    """Return the class of each robot; robots of a class can stand and drive in the same places."""
     moves = [move for out in places.moves for move in out]
     gaps = sorted({away for move in moves for _, away in move.near if away > 0.0})
     doors = sorted({tuple(sorted(move.doors)) for move in moves if move.doors is not None})
@@ -162,7 +162,7 @@ def _classes(places: Places, robots: Mapping[str, float]) -> dict[str, int]:
 def _moves_of(
     places: Places, robots: Mapping[str, float], name: str, members: Sequence[str]
 ) -> list[list[tuple[int, Blocks]]]:
-    """Return by place where a robot can go, and which classes of robots must not be at which places then."""
+    """Return the destinations by place, with the places that must be free of certain classes of robots."""
     radius, all_kinds = robots[name], (1 << len(members)) - 1
 
     def against(away: float) -> int:

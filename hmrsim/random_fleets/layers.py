@@ -1,4 +1,4 @@
-"""The lanes as one robot sees them, with parts that it cuts off from each other wherever it is."""
+"""The lanes from the view of one robot, which cuts them into parts wherever it is."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 Counts = tuple[int, ...]
-"""How many robots are in each part."""
+"""The number of robots in each part."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """The parts into which one robot at a place cuts the lanes.
+    """The parts into which a robot at one place cuts the lanes.
 
     Attributes:
         of: By place, the number of its part; -1 where no other robot can be.
@@ -27,7 +27,7 @@ class Parts:
 
 
 class _Shares(NamedTuple):
-    """What becomes of the parts once the robot is at its start, and not at the end of a move.
+    """The change of the parts when the robot is at its start instead of at the end of a move.
 
     Attributes:
         main: The part in which the end is; -1 if no other robot can be there.
@@ -45,7 +45,7 @@ class _Shares(NamedTuple):
 
 
 class Opening(NamedTuple):
-    """What becomes of the parts once a robot has left its spot.
+    """The change of the parts when a robot leaves its spot.
 
     Attributes:
         inside: By part then, which parts it was before.
@@ -61,7 +61,7 @@ class Opening(NamedTuple):
 
 
 class Layer:
-    """The lanes while some spots are taken.
+    """The lanes while some spots are occupied.
 
     Args:
         ways: By place, where the robot can go from it.
@@ -105,7 +105,7 @@ class Layer:
         return self._parts[here]
 
     def counts(self, here: int, others: Sequence[int]) -> Counts:
-        """Return how many of the others are in each part."""
+        """Return the number of other robots in each part."""
         parts = self.parts(here)
         counts = [0] * len(parts.sizes)
         for place in others:
@@ -114,7 +114,7 @@ class Layer:
         return tuple(counts)
 
     def before(self, here: int, counts: Counts) -> Iterator[tuple[int, Counts]]:
-        """Yield from where the robot may have come with one move, and how many others were in each part then."""
+        """Yield the places from which the robot can have come in one move, and the numbers in each part then."""
         for start in self._from[here]:
             for before in self._back(here, start, counts):
                 yield start, before
@@ -150,7 +150,7 @@ class Layer:
             yield tuple(new)
 
     def _shared(self, here: int, start: int) -> _Shares:
-        """Return what becomes of the parts once the robot has gone from *start* to *here*, seen backwards."""
+        """Return the change of the parts when the robot moves from *start* to *here*, in reverse."""
         if (here, start) not in self._shares:
             self._shares[here, start] = self._find_shared(here, start)
         return self._shares[here, start]
@@ -172,7 +172,7 @@ class Layer:
         return _Shares(main, shared, tuple(others), tuple(same), tuple(after.sizes[number] for number in others))
 
     def opening(self, spot: int, after: Layer, here: int) -> Opening:
-        """Return what becomes of the parts if a robot leaves its spot, and the layer is another one then."""
+        """Return the change of the parts when a robot leaves its spot, which leads to another layer."""
         if (spot, here) not in self._openings:
             self._openings[spot, here] = self._find_opening(spot, after.parts(here), self.parts(here))
         return self._openings[spot, here]
@@ -212,7 +212,7 @@ class Layer:
         return Parts(tuple(of), tuple(sizes))
 
     def distances(self, here: int, place: int, *, to: bool) -> list[float]:
-        """Return how far it is for others to or from a place, while the robot is at another one."""
+        """Return the distance of others to or from a place while the robot is at another one."""
         key = here, place, to
         if key not in self._far:
             ways, far = self._into if to else self._out, [math.inf] * len(self.rooms)
@@ -237,7 +237,7 @@ def _reversed(ways: Sequence[Sequence[int]]) -> list[list[int]]:
 
 @lru_cache(maxsize=100_000)
 def _up_to(total: int, sizes: Counts) -> tuple[Counts, ...]:
-    """Return all ways to put at most so many robots into parts of these sizes."""
+    """Return all distributions of at most *total* robots over parts of these sizes."""
     if not sizes:
         return ((),)
     most = min(total, sizes[0])

@@ -61,12 +61,12 @@ class Layout:
     lifts: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     def segment(self, lane: Lane) -> tuple[Point, Point]:
-        """Return where a lane begins, and where it ends."""
+        """Return the two ends of a lane."""
         return self.waypoints[lane.start], self.waypoints[lane.end]
 
     @property
     def degrees(self) -> Counter[str]:
-        """How many lanes touch each waypoint."""
+        """The number of lanes at each waypoint."""
         return Counter(name for lane in self.lanes for name in (lane.start, lane.end))
 
 
@@ -91,7 +91,7 @@ def random_layout(chance: random.Random, size: int) -> Layout:
 
 
 def _move(layout: Layout) -> None:
-    """Move everything so that no coordinate is below the margin."""
+    """Shift everything so that no coordinate is below the margin."""
     dx = MARGIN - min(x for x, _ in layout.waypoints.values())
     dy = MARGIN - min(y for _, y in layout.waypoints.values())
     layout.waypoints = {name: _rounded(x + dx, y + dy) for name, (x, y) in layout.waypoints.items()}
@@ -101,7 +101,7 @@ def _move(layout: Layout) -> None:
 
 
 class _Grid:
-    """One floor, whose waypoints are cells of a grid.
+    """A floor whose waypoints are cells of a grid.
 
     Args:
         layout: Where waypoints and lanes are added.
@@ -191,12 +191,12 @@ class _Grid:
             self._layout.lanes.append(Lane(a, b, one_way))
 
     def _use(self, a: Cell, b: Cell) -> None:
-        """Note that a lane leaves a cell in a direction, so that no bay is put there."""
+        """Record that a lane leaves a cell in a direction, so that no bay is placed there."""
         self._used[a, (b[0] - a[0], b[1] - a[1])] = None
         self._used[b, (a[0] - b[0], a[1] - b[1])] = None
 
     def _corridor(self, cell: Cell, length: int, kind: str) -> None:
-        """Add a straight single track, which ends in another waypoint at times."""
+        """Add a straight single track, which sometimes ends in another waypoint."""
         direction = self._chance.choice(_DIRECTIONS)
         for _ in range(length):
             after = _beside(cell, direction)
@@ -213,7 +213,7 @@ class _Grid:
             cell = after
 
     def _ring(self, cell: Cell) -> None:
-        """Add a rectangle with a corner at a cell; at times one that is driven one way round."""
+        """Add a rectangle with a corner at a cell, sometimes as a one-way circuit."""
         wide, high = self._chance.choice(((1, 1), (2, 1), (1, 2), (2, 2), (3, 1), (1, 3)))
         left, low = cell[0] - self._chance.choice((0, wide)), cell[1] - self._chance.choice((0, high))
         around = _perimeter(left, low, wide, high)
@@ -228,7 +228,7 @@ class _Grid:
             self._use(a, b)
 
     def _bay(self, cell: Cell) -> None:
-        """Add a place to step aside near a waypoint."""
+        """Add a bay near a waypoint, where a robot can step aside."""
         direction = self._chance.choice(_DIRECTIONS)
         if (cell, direction) in self._used:
             return

@@ -1,4 +1,4 @@
-"""An oracle that says whether a fleet can serve its orders: a search over configurations of robots.
+"""An oracle that decides whether a fleet can serve its orders, by a search over configurations of robots.
 
 One robot moves at a time along a lane, or all robots of a ring at once. Robots keep apart wherever they stand or
 drive; doors and lifts let them pass, doors only those for which they open. All robots but the one with the order are
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from hmrsim.world.model import Demand, World
 
 MAX_STATES = 10_000
-"""Configurations that one search expands before it is given up: a second or two."""
+"""Maximum configurations expanded by one search: a second or two."""
 
 _SEARCHES = 4
-"""All searches of a fleet together expand at most so many times that number: 10 s or so."""
+"""Maximum of all searches of a fleet together, as a multiple: about 10 s."""
 
 _MOST_WORK = 700_000
-"""States of the easier problem that all searches of a fleet together look at: 10 s or so."""
+"""Maximum states of the relaxed problem for all searches of a fleet together: about 10 s."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the oracle says of a world.
+    """The oracle's verdict on a world.
 
     Attributes:
         answer: Whether its orders can be served; unknown if a search was given up.
@@ -54,7 +54,7 @@ class Verdict:
 
 
 class Order(NamedTuple):
-    """An order of the demand, with when it comes, in seconds."""
+    """An order of the demand, with its time in seconds."""
 
     at: float
     name: str
@@ -64,7 +64,7 @@ class Order(NamedTuple):
 
 
 def orders_of(world: World) -> list[Order]:
-    """Return the orders that a simulation of a world will place, in order; a demand without *count* has none."""
+    """Return the orders that a simulation of a world will place, in order; demands without *count* have none."""
     chance = Chance()
     chance.begin(world.seed)
     return sorted(order for spec in world.demand for order in _orders(chance, spec))
@@ -91,7 +91,7 @@ def lifts(world: World, robot: str, weight: float) -> bool:
 
 
 def solve(world: World, *, any_robot: bool = True, max_states: int = MAX_STATES) -> Verdict:
-    """Return whether all orders of a world can be served, one after the other.
+    """Return whether all orders of a world can be served one after the other.
 
     Args:
         world: Its names must have been checked.
@@ -112,7 +112,7 @@ def solve(world: World, *, any_robot: bool = True, max_states: int = MAX_STATES)
 
 
 def reaches(world: World, robot: str, place: str, *, max_states: int = MAX_STATES) -> bool | None:
-    """Return whether a robot can get to a place from where it starts; None if the search was given up.
+    """Return whether a robot can reach a place from its start, or None if the search was given up.
 
     Args:
         world: Its names must have been checked.
@@ -124,7 +124,7 @@ def reaches(world: World, robot: str, place: str, *, max_states: int = MAX_STATE
 
 
 class _Fleet:
-    """The robots of a world and the places where they are.
+    """The robots of a world and their places.
 
     Args:
         max_states: Configurations that each search expands before it is given up.
@@ -171,14 +171,14 @@ class _Fleet:
         return Verdict("solvable", moves, self._states)
 
     def _alone(self, order: Order, verdict: Verdict) -> Verdict:
-        """Return the verdict of an order that can't be served after others: there may be another plan for those."""
+        """Return the verdict for an order that can't be served after others, which might have another plan."""
         served = self._serve(order, dict(self._at))
         if isinstance(served, Verdict) and served.answer == "unsolvable":
             return served
         return Verdict("unknown", 0, self._states, f"{verdict.why}, after the orders before it")
 
     def _serve(self, order: Order, at: Mapping[str, int]) -> tuple[dict[str, int], int] | Verdict:
-        """Return where the robots are after an order, and how many moves that takes."""
+        """Return the places of the robots after an order, and the number of moves."""
         start, end = (self._number(self._world.point(name)) for name in (order.start, order.end))
         away = Distances(self._lanes, start)
         capable = [name for name in at if lifts(self._world, name, order.weight)]
@@ -205,7 +205,7 @@ class _Fleet:
         return Verdict("unsolvable", 0, self._states, f"no robot can serve {why}")
 
     def reach_all(self, moves: int) -> Verdict:
-        """Return whether each robot can get to all places of the orders that it can carry, from where it starts."""
+        """Return whether each robot can reach all places of the orders that it can carry, from its start."""
         wanted: dict[tuple[str, str], None] = {}
         for order in self._orders:
             for name in self._at:
@@ -220,14 +220,14 @@ class _Fleet:
         return Verdict("solvable", moves, self._states)
 
     def reaches(self, name: str, place: str) -> bool | None:
-        """Return whether a robot can get to a place from where it starts; None if that is unknown."""
+        """Return whether a robot can reach a place from its start, or None if that is unknown."""
         steps = self._search(self._at, name, self._number(self._world.point(place)), self._max_states)
         return None if steps is None else steps is not False
 
     def _search(
         self, at: Mapping[str, int], name: str, target: int, max_states: int
     ) -> list[list[Step]] | Literal[False] | None:
-        """Return the steps that bring a robot to a place; False if there are none, None if that is unknown."""
+        """Return the steps that bring a robot to a place, False if there are none, or None if that is unknown."""
         docked = [other for other in self.docked if other != name and at[other] == self._at[other]]
         lanes = self._without(tuple(sorted((at[other], self._kinds[other]) for other in docked)))
         codes = (at[other] * lanes.count + self._kinds[other] for other in at if other != name and other not in docked)
@@ -245,13 +245,13 @@ class _Fleet:
         return steps
 
     def _without(self, docked: tuple[tuple[int, int], ...]) -> Lanes:
-        """Return the lanes that are left while robots are docked."""
+        """Return the lanes that are free while robots are docked."""
         if docked not in self._left:
             self._left[docked] = self._lanes.without(docked)
         return self._left[docked]
 
     def _apply(self, at: dict[str, int], name: str, steps: Sequence[Sequence[Step]]) -> int:
-        """Move the robots of a plan; return how many moves that were."""
+        """Execute the moves of a plan, and return their number."""
         for step in steps:
             moved: dict[str, int] = {}
             for start, end, kind in step:

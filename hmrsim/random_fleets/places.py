@@ -1,4 +1,4 @@
-"""The points of a world where robots can stand, and the moves between them, for a search over configurations.
+"""The points of a world where robots can stand and the moves between them, for a search over configurations.
 
 It shares no code with the traffic policies beyond the rule that says when two footprints touch, as it judges them.
 """
@@ -37,7 +37,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Move:
-    """A way from one place to another, by the numbers of places.
+    """A move from one place to another, by their numbers.
 
     Attributes:
         lane: The lane that is driven, by its number; -1 for a ride or a few meters off the lanes.
@@ -56,7 +56,7 @@ class Move:
 
 
 class _Track(NamedTuple):
-    """A lane with the directions in which it is driven."""
+    """A lane with its directions of travel."""
 
     start: str
     end: str
@@ -100,7 +100,7 @@ class Places:
             self.moves[move.start].append(self._with_near(move))
 
     def number(self, point: Point) -> int | None:
-        """Return the number of the place at a point; None if there is none."""
+        """Return the number of the place at a point, or None."""
         found = self._numbers.get(point)
         if found is None:
             near = (number for number, place in enumerate(self.all) if distance(place.at, point) <= SAME_PLACE)
@@ -134,18 +134,18 @@ class Places:
             yield _Track(lane.from_, lane.to, a, b, lane.one_way, doors)
 
     def _lane_at(self, point: Point) -> int:
-        """Return the lane on which a point is; -1 if it is on none."""
+        """Return the lane at a point, or -1 if there is none."""
         on = (i for i, lane in enumerate(self._tracks) if distance(point, foot(point, lane.a, lane.b)) <= SAME_PLACE)
         return next(on, -1)
 
     def _near(self, number: int) -> Iterator[tuple[int, float]]:
-        """Yield the places so near to one that two robots may touch."""
+        """Yield the places close enough to one that two robots may touch."""
         for other in range(len(self.all)):
             if other != number and touch(away := self._away(number, other), self._reach):
                 yield other, away
 
     def _away(self, number: int, other: int) -> float:
-        """Return how far two places are from each other; one in the middle of a lane takes the whole lane."""
+        """Return the distance between two places; one in the middle of a lane occupies the whole lane."""
         here, there = self.all[number], self.all[other]
         for one, two in ((here, there), (there, here)):
             if one.lane >= 0 and one.lane != two.lane:
@@ -190,7 +190,7 @@ class Places:
                         yield Move(self._by_name[a], self._by_name[b], -1)
 
     def _entrance(self, place: Place) -> tuple[Point, int]:
-        """Return the nearest point of a lane that is seen from a place, and the lane; -1 if none is seen."""
+        """Return the nearest visible point of a lane from a place and the lane, which is -1 if none is visible."""
         if place.lane >= 0:
             return place.at, place.lane
         feet = sorted((distance(place.at, at), i, at) for i, at in enumerate(self._feet(place.at)))
@@ -203,7 +203,7 @@ class Places:
             yield next((end for end in (lane.a, lane.b) if distance(at, end) <= SAME_PLACE), at)
 
     def _with_near(self, move: Move) -> Move:
-        """Return a move with the places near it."""
+        """Return a move with the places close to it."""
         ends = () if move.lane < 0 else (self._tracks[move.lane].start, self._tracks[move.lane].end)
         near: dict[int, float] = dict(self.near[move.end])
         for number, place in enumerate(self.all):
@@ -220,7 +220,7 @@ class Places:
         return Move(move.start, move.end, move.lane, move.doors, move.path, tuple(sorted(near.items())))
 
     def _between_lanes(self, lane: int, other: int) -> float:
-        """Return how far two lanes without a common waypoint are from each other; infinite for others."""
+        """Return the distance between two lanes without a common waypoint; infinite for others."""
         if lane < 0 or other < 0:
             return math.inf
         one, two = self._tracks[lane], self._tracks[other]
@@ -235,11 +235,11 @@ def _widest(world: World) -> float:
 
 _MAX_RINGS = 2_000
 _MAX_RING = 12
-"""Rings that are looked at, and waypoints of one."""
+"""Maximum number of rings, and of waypoints of a ring."""
 
 
 def _rings(moves: list[list[Move]], waypoints: list[bool]) -> Iterator[tuple[Move, ...]]:
-    """Yield simple rings of lanes from waypoint to waypoint; each begins at its least one."""
+    """Yield simple rings of lanes between waypoints, each starting at its first waypoint in order."""
     found = 0
     for first in range(len(moves)):
         if not waypoints[first]:

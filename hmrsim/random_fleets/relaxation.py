@@ -1,9 +1,9 @@
-"""A problem that is easier than the search's: how many moves one robot needs if the others can go anywhere.
+"""A relaxation of the search's problem: the number of moves that one robot needs if the others can go anywhere.
 
-Seen from one robot, all others are alike. While it stands at a place, they can arrange themselves as they like in each
-part of the lanes that it does not cut off; so all that matters is how many are in each part. Directions of lanes are
-ignored for the others. Robots off the waypoints that keep others from driving lanes leave their *spots* one after the
-other, and do not come back. What can't be done here can't be done at all.
+All other robots count as equal. While the robot stands at a place, it cuts the lanes into parts in which the others can
+rearrange themselves freely, so that only their number in each part matters. They ignore the directions of lanes. Robots
+off the waypoints that block lanes leave their *spots* one after the other and don't return. A target that is impossible
+in this relaxation is impossible in the world.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class _State(NamedTuple):
-    """Which spots are still taken, where the robot is, and how many others are in each part."""
+    """The occupied spots, the robot's place, and the number of others in each part."""
 
     spots: tuple[int, ...]
     here: int
@@ -29,25 +29,25 @@ class _State(NamedTuple):
 
 
 class TooMuchWork(Exception):
-    """The easier problem is too large."""
+    """The relaxed problem is too large."""
 
 
 @dataclass
 class Work:
-    """How many states may be looked at yet."""
+    """The number of states that may still be visited."""
 
     left: int
 
 
 class Relaxation:
-    """Distances of one robot to a place, by where it is and where the others are.
+    """Distances of one robot to a place, by the positions of the robot and the others.
 
     Args:
-        layer: Returns the lanes while some spots are taken.
+        layer: Returns the lanes while some spots are occupied.
         target: The place.
-        spots: The spots that are taken at first.
-        waypoints: How many others are at waypoints at first.
-        work: How many states may be looked at yet; it becomes less.
+        spots: The spots that are occupied at first.
+        waypoints: The number of others that are at waypoints at first.
+        work: The number of states that may still be visited, which decreases.
     """
 
     def __init__(
@@ -78,19 +78,19 @@ class Relaxation:
             self._known[state] = 0.0
 
     def moves(self, here: int, others: Sequence[int]) -> tuple[float, float]:
-        """Return how many moves are needed at least with the robot at a place; infinite if it can't get to the target.
+        """Return the minimum number of moves with the robot at a place; infinite if it can't reach the target.
 
-        Those are its own and one of each robot that leaves a spot. The second number is about how many moves the
-        others need before the next of these.
+        They are its moves and one move of each robot that leaves a spot. The second number is the approximate number of
+        moves that the others need before the next one of these.
 
         Raises:
-            TooMuchWork: No more states may be looked at.
+            TooMuchWork: The limit of states is reached.
         """
         spots = tuple(spot for spot in self._spots if spot in others)
         layer = self._layers[spots]
         state = _State(spots, here, layer.counts(here, others))
         if sum(state.counts) + len(spots) != self._many:
-            # Two share the place, or stand where they touch from the start.
+            # Two robots share the place, or touch from the start.
             return 0.0, 0.0
         left = self._distance(state)
         if left in (0.0, math.inf):
@@ -108,7 +108,7 @@ class Relaxation:
         return left, effort
 
     def _leaving(self, layer: Layer, here: int, spot: int, others: Sequence[int]) -> float:
-        """Return about how many moves others need until a robot can leave its spot."""
+        """Return the approximate number of moves of others before a robot can leave its spot."""
         return min(
             (
                 away
@@ -121,7 +121,7 @@ class Relaxation:
         )
 
     def _arranging(self, layer: Layer, here: int, end: int, options: Sequence[Counts], others: Sequence[int]) -> float:
-        """Return about how many moves others need until so many are in each part after the robot's next move."""
+        """Return the approximate number of others' moves to reach numbers in each part after the robot's next move."""
         parts, to_end = layer.parts(end), layer.distances(here, end, to=True)
         there: list[list[float]] = [[] for _ in parts.sizes]
         taken: dict[int, int] = {}
@@ -141,7 +141,7 @@ class Relaxation:
         return min(_effort(option, there, holes) for option in options)
 
     def _distance(self, state: _State) -> float:
-        """Return the distance of a state, by breadth-first search back from the target, as far as it is needed."""
+        """Return the distance of a state, by breadth-first search back from the target, as far as needed."""
         todo, known = self._todo, self._known
         while todo:
             after = todo[0]
@@ -171,7 +171,7 @@ class Relaxation:
                     yield _State(taken, here, before)
 
     def _before_leaving(self, spot: int, after: Layer, before: Layer, here: int, counts: Counts) -> Iterator[Counts]:
-        """Yield how many others may have been in each part before one left a spot."""
+        """Yield the possible numbers of others in each part before one left a spot."""
         opening = before.opening(spot, after, here)
         if len(opening.exits) == 1 and opening.order is not None:
             # Nothing else has changed, as nearly always.
@@ -201,11 +201,11 @@ class Relaxation:
 
 
 _LONG = 20.0
-"""Moves that are assumed where no way leads."""
+"""The number of moves assumed if there is no route."""
 
 
 def _effort(wanted: Counts, there: Sequence[Sequence[float]], holes: Sequence[Sequence[float]]) -> float:
-    """Return how many moves it takes until there are so many in each part, by the distances to the place between."""
+    """Return the number of moves to reach these numbers in each part, by the distances to the place between."""
     effort = 0.0
     for many, robots, free in zip(wanted, there, holes, strict=True):
         change = many - len(robots)
@@ -216,7 +216,7 @@ def _effort(wanted: Counts, there: Sequence[Sequence[float]], holes: Sequence[Se
 
 @lru_cache(maxsize=100_000)
 def _split(total: int, sizes: Counts) -> tuple[Counts, ...]:
-    """Return all ways to put so many robots into parts of these sizes."""
+    """Return all distributions of this number of robots over parts of these sizes."""
     if not sizes:
         return () if total else ((),)
     least, most = max(0, total - sum(sizes[1:])), min(total, sizes[0])

@@ -1,4 +1,4 @@
-"""A best-first search over configurations, for the steps that bring one robot to a place."""
+"""A best-first search over configurations for the steps that bring one robot to a place."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from hmrsim.random_fleets.relaxation import Relaxation
 
 _WEIGHT = 3
-"""How much the way that is left counts against the moves made so far: plans are found soon, and not the shortest."""
+"""The weight of the remaining moves against the moves made, so that a plan is found soon, if not the shortest one."""
 
 _LEAP = 100
-"""How many moves of others count as much as one move of the easier problem: more than there ever are before one."""
+"""The number of others' moves that count as one move of the relaxed problem: more than ever precede one."""
 
 _SHARE = 4
-"""One in so many expansions is complete; the others leave out the moves of robots that are in nobody's way."""
+"""Every so many expansions is complete; the others omit the moves of robots that are in no one's way."""
 
 _MAX_HOLES = 8
-"""Free places into which a robot in the way is pushed, at most."""
+"""Maximum free places into which a robot in the way is pushed."""
 
 
 class Step(NamedTuple):
-    """One robot's part of a step: from where to where, and its class."""
+    """A robot's part of a step: start, end and class."""
 
     start: int
     end: int
@@ -34,7 +34,7 @@ class Step(NamedTuple):
 
 
 class Distances:
-    """How many moves it is to a place from everywhere, by class, where no robot is in the way."""
+    """The number of moves to a place from everywhere, by class, without robots in the way."""
 
     def __init__(self, lanes: Lanes, target: int) -> None:
         self._lanes = lanes
@@ -42,11 +42,11 @@ class Distances:
         self._known: dict[int, list[float]] = {}
 
     def of(self, kind: int, place: int) -> float:
-        """Return how far it is for a class from a place; infinite if no way leads there."""
+        """Return the distance for a class from a place; infinite if there is no route."""
         return self.all(kind)[place]
 
     def all(self, kind: int) -> list[float]:
-        """Return how far it is for a class from each place."""
+        """Return the distances for a class from all places."""
         if kind not in self._known:
             lanes, target = self._lanes, self._target
             into: list[list[int]] = [[] for _ in lanes.room]
@@ -91,10 +91,10 @@ class Search:
         self._masks: list[int] = []
 
     def run(self, start: State) -> list[list[Step]] | Literal[False] | None:
-        """Return the steps; False if there are none, None if too many configurations were expanded.
+        """Return the steps, False if there are none, or None if too many configurations were expanded.
 
         Raises:
-            TooMuchWork: The easier problem is too large.
+            TooMuchWork: The relaxed problem is too large.
         """
         if self._away[start[0]] == math.inf:
             return False
@@ -155,7 +155,7 @@ class Search:
         self._counts, self._masks = counts, masks
 
     def _promising_steps(self, state: State) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield what the robot can do, and how those in its way can make room by chains into free places."""
+        """Yield the robot's steps, and chains of moves by which those in its way make room in free places."""
         lanes, (here, others) = self._lanes, state
         for end, blocks in lanes.moves[self._kind][here]:
             if not (lanes.is_waypoint[end] or end == self._target):
@@ -190,7 +190,7 @@ class Search:
         return counts[end] < self._lanes.room[end] and not any(masks[number] & kinds for number, kinds in blocks)
 
     def _chains(self, state: State, blocker: int, wanted: int) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield how the robot at a place moves on along waypoints into free ones; those on its way move before it."""
+        """Yield the steps in which the robot at a place moves along waypoints to free ones, after those in its way."""
         lanes, here = self._lanes, state[0]
         if blocker == here:
             return
@@ -214,7 +214,7 @@ class Search:
         return (mask & -mask).bit_length() - 1
 
     def _shift(self, state: State, came: Mapping[int, int], hole: int) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the configuration after the robots of a chain have moved on, if each of them can."""
+        """Yield the configuration after a chain of moves, if all of them are possible."""
         path = [hole]
         while came[path[-1]] >= 0:
             path.append(came[path[-1]])
@@ -250,7 +250,7 @@ class Search:
         return not any(around.get(code // lanes.count, 0) >> code % lanes.count & 1 for code in codes)
 
     def _ring_steps(self, state: State) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the configurations after all robots of a full ring have moved on at once."""
+        """Yield the configurations after all robots of a full ring move at once."""
         lanes, (here, others) = self._lanes, state
         for ring in lanes.rings:
             if any(self._counts[place] < lanes.room[place] for place in ring):

@@ -1,4 +1,4 @@
-"""Random points where robots stand off the waypoints, with the doors and racks around them."""
+"""Random points off the waypoints where robots stand, with doors and racks around them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hmrsim.random_fleets.layout import Lane, Layout
 
 ROOM = 1.0
-"""Meters between two points where robots stand, but for places that are deliberately nearer to a waypoint."""
+"""Minimum meters between two such points, except for places deliberately close to a waypoint."""
 
 _HALF_DOOR = 1.0
 _RACK = 1.4
@@ -41,7 +41,7 @@ class Spot(NamedTuple):
 
 @dataclass
 class Site:
-    """Lanes with what is beside them.
+    """Lanes with the things beside them.
 
     Attributes:
         doors: The ends of each door.
@@ -68,7 +68,7 @@ class Site:
         return lanes
 
     def add_racks(self, share: float) -> None:
-        """Fill some of the rectangles between lanes with racks, where nothing is in the way."""
+        """Fill some of the rectangles between lanes with racks, if they are free."""
         for left, low, right, high in self.layout.faces:
             if self.chance.random() >= share:
                 continue
@@ -91,7 +91,7 @@ class Site:
         return min(feet, key=lambda at: distance(spot.at, at))
 
     def beside_waypoint(self) -> Spot | None:
-        """Take a point so near to a waypoint that two robots touch there."""
+        """Add a point so close to a waypoint that two robots touch there."""
         for _ in range(_TRIES):
             name = self.chance.choice([*self.layout.waypoints])
             x, y = self.layout.waypoints[name]
@@ -106,7 +106,7 @@ class Site:
         return None
 
     def beside_lane(self) -> Spot | None:
-        """Take a point 0.5 to 3 m beside a lane."""
+        """Add a point 0.5 to 3 m beside a lane."""
         for _ in range(_TRIES):
             lane = self.chance.choice(self.layout.lanes)
             a, b = self.layout.segment(lane)
@@ -121,7 +121,7 @@ class Site:
         return None
 
     def on_lane(self) -> Spot | None:
-        """Take a point in the middle of a lane."""
+        """Add a point in the middle of a lane."""
         for _ in range(_TRIES):
             lane = self.chance.choice(self.layout.lanes)
             at = _rounded(*between(*self.layout.segment(lane), self.chance.choice((0.3, 0.4, 0.5, 0.6))))

@@ -7,12 +7,12 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from hmrsim.drawing import Drawing
+from hmrsim.drawing import PALETTE, Drawing
 from hmrsim.drawing.svg import element, group, number, titled
 from hmrsim.report.html import seconds, times
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.frame import Frame
+    from hmrsim.drawing.canvas import Frame
     from hmrsim.report.model import Bucket, FaultSpan, Goal, Report, Span, Wait
     from hmrsim.world.model import World
 
@@ -108,8 +108,8 @@ _MIN_RADIUS: Final = 3.0
 
 def heat_map(report: Report, world: World) -> str:
     """Return the map as SVG, in the page's colours."""
-    drawing = Drawing(world, width=1100.0, legend=False)
-    drawing.colours = {name: f"var(--{name.replace('_', '-')})" for name in drawing.colours}
+    colors = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
+    drawing = Drawing(world, width=1100.0, legend=False, colors=colors)
     most = most_drives(report)
     looks, notes = {}, {}
     for lane in report.lanes:

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hmrsim.events.docks import Docked, DockQueued, Undocked
-from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
-from hmrsim.events.lifts import LiftArrived, LiftCalled, LiftDeparted
+from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening, LiftArrived, LiftCalled, LiftDeparted
+from hmrsim.events.robots import Docked, DockQueued, Undocked
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.report.occurrence import lane as lane_of
 from hmrsim.report.occurrence import records, text, texts

@@ -11,10 +11,9 @@ from hmrsim.report.goals import WaitRecord
 from hmrsim.report.track import Track
 
 if TYPE_CHECKING:
-    from hmrsim.events.docks import Docked, DockQueued
-    from hmrsim.events.entities import Deleted, Spawned, Teleported
     from hmrsim.events.faults import FaultBegan
-    from hmrsim.events.simulation import SimulationReset, WorldLoaded
+    from hmrsim.events.robots import Docked, DockQueued
+    from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
 
 
 @dataclass

@@ -9,14 +9,21 @@ from typing import Any, Final
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.events import traffic as events
-from hmrsim.events.batteries import EVENTS as BATTERIES
-from hmrsim.events.batteries import BatteryEmpty, BatteryEvent, BatteryRevived, ChargingBegan, ChargingEnded
-from hmrsim.events.docks import Docked, DockQueued
-from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
-from hmrsim.events.robots import MotionBegan, Stopped
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.events.robots import (
+    BATTERIES,
+    BatteryEmpty,
+    BatteryEvent,
+    BatteryRevived,
+    ChargingBegan,
+    ChargingEnded,
+    Docked,
+    DockQueued,
+    MotionBegan,
+    Stopped,
+)
+from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.facility_log import FacilityLog

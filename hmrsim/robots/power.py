@@ -12,7 +12,16 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Final, Protocol
 
 from hmrsim.engine.sim_time import nanoseconds
-from hmrsim.events import batteries
+from hmrsim.events.robots import (
+    BatteryCritical,
+    BatteryEmpty,
+    BatteryEvent,
+    BatteryFull,
+    BatteryLow,
+    BatteryRevived,
+    ChargingBegan,
+    ChargingEnded,
+)
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.std_msgs import Header
@@ -136,7 +145,7 @@ class Energy:
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
         if charged_before is not bool(battery.charging):
-            self._publish(batteries.ChargingEnded if charged_before else batteries.ChargingBegan)
+            self._publish(ChargingEnded if charged_before else ChargingBegan)
         self._expect(charge)
         for changed in self._observers:
             changed()
@@ -252,9 +261,9 @@ class Energy:
         elif self.level is Level.EMPTY:
             self.level = self._level(self.battery.charge(now))
             self._robot.enable(EMPTY)
-            self._publish(batteries.BatteryRevived)
+            self._publish(BatteryRevived)
         else:
-            self._publish(batteries.BatteryFull)
+            self._publish(BatteryFull)
         self.switch()
 
     def _publish_levels(self) -> None:
@@ -263,9 +272,9 @@ class Energy:
             if self.level < level <= self._level(self.battery.charge(self._env.now)):
                 self.level = level
                 if level is not Level.EMPTY:
-                    self._publish(batteries.BatteryLow if level is Level.LOW else batteries.BatteryCritical)
+                    self._publish(BatteryLow if level is Level.LOW else BatteryCritical)
         if self.level is Level.EMPTY and EMPTY not in self._robot.disabled_reasons:
-            self._publish(batteries.BatteryEmpty, self._robot.pose().point)
+            self._publish(BatteryEmpty, self._robot.pose().point)
             self._robot.disable(EMPTY, self.why_empty)
         self.switch()
 
@@ -283,7 +292,7 @@ class Energy:
         level = min(self.level, self._level(self.battery.charge(self._env.now)))
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
-    def _publish(self, event: Callable[..., batteries.BatteryEvent], *more: Point) -> None:
+    def _publish(self, event: Callable[..., BatteryEvent], *more: Point) -> None:
         now = self._env.now
         charge, share = self.battery.charge(now), self.battery.share(now)
         self._publisher.publish(lambda: event(self._robot.name, charge, share, *more))

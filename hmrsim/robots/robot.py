@@ -11,7 +11,7 @@ from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.engine.sim_time import stamp
-from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped

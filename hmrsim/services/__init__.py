@@ -1,4 +1,4 @@
-"""The services of the world itself, one per file.
+"""The services of the world, one module per subject.
 
 A service is data: a name, its ROS type, and a function that serves it in the simulation's thread. Server, schema and
 tests are generic over it.
@@ -10,9 +10,10 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from hmrsim.interfaces.message import Message
+from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
@@ -27,14 +28,15 @@ class Service(Generic[Q, A]):
     """A service of the world.
 
     Attributes:
-        name: Its name in keys, and that of its module.
+        name: The name in keys.
         request: The request's message type.
         response: The response's message type.
-        serve: Answers a request, by the world, its seed and the request alone: it is served again in a replay. What
-            takes simulated time returns a function in place of the answer; it is given whom to tell the answer.
-        changes_world: Whether it does something that a replay has to do again.
-        recorded: Turns a request into one that needs nothing from outside the simulation, such as a file; that one
-            is served. It may answer at once instead, if the request is invalid.
+        serve: Answers a request. The answer depends on nothing but the world, its seed and the request, because a
+            replay serves the request again. A service that takes simulated time returns a function instead, which
+            is called with the callback for the answer.
+        changes_world: Whether a replay has to repeat the call.
+        recorded: Turns a request into one that needs nothing from outside the simulation, such as a file. The
+            simulator serves and records the new request. It may return the answer instead, if the request is invalid.
         features: The features of the simulator that it provides, by the numbers of SimulatorFeatures.
         example: A valid request in the world of the contract tests, in plain values.
     """
@@ -55,6 +57,21 @@ class Service(Generic[Q, A]):
 
 
 AnyService = Service[Any, Any]
+
+OK: Final = Result(result=Result.RESULT_OK)
+
+
+class RequestFailed(ValueError):
+    """A request that can't be served; *code* is the reason as a number of `Result` or of the service."""
+
+    def __init__(self, message: str, code: int = Result.RESULT_OPERATION_FAILED) -> None:
+        self.code = code
+        super().__init__(message)
+
+
+def failed(why: str, code: int = Result.RESULT_OPERATION_FAILED) -> Result:
+    """Return the result of a request that failed, with the reason."""
+    return Result(result=code, error_message=why)
 
 
 @cache

@@ -1,41 +1,84 @@
-"""Robots and items as simulation_interfaces sees them: entities, with a category, tags and a state."""
+"""Robots, items and fixtures as entities of simulation_interfaces: their info, state, filters and placement."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import instead
 from hmrsim.engine.sim_time import nanoseconds
+from hmrsim.errors import NoRoute
 from hmrsim.facilities import Fixture
 from hmrsim.geometry import SAME_PLACE, Pose, yaw_of
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Quaternion, Twist, Vector3
 from hmrsim.interfaces.geometry_msgs import Pose as PoseMessage
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import Bounds, EntityCategory, EntityInfo, EntityState, Result, TagsFilter
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.items import Item
 from hmrsim.robots.robot import Robot
-from hmrsim.services._pattern import PatternError, compiled
-from hmrsim.services._results import RequestFailed, failed
+from hmrsim.services import RequestFailed, failed
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.simulation_interfaces import EntityFilters
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import Base
+
+    Entity = Robot | Item | Fixture
+
+_MAX_CHARACTERS: Final = 256
+_MAX_BYTES: Final = 256 * 1024
+"""Memory for a compiled pattern and its search, which also limits their time."""
+
+
+class PatternError(ValueError):
+    """A pattern that is invalid or too large."""
+
+
+def compiled(pattern: str) -> Callable[[str], bool]:
+    """Return a function that checks whether a text contains a match of a POSIX extended regular expression.
+
+    Matching takes time linear in the text, whatever pattern a client sends. The syntax is that of RE2's POSIX mode:
+    a backslash also escapes between brackets, and there are neither collating elements (``[.x.]``, ``[=x=]``) nor
+    repetitions of more than 1000.
+
+    Raises:
+        PatternError: The pattern is invalid or too large.
+    """
+    if not pattern:
+        return lambda _text: True
+    if len(pattern) > _MAX_CHARACTERS:
+        raise PatternError(f"it has {len(pattern)} characters; at most {_MAX_CHARACTERS} are taken")
+    # The library takes 15 ms to load, and few simulations filter entities by name.
+    import re2  # noqa: PLC0415
+
+    options = re2.Options()
+    options.posix_syntax = options.one_line = options.dot_nl = options.never_capture = True
+    options.log_errors = False
+    options.max_mem = _MAX_BYTES
+    try:
+        expression = re2.compile(pattern, options)
+    except re2.error as error:
+        raise PatternError(error.args[0].decode()) from None
+    except UnicodeEncodeError:
+        raise PatternError("it has half of a surrogate pair") from None
+    return lambda text: expression.search(text) is not None
+
 
 _FRAMES = ("", "map", "world")
 _CORNERS = 2
 
 
 class BadPose(ValueError):
-    """No entity can be placed at a pose; the text says why."""
+    """A pose where no entity can be placed; the message gives the reason."""
 
 
-def unknown(simulator: Simulator, name: str) -> Result:
+def unknown_entity(simulator: Simulator, name: str) -> Result:
     """Return the result of a request for an entity that does not exist."""
-    there = sorted(entity.name for entity in simulator.roster)
-    return failed(f"no entity {name!r}{instead(name, there, verb='there are:')}", Result.RESULT_NOT_FOUND)
+    names = sorted(entity.name for entity in simulator.roster)
+    return failed(f"no entity {name!r}{instead(name, names, verb='there are:')}", Result.RESULT_NOT_FOUND)
 
 
 def pose_message(pose: Pose) -> PoseMessage:
@@ -44,8 +87,8 @@ def pose_message(pose: Pose) -> PoseMessage:
     return PoseMessage(position=Point(x=pose.x, y=pose.y), orientation=facing)
 
 
-def state_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityState:
-    """Return where an entity is and how it moves; a carried item moves as its robot does."""
+def state_of(simulator: Simulator, entity: Entity) -> EntityState:
+    """Return an entity's pose and velocity; a carried item has those of its robot."""
     robot = entity if isinstance(entity, Robot) else entity.carrier if isinstance(entity, Item) else None
     pose = robot.pose() if robot is not None else _pose(entity)
     ahead, turning = robot.velocity() if robot is not None else (0.0, 0.0)
@@ -58,14 +101,14 @@ def state_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityStat
     )
 
 
-def _pose(entity: Robot | Item | Fixture) -> Pose:
+def _pose(entity: Entity) -> Pose:
     if isinstance(entity, Fixture):
         return entity.pose
     return entity.pose() if isinstance(entity, Robot) else Pose(*entity.position)
 
 
-def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
-    """Return what an entity is."""
+def info_of(simulator: Simulator, entity: Entity) -> EntityInfo:
+    """Return the category, description and tags of an entity."""
     spawned = ["spawned"] if entity.name in simulator.roster.spawned else []
     blocking = ["blocking"] if simulator.roster.admission.closures.is_obstructed_by(entity.name) else []
     if isinstance(entity, Robot):
@@ -86,35 +129,35 @@ def info_of(simulator: Simulator, entity: Robot | Item | Fixture) -> EntityInfo:
     return EntityInfo(category=EntityCategory(category=category), description=description, tags=tags)
 
 
-def has_tags(tags: Collection[str], wanted: TagsFilter) -> bool:
+def has_tags(tags: Collection[str], tags_filter: TagsFilter) -> bool:
     """Return whether tags pass a filter; an empty filter passes all."""
-    how = all if wanted.filter_mode == TagsFilter.FILTER_MODE_ALL else any
-    return not wanted.tags or how(tag in tags for tag in wanted.tags)
+    how = all if tags_filter.filter_mode == TagsFilter.FILTER_MODE_ALL else any
+    return not tags_filter.tags or how(tag in tags for tag in tags_filter.tags)
 
 
-def matching(simulator: Simulator, filters: EntityFilters) -> list[Robot | Item | Fixture] | Result:
+def matching(simulator: Simulator, filters: EntityFilters) -> list[Entity] | Result:
     """Return the entities that pass all filters, or the error of a filter."""
-    categories = {one.category for one in filters.categories}
-    found = []
+    categories = {category.category for category in filters.categories}
+    entities = []
     try:
-        named = compiled(filters.filter)
+        has_name = compiled(filters.filter)
         for entity in simulator.roster:
             info = info_of(simulator, entity)
             if (
-                named(entity.name)
+                has_name(entity.name)
                 and (not categories or info.category.category in categories)
                 and has_tags(info.tags, filters.tags)
                 and _is_inside(entity, filters.bounds)
             ):
-                found.append(entity)
+                entities.append(entity)
     except PatternError as error:
         return failed(f"filter {filters.filter[:100]!r}: {error}")
     except RequestFailed as error:
         return failed(str(error), error.code)
-    return found
+    return entities
 
 
-def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
+def _is_inside(entity: Entity, bounds: Bounds) -> bool:
     """Return whether an entity is inside bounds; entities are points in the plane."""
     if bounds.type == Bounds.TYPE_EMPTY:
         return True
@@ -132,7 +175,7 @@ def _is_inside(entity: Robot | Item | Fixture, bounds: Bounds) -> bool:
 
 
 def read_pose(header: Header, pose: PoseMessage) -> Pose:
-    """Return the pose in the plane that a message asks for.
+    """Return the pose in the plane of a message.
 
     Raises:
         BadPose: It is in another frame, or its orientation is tilted or all zero.
@@ -146,3 +189,29 @@ def read_pose(header: Header, pose: PoseMessage) -> Pose:
     if math.hypot(facing.x, facing.y) > SAME_PLACE * length:
         raise BadPose("the orientation is tilted; on a plane x and y of it are 0")
     return Pose(pose.position.x, pose.position.y, yaw_of(facing.z, facing.w))
+
+
+def check_placement(simulator: Simulator, pose: Pose, base: Base | None, name: str = "") -> None:
+    """Check that a robot with this base, or an item if the base is None, fits at a pose.
+
+    Items may lie inside of obstacles, such as shelves, and next to anything.
+
+    Raises:
+        BadPose: The point is invalid, or the footprint overlaps that of a robot other than *name*.
+    """
+    point = x, y = pose.point
+    try:
+        simulator.graph.check_start(point)
+    except NoRoute as error:
+        if base is not None or error.code != ComputePathToPose.Result.START_OCCUPIED:
+            raise BadPose(str(error).removeprefix("start ")) from None
+    if base is None or base.flies:
+        return
+    radius = base.radius or 0.0
+    for other in simulator.robots.values():
+        room = max(SAME_PLACE, radius + other.radius)
+        if other.is_within(room, point) and other.name != name and not other.flies:
+            raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")
+    full = simulator.roster.admission.full_at(point, radius, name)
+    if full is not None:
+        raise BadPose(f"({x:g}, {y:g}) {full}, where there is no room for one more robot")

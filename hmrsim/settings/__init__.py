@@ -1,6 +1,6 @@
 """The settings of a run, each declared once.
 
-A model here (`run.RunSettings` and its like) declares its fields with an `option.Option`; command-line options,
-environment variables, settings files, their JSON Schema and the tables in the docs derive from it. The commands use
-these models, and so does a program that runs a world itself, which needs `RunSettings` only.
+A model (such as `run.RunSettings`) declares its fields with an `option.Option`. Command-line options, environment
+variables, settings files, their JSON Schema and the tables in the docs derive from it. Commands use these models; a
+program that runs a world by itself needs `RunSettings` only.
 """

@@ -1,4 +1,4 @@
-"""Options of a command line from settings, and settings from its arguments."""
+"""Command-line options of settings, and settings from parsed arguments."""
 
 from __future__ import annotations
 

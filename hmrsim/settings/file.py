@@ -2,60 +2,42 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ConfigDict, create_model
 
-from hmrsim.diagnostics import MAX_FINDINGS, Finding, problems_of, shown
-from hmrsim.errors import Problem, SettingsError, WorldError
-from hmrsim.settings.model import together
-from hmrsim.world.files import read_text
-from hmrsim.world.formats._json_text import as_yaml
-from hmrsim.world.yaml_text import Unreadable, line_of, read
-from hmrsim.world_checks.explain import explain
+from hmrsim.documents.document import read_document
+from hmrsim.errors import SettingsError
+from hmrsim.settings.option import hints, settings_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from pydantic import BaseModel
+
+@cache
+def together(models: tuple[type, ...]) -> type[BaseModel]:
+    """Return one model with the settings of several."""
+    # Some models are dataclasses, so that tools need not load pydantic.
+    fields: dict[str, Any] = {}
+    for model in models:
+        for name, setting in settings_of(model).items():
+            fields[name] = (hints(model)[name], setting.default)
+    config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    return create_model("Settings", __config__=config, __doc__="Settings of `hmrsim run`.", **fields)
 
 
 def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
     """Return the settings of a file, by name.
 
-    *models* have all settings that it may have.
+    *models* declare the settings that the file may have.
 
     Raises:
-        SettingsError: It can't be read, or a setting is invalid; it has all problems.
+        SettingsError: The file can't be read, or a setting is invalid; it has all problems.
     """
-    file = str(path)
-    try:
-        text = read_text(path, file)
-        data, lines, findings = read(as_yaml(text) if text.lstrip().startswith("{") else text)
-    except WorldError as error:
-        raise SettingsError(error.problems) from None
-    except Unreadable as error:
-        raise SettingsError([Problem(file, "", str(error), error.line)]) from None
-    if data is None:
+    document = read_document(path, SettingsError)
+    if document.data is None:
         return {}
-    if not isinstance(data, dict):
-        text = f"expected a mapping with settings such as clock: lockstep, got {shown(data)}"
-        raise SettingsError([Problem(file, "", text, 1)])
-    found, wrong = _validated(data, together(models))
-    wrong = [*findings, *wrong]
-    if wrong:
-        problems = problems_of(wrong, file, partial(line_of, lines))
-        more = len(problems) - MAX_FINDINGS
-        last = [Problem(file, "", f"and {more} more")] if more > 0 else []
-        raise SettingsError([*problems[:MAX_FINDINGS], *last])
-    return found
-
-
-def _validated(data: dict[str, Any], model: type[BaseModel]) -> tuple[dict[str, Any], list[Finding]]:
-    """Return the settings of a mapping, and its errors."""
-    try:
-        settings = model.model_validate(data)
-    except ValidationError as error:
-        return {}, explain(error, data, model)
-    return {name: getattr(settings, name) for name in data}, []
+    document.check_mapping("a mapping with settings such as clock: lockstep")
+    settings = document.validated(together(models))
+    return {name: getattr(settings, name) for name in document.data}

@@ -1,7 +1,7 @@
-"""The annotation of a field that is a setting: its option, its unit, its bounds.
+"""Settings as annotations of fields: their option, unit and bounds.
 
-A setting is a field whose annotation carries an `Option`, of a frozen dataclass or of a pydantic model. Nothing here
-loads pydantic: tools that open a session have settings, too, and their ``--help`` must not wait for it.
+A setting is a field of a frozen dataclass or pydantic model whose annotation has an `Option`. This module does not load
+pydantic: tools that open a session have settings, too, and their ``--help`` must start quickly.
 """
 
 from __future__ import annotations
@@ -19,11 +19,15 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
+MAX_PAYLOAD: Final = 1024 * 1024
+"""Default maximum size of a payload, in bytes."""
+
+
 MAX_SECONDS: Final = 1e9
-"""The greatest finite number of seconds to wait: operating systems take no more than a few times as many."""
+"""Maximum finite number of seconds to wait, as operating systems support only a few times as many."""
 
 MAX_COUNT: Final = 1_000_000_000
-"""The greatest number of things that an option can ask for."""
+"""Maximum count that an option accepts."""
 
 _SHOWN: Final = 60
 _MAX_DIGITS: Final = 100
@@ -33,7 +37,7 @@ FOR_EVER: Final = -1
 
 
 def shortened(text: str) -> str:
-    """Return a text of an option as an error shows it."""
+    """Return a text for an error message, truncated if it is long."""
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
 
 
@@ -46,25 +50,25 @@ def count(text: str) -> int:
 
 @dataclass(frozen=True)
 class Option:
-    """Describes one setting.
+    """The option of one setting.
 
     Attributes:
         help: Its description, without its default; begins in lower case.
-        metavar: What stands for its value in ``--help``.
-        unit: Of its value; empty for none.
-        group: The heading of ``--help`` below which it stands; empty for the command's own options.
-        default_text: What ``--help`` says of the default; None for the default itself.
+        metavar: The placeholder of its value in ``--help``.
+        unit: The unit of its value; empty for none.
+        group: Its heading in ``--help``; empty for the command's own options.
+        default_text: The default as shown in ``--help``; None for the default itself.
         more_than: The exclusive minimum of a number.
         at_least: The minimum of a number.
         at_most: The maximum of a number.
         hint: Ends an error about a number that is out of bounds.
-        for_ever: The value that a timeout of -1 stands for; None where -1 is an ordinary number.
+        for_ever: The value for a timeout of -1; None if -1 is an ordinary number.
         endless: Whether it may be infinite.
-        bare: The value of the option without an argument; None where it needs one.
+        bare: The value of the option without an argument; None if it needs one.
         read: Converts the text of a command line to a value; None for the default of its type.
         check: Returns the value to use for a value of the right type.
 
-    *read* and *check* raise ValueError for an invalid value, and say what would do.
+    *read* and *check* raise ValueError for an invalid value, with a remedy.
     """
 
     help: str
@@ -83,12 +87,12 @@ class Option:
     check: Callable[[Any], Any] | None = None
 
     def checked(self, value: Any, text: str = "") -> Any:
-        """Return the value to use for one of the right type.
+        """Return the value to use for a value of the right type.
 
-        *text* is how it was written, for errors; as `repr` writes it if empty.
+        *text* is the value as written, for errors; by default it is formatted.
 
         Raises:
-            ValueError: It is invalid.
+            ValueError: The value is invalid.
         """
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             if value == FOR_EVER and self.for_ever is not None:
@@ -112,7 +116,7 @@ class Option:
 
     @property
     def bounds(self) -> str:
-        """The valid values, as text; empty where all are."""
+        """The valid values as text; empty if all values are valid."""
         parts = [
             f"{sign} {bound:g}"
             for sign, bound in ((">", self.more_than), ("≥", self.at_least), ("≤", self.at_most))
@@ -121,8 +125,8 @@ class Option:
         return " and ".join(parts) + (f", or {FOR_EVER} for ever" if self.for_ever is not None else "")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Let models check the bounds, and accept a file's values in place of tuples and paths."""
-        # Imported here, as tools without models must not wait for pydantic; see the module's docstring.
+        """Return the schema with which models check the bounds, and read tuples and paths from a file's values."""
+        # Tools without models don't load pydantic; see the module's docstring.
         from pydantic_core import core_schema  # noqa: PLC0415
 
         kind = kind_of(source)
@@ -136,7 +140,7 @@ class Option:
         return core_schema.no_info_before_validator_function(loosened, checked)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Add its description and its bounds."""
+        """Return the JSON schema with description and bounds."""
         found = handler(schema)
         limits = {"exclusiveMinimum": self.more_than, "minimum": self.at_least, "maximum": self.at_most}
         bounds = {key: bound for key, bound in limits.items() if bound is not None}
@@ -152,12 +156,12 @@ class Option:
 
 @dataclass(frozen=True)
 class Kind:
-    """The type of a setting, as a command line needs it.
+    """The type of a setting for a command line.
 
     Attributes:
-        type: Of one value.
-        choices: All valid values; none where they can't be listed.
-        repeatable: Whether there can be several values.
+        type: The type of one value.
+        choices: All valid values; empty if they can't be listed.
+        repeatable: Whether it can have several values.
     """
 
     type: type
@@ -170,7 +174,7 @@ class Setting:
     """One setting of a model.
 
     Attributes:
-        name: The field's, and the key in a file.
+        name: The name of the field, and the key in a file.
     """
 
     name: str
@@ -192,17 +196,17 @@ def hints(model: type) -> Mapping[str, Any]:
 
 @cache
 def settings_of(model: type) -> Mapping[str, Setting]:
-    """Return the settings of a model by name, in order; fields without an `Option` are none."""
-    found, defaults = {}, model()
+    """Return the settings of a model by name, in order, without fields that have no `Option`."""
+    settings, defaults = {}, model()
     for name, hint in hints(model).items():
         option = next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, Option)), None)
         if option is not None:
-            found[name] = Setting(name, kind_of(hint), getattr(defaults, name), option)
-    return types.MappingProxyType(found)
+            settings[name] = Setting(name, kind_of(hint), getattr(defaults, name), option)
+    return types.MappingProxyType(settings)
 
 
 def kind_of(hint: Any) -> Kind:
-    """Return the type of a setting, as a command line needs it; of alternatives, the first."""
+    """Return the type of a setting for a command line; of alternatives, the first."""
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return kind_of(parts[0])

@@ -1,4 +1,4 @@
-"""The settings of a run: its seed, how its time moves, what is sampled and what is kept."""
+"""The settings of a run: its world, seed, time, sampling, server and trace."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
+from pydantic import BaseModel, ConfigDict
+
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
-from hmrsim.settings.model import Settings
-from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS, Option, count
-from hmrsim.settings.payload import MAX_PAYLOAD
+from hmrsim.settings.option import MAX_COUNT, MAX_PAYLOAD, MAX_SECONDS, Option, count
 
 TIME_STANDS: Final = "time advances only while robots are active"
 
@@ -24,6 +24,12 @@ _RATE: Final[dict[str, Any]] = {
     "at_most": 1e6,
 }
 _TIMEOUT: Final[dict[str, Any]] = {"metavar": "S", "unit": "wall seconds", "at_most": MAX_SECONDS}
+
+
+class Settings(BaseModel):
+    """The base of models of settings."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
 
 def _participants(text: str) -> int | tuple[str, ...]:
@@ -59,9 +65,9 @@ def _existing_folder(path: Path | None) -> Path | None:
 class RunSettings(Settings):
     """The settings of a run.
 
-    Each field is an option of ``hmrsim run``, a variable ``HMRSIM_…`` and a key of a settings file, too. A program that
-    runs a world by itself gives them to `Simulator`, which looks at the seed, the step size, the rates and how many
-    results are kept; all others are about a simulation that is served.
+    Each field is an option of ``hmrsim run``, a variable ``HMRSIM_…`` and a key of a settings file. A program that runs
+    a world by itself passes them to `Simulator`, which uses the seed, the step size, the rates and the number of
+    results to keep. The others concern a simulation that is served.
     """
 
     seed: Annotated[int | None, Option("seed of all random numbers; overrides the world's", "N")] = None
@@ -190,29 +196,69 @@ class RunSettings(Settings):
         bool, Option("end the run at the first bug of a plug-in, where else only its goal ends", group="server")
     ] = False
     run_id: str = ""
-    """The identity of the run, which ``_world/info`` tells; in real time also part of the goal ids that the simulator
-    makes, so that they differ from those of any other run. Empty for a run that only its world and seed identify."""
+    """The identity of the run in ``_world/info``. In real time it is also part of the goal ids that the simulator
+    creates, so that they differ from those of other runs. Empty for a run that its world and seed identify."""
 
     @property
     def goal_id_salt(self) -> str:
-        """What goal ids that the simulator makes depend on beside the seed; nothing in lockstep."""
+        """A part of the goal ids that the simulator creates, besides the seed; empty in lockstep."""
         return self.run_id if self.clock == "realtime" else ""
 
 
 class SimulateSettings(RunSettings):
-    """How ``hmrsim simulate`` runs a world: to the end of its scripts."""
+    """The settings of ``hmrsim simulate``, which runs a world to the end of its scripts."""
 
     duration: Annotated[
         float,
         Option("give up after this much simulated time", "SIM_S", unit="simulated seconds", more_than=0, endless=True),
     ] = math.inf
     keep_results: int = 1
-    """No client asks for results there."""
+    """No client requests results there."""
 
 
 class DemoSettings(RunSettings):
-    """How ``hmrsim demo`` runs its world: its mission must end."""
+    """The settings of ``hmrsim demo``, whose mission must end."""
 
     real_time_factor: Annotated[
         float, Option("simulated seconds per wall second, in real time", "X", group="time", at_least=1e-6, at_most=1e6)
     ] = 10.0
+
+
+class WorldSettings(Settings):
+    """The settings for reading a world file, and additions to it."""
+
+    robot: Annotated[tuple[str, ...], Option("add a robot; repeatable", "NAME@X,Y[:TYPE]", group="world")] = ()
+    item: Annotated[tuple[str, ...], Option("add an item; repeatable", "NAME@X,Y[:KG]", group="world")] = ()
+    overlay: Annotated[
+        tuple[str, ...], Option("lay the changes of a file over the world; repeatable", "FILE", group="world")
+    ] = ()
+    set: Annotated[
+        tuple[str, ...],
+        Option(
+            "change one value of the world, such as robots.*.base.speed=0.8; ~PATH takes an entry away; repeatable",
+            "PATH=VALUE",
+            group="world",
+        ),
+    ] = ()
+    page: Annotated[
+        str | None,
+        Option(
+            "the page of a drawing, the level of a building or the layout of a LIF file: its name, or its number from "
+            "1 (the first page; all levels, all layouts)",
+            "PAGE",
+            group="world",
+        ),
+    ] = None
+    rename: Annotated[tuple[str, ...], Option("rename a robot of a drawing; repeatable", "OLD=NEW", group="world")] = ()
+    lenient: Annotated[bool, Option("ignore objects of a drawing without a known type", group="world")] = False
+    neighbours: Annotated[
+        Literal[4, 8] | None, Option("neighbours of a grid cell: 4, or 8 with those at its corners", group="world")
+    ] = None
+
+
+class TraceSettings(Settings):
+    """The settings of a run's trace."""
+
+    trace: Annotated[Path | None, Option("write a trace of the run as lines of JSON, for `hmrsim replay`", "FILE")] = (
+        None
+    )

@@ -16,9 +16,9 @@ from simpy import Timeout
 
 from hmrsim.engine.environment import Tick
 from hmrsim.engine.sim_time import stamp
-from hmrsim.events.entities import Deleted, Teleported
-from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
+from hmrsim.events.robots import ItemEvent
+from hmrsim.events.simulation import Deleted, Teleported
 from hmrsim.geometry import METER, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.outputs import EventStamped, OrdersChanged

@@ -18,7 +18,7 @@ from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
 from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.engine.subscriptions import EventPublisher, Interest
-from hmrsim.events.participants import PARTICIPATION
+from hmrsim.events.simulation import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message

@@ -1,16 +1,31 @@
-"""Finding and reading the file that a world comes from."""
+"""The files of worlds: those shipped with hmrsim, and the search for the file of a name."""
 
 from __future__ import annotations
 
-import stat
+from functools import cache
 from pathlib import Path
 
 from hmrsim.diagnostics import instead, meant
 from hmrsim.errors import Problem, WorldError, reason_of
-from hmrsim.world.shipped import shipped_maps
 
-MAX_BYTES = 16 * 1024 * 1024
-"""Maximum size of a file, in bytes."""
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def folder(kind: str) -> Path:
+    """Return the folder of the shipped ``maps`` or ``schemas``, in a wheel or in a source checkout."""
+    installed = _PACKAGE / "data" / kind
+    return installed if installed.is_dir() else _PACKAGE.parent / kind
+
+
+def shipped_maps() -> dict[str, Path]:
+    """Return the shipped worlds by bare name, such as ``hospital`` and ``zoo/crossing``, in order of name."""
+    return dict(_maps_in(folder("maps")))
+
+
+@cache
+def _maps_in(maps: Path) -> dict[str, Path]:
+    found = {path.relative_to(maps).with_suffix("").as_posix(): path for path in maps.rglob("*.yaml")}
+    return dict(sorted(found.items()))
 
 
 def find(source: str | Path) -> Path:
@@ -37,36 +52,6 @@ def find(source: str | Path) -> Path:
     if path.stem in shipped and not path.exists():
         raise _error(name, f"no such file; the shipped world is called {path.stem!r}")
     return path
-
-
-def read_text(path: Path, file: str) -> str:
-    """Return the text of a file.
-
-    *file* is its name as the user knows it, for errors.
-
-    Raises:
-        WorldError: It can't be read, is too large, or is not text.
-    """
-    try:
-        # A named pipe or device might never end.
-        if not stat.S_ISREG(path.stat().st_mode):
-            raise _error(file, f"is {'a folder' if path.is_dir() else 'not a regular file'}; expected a file")
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise _error(file, "no such file") from None
-    except OSError as error:
-        raise _error(file, f"can't be read: {reason_of(error)}") from None
-    except ValueError:
-        raise _error(file, "can't be read: its name has a null character") from None
-    if len(content) > MAX_BYTES:
-        raise _error(file, f"is larger than {MAX_BYTES // 1024 // 1024} MiB")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        message = f"is not UTF-8: byte 0x{content[error.start]:02x}; save it as UTF-8"
-        raise WorldError([Problem(file, "", message, line)]) from None
 
 
 def _error(file: str, message: str) -> WorldError:

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, shown
+from hmrsim.documents.document import read_text
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.files import read_text
+from hmrsim.world.files import folder as shipped_folder
+from hmrsim.world.files import shipped_maps
 from hmrsim.world.formats import choose, registry
 from hmrsim.world.merging import Merged, Source
 from hmrsim.world.options import AS_IT_IS, ReadOptions
-from hmrsim.world.shipped import folder as shipped_folder
-from hmrsim.world.shipped import shipped_maps
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document

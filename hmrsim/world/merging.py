@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import Finding, dotted, shown
+from hmrsim.diagnostics import Finding, dotted, problem_of, shown
 from hmrsim.errors import Problem
 from hmrsim.world.formats import Document
 from hmrsim.world.pairs import Pairs
@@ -37,8 +37,7 @@ class Source:
 
     def problem(self, finding: Finding) -> Problem:
         """Return a finding about this file as a problem."""
-        line = finding.line or self.document.line(finding.path)
-        return Problem(self.file, dotted(finding.path), finding.message, line, finding.value, finding.severity)
+        return problem_of(finding, self.file, self.document.line)
 
 
 def own(value: Any) -> Any:

@@ -1,6 +1,6 @@
 """Loading and validating worlds, and the checks that need more than one field.
 
-Every command that reads a world uses it, and so do services for worlds that clients send.
+Commands use it for files, and services for worlds that clients send.
 """
 
 from __future__ import annotations

@@ -14,21 +14,17 @@ from pydantic import ValidationError
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.documents.validation import explain
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.batteries import check_batteries
-from hmrsim.world_checks.demand import check_demand
-from hmrsim.world_checks.docks import check_docks, check_ways_to_docks
-from hmrsim.world_checks.explain import explain
-from hmrsim.world_checks.facilities import check_fixtures, check_lanes_through_doors
+from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import check_lanes, lane_ends
-from hmrsim.world_checks.scripts import check_scripts
+from hmrsim.world_checks.robots import check_batteries, check_scripts, check_walled_in
 from hmrsim.world_checks.traffic import check_traffic
 from hmrsim.world_checks.validation import Lost
-from hmrsim.world_checks.walled_in import check_walled_in
 
 if TYPE_CHECKING:
     from typing import Any
@@ -51,7 +47,7 @@ def check_world(world: World, file: str = "") -> list[Problem]:
 
 
 def check(world: World, lost: Lost | None = None) -> list[Finding]:
-    """Return the errors and warnings of a world, of each kind at most so many as are reported.
+    """Return the errors and warnings of a world, at most `MAX_FINDINGS` of each kind.
 
     Errors that only follow from the parts that are *lost* from it are not reported. Its includes are merged.
     """
@@ -62,7 +58,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
 
 
 def check_errors(world: World, lost: Lost) -> list[Finding]:
-    """Return the errors of a world, and those warnings for which they have to be looked for anyway."""
+    """Return the errors of a world, and the warnings that the same checks find."""
     checks = (
         _check_bounds(world),
         _check_names(world),
@@ -98,7 +94,7 @@ def _check_bounds(world: World) -> Iterator[Finding]:
 
 
 def _check_names(world: World) -> Iterator[Finding]:
-    """Yield an error for each name of a place or dock that is also that of another point."""
+    """Yield an error for each place or dock whose name another point has."""
     named: list[tuple[Path, str, Point]] = [
         *((("places", name, "at"), name, place.at) for name, place in world.places.items()),
         *((("docks", name, "at"), name, dock.at) for name, dock in world.docks.items() if not isinstance(dock.at, str)),
@@ -144,7 +140,7 @@ def _check_inside(world: World) -> Iterator[Finding]:
 
 
 def _strays(world: World) -> Iterator[tuple[str, Point]]:
-    """Yield the waypoints outside the bounds: a look at each of a grid's, so that little is done for one."""
+    """Yield the waypoints outside the bounds, with little work for each one because a grid has a million."""
     x0, y0, x1, y1 = world.bounds or (-math.inf, -math.inf, math.inf, math.inf)
     for name, (x, y) in world.points.items():
         if not (x0 <= x <= x1 and y0 <= y <= y1):
@@ -152,7 +148,7 @@ def _strays(world: World) -> Iterator[tuple[str, Point]]:
 
 
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
-    """Return where *at* is, or its error, or nothing if neither is known."""
+    """Return the point of *at*, or its error, or None if an invalid part may define it."""
     try:
         return world.point(at)
     except KeyError:
@@ -201,7 +197,7 @@ def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator[Finding]:
-    """Check what a robot sets itself; what its type sets is checked there."""
+    """Yield the errors of a robot's own components; those of its type are checked there."""
     kind = world.robot_types.get(robot.type) or BUILT_IN_TYPES.get(robot.type)
     inherited = kind.components if kind else {}
     for key, own in robot.components.items():
@@ -228,7 +224,7 @@ def _check_start(world: World, path: Path, point: Point, solids: Obstacles, lane
 
 
 class _OnLane:
-    """Points on the lanes of a world; lanes whose waypoints are not known are left out."""
+    """The lanes of a world between known waypoints, to find points on them."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -273,3 +269,25 @@ def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding(path, f"no action {action!r} for {target!r}{instead(action, registry())}", target)
         elif alias == target:
             yield warning(path, f"alias {alias!r} is the same as its target", alias)
+
+
+def check_demand(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield the errors of the demand of a world."""
+    known = {**world.points, **world.places, **world.docks} if world.demand else {}
+    entities = {**world.items, **world.robots, **world.docks, **world.doors, **world.lifts} if world.demand else {}
+    numbered = [(match[1], name) for name in entities if (match := re.fullmatch(r"(.+)_[0-9]+", name, re.DOTALL))]
+    taken = dict(reversed(numbered))
+    names: set[str] = set()
+    for i, spec in enumerate(world.demand):
+        for field, places in (("at", spec.at), ("to", spec.to)):
+            for place in places:
+                if place not in known and not lost.has(place, "waypoints", "places", "docks"):
+                    message = f"no waypoint, place or dock {place!r}{instead(place, known)}"
+                    yield Finding(("demand", i, field), message, place)
+        if spec.name in names:
+            yield Finding(("demand", i, "name"), f"there is a demand {spec.name!r} already", spec.name)
+        names.add(spec.name)
+        item = spec.item or spec.name
+        if item in taken:
+            message = f"its items are called {item}_1 and so on, as {taken[item]!r} is already; give another item"
+            yield Finding(("demand", i, "item" if spec.item else "name"), message, item)

@@ -1,26 +1,169 @@
-"""The checks of facilities: doors and lifts."""
+"""The checks of docks, doors and lifts."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, Path, instead, warning
-from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.lanes import lane_ends
+from hmrsim.world_checks.lanes import known_lanes, lane_ends
 
 if TYPE_CHECKING:
-    from hmrsim.world.model import Door, Lift, World
+    from hmrsim.geometry import Point
+    from hmrsim.world.model import Dock, Door, Lift, RobotSpec, World
     from hmrsim.world_checks.validation import Lost
+
+
+def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield the errors of the docks of a world."""
+    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
+    for name, dock in world.docks.items():
+        path: Path = ("docks", name, "at")
+        try:
+            point = world.dock_point(name)
+        except KeyError:
+            if not lost.has(str(dock.at), "waypoints", "places"):
+                points = [*world.waypoints, *world.places]
+                yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), points)}", dock.at)
+            continue
+        yield from _check_reserved_for(known, name, dock, lost)
+        yield from _check_inside(world, path, point)
+        if dock.staging is not None:
+            yield from _check_inside(world, ("docks", name, "staging"), dock.staging)
+
+
+def check_ways_to_docks(world: World, lost: Lost) -> Iterator[Finding]:
+    """Yield a warning for each dock that no robot which may dock there can reach."""
+    if lost or not world.docks:
+        return
+    ways = _Ways(world)
+    for name, dock in world.docks.items():
+        path: Path = ("docks", name, "at")
+        try:
+            point = world.dock_point(name)
+        except KeyError:
+            continue
+        if not any(_check_inside(world, path, point)):
+            yield from ways.check(path, name, dock, point)
+
+
+def _check_inside(world: World, path: Path, point: Point) -> Iterator[Finding]:
+    x0, y0, x1, y1 = world.bounds or (0.0, 0.0, 0.0, 0.0)
+    if world.bounds and x0 < x1 and y0 < y1 and not (x0 <= point[0] <= x1 and y0 <= point[1] <= y1):
+        spans = f"which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})"
+        yield Finding(path, f"({point[0]:g}, {point[1]:g}) is outside the map, {spans}", list(point))
+
+
+def _check_reserved_for(known: Collection[str], name: str, dock: Dock, lost: Lost) -> Iterator[Finding]:
+    for i, other in enumerate(dock.reserved_for or ()):
+        if other not in known and not lost.has(other, "robots", "robot_types"):
+            message = f"no robot or robot type {other!r}{instead(other, known)}"
+            yield Finding(("docks", name, "reserved_for", i), message, other)
+
+
+class _Ways:
+    """Points joined by lanes in any direction, or by a straight line without obstacles.
+
+    Args:
+        world: Where they are; its names must be right, or what is not is left out.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
+        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
+        self._obstacles = Obstacles(walls, solids)
+        outlines = [*walls, *((*outline, outline[0]) for outline in solids)]
+        self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
+        points = world.points
+        self._robots = [*world.robots.items()]
+        self._lanes = [(lane.from_, lane.to) for lane in known_lanes(world)]
+        self._segments = SegmentGrid(lane_ends(world))
+        self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
+        self._part = self._parts()
+        self._count = len({*self._part.values()})
+        self._starts: dict[Point, frozenset[str]] = {}
+
+    def _parts(self) -> dict[str, str]:
+        """Return for each waypoint on a lane a representative of its connected part."""
+        part: dict[str, str] = {}
+
+        def top(name: str) -> str:
+            while part.setdefault(name, name) != name:
+                part[name] = part[part[name]]
+                name = part[name]
+            return name
+
+        for a, b in self._lanes:
+            part[top(a)] = top(b)
+        for first, *others in self._stops:
+            for other in others:
+                part[top(other)] = top(first)
+        return {name: top(name) for name in part}
+
+    def check(self, path: Path, name: str, dock: Dock, point: Point) -> Iterator[Finding]:
+        """Yield a warning if no robot that may dock at a dock can reach it."""
+        x, y = point
+        meant = self._robots
+        if dock.reserved_for is not None:
+            meant = [
+                (key, robot) for key, robot in meant if key in dock.reserved_for or robot.type in dock.reserved_for
+            ]
+        near = self._near(point)
+        if self._obstacles.occupy(point) and not self._lanes_at(point):
+            yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
+        elif meant and not any(self._reaches(robot, point, near) for _, robot in meant):
+            who = meant[0][0] if len(meant) == 1 else f"none of {len(meant)} robots"
+            text = f"no way leads to {name!r} at ({x:g}, {y:g}) for {who}; join it with their lanes"
+            yield warning(path, text, [x, y])
+
+    def _reaches(self, robot: RobotSpec, point: Point, near: Collection[str]) -> bool:
+        try:
+            start, kind = self._world.point(robot.at), self._world.robot_type(robot)
+        except KeyError:
+            # The unknown place or type has another error.
+            return True
+        if kind.base.flies or distance(start, point) <= SAME_PLACE:
+            return True
+        if start not in self._starts:
+            self._starts[start] = self._near(start)
+        if not self._lanes:
+            return not self._obstacles.block(start, point)
+        return not self._starts[start].isdisjoint(near)
+
+    def _near(self, point: Point) -> frozenset[str]:
+        """Return the parts that have a lane at a point, or whose nearest point is visible from it."""
+        on_lane = [self._part[self._lanes[i][0]] for i in self._lanes_at(point)]
+        if on_lane or self._obstacles.surround(point):
+            return frozenset(on_lane)
+        found: dict[str, None] = {}
+        for i in self._segments.outwards(point):
+            part = self._part[self._lanes[i][0]]
+            if part not in found and self._walls.first_crossing(point, self._foot(point, i)) is None:
+                found[part] = None
+                if len(found) == self._count:
+                    break
+        return frozenset(found)
+
+    def _foot(self, point: Point, i: int) -> Point:
+        """Return the nearest point of a lane."""
+        a, b = self._lanes[i]
+        return foot(point, self._world.points[a], self._world.points[b])
+
+    def _lanes_at(self, point: Point) -> list[int]:
+        """Return the lanes at a point."""
+        near = sorted(self._segments.within(point, 2 * SAME_PLACE))
+        return [i for i in near if distance(self._foot(point, i), point) <= SAME_PLACE]
 
 
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the doors and lifts of a world."""
-    yield from _check_names(world)
+    yield from _check_unique_names(world)
     known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, door in world.doors.items():
         yield from _check_door(known, name, door, lost)
@@ -38,7 +181,7 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def check_lanes_through_doors(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield a warning for each door through which no lane leads."""
+    """Yield a warning for each door that no lane leads through."""
     if lost or not world.doors:
         return
     lanes = SegmentGrid(lane_ends(world))
@@ -47,8 +190,8 @@ def check_lanes_through_doors(world: World, lost: Lost) -> Iterator[Finding]:
             yield warning(("doors", name, "at"), "no lane leads through it", [*map(list, door.at)])
 
 
-def _check_names(world: World) -> Iterator[Finding]:
-    """Yield an error for each name that another kind of entity that is asked for by name has, too."""
+def _check_unique_names(world: World) -> Iterator[Finding]:
+    """Yield an error for each door or lift that has the name of another entity."""
     kinds = ("robots", "items", "docks", "doors", "lifts")
     first: dict[str, str] = {}
     for kind in kinds:

@@ -15,10 +15,10 @@ from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
+from hmrsim.documents.validation import explain
 from hmrsim.faults import SUBJECTS, registry
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
-from hmrsim.world_checks.explain import explain
 
 if TYPE_CHECKING:
     from hmrsim.events import EventPattern
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 _NAMED: Final = tuple(subject for subject in SUBJECTS if subject != "lane")
-"""The subjects that have a name."""
+"""The subjects of faults that have a name."""
 
 _PARTS: Final = ("robots", "doors", "docks", "lifts", "items", "demand")
-"""The parts of a world file that name them."""
+"""The parts of a world file with those names."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,12 @@ class There:
     made: Collection[str] = ()
 
     def named(self, field: str) -> Collection[str]:
-        """Return the names of the subjects that a field of a fault may have."""
+        """Return the names of the subjects that a field of a fault can have."""
         names: Collection[str] = getattr(self, f"{field}s")
         return names
 
     def will_have(self, item: str) -> bool:
-        """Return whether an order may make an item of this name."""
+        """Return whether an order may create an item of this name."""
         kind, _, number = item.rpartition("_")
         return kind in self.made and number.isdecimal()
 
@@ -90,7 +90,7 @@ def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurrence] | list[Finding]:
-    """Return a kind of fault and its settings, read from plain values, or their errors."""
+    """Return a kind of fault and its settings from plain values, or the errors."""
     fault = registry().get(name)
     if fault is None:
         return [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
@@ -120,7 +120,7 @@ def flaws(
 
 
 def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
-    """Yield what a fault needs to begin and what is not there."""
+    """Yield the errors of subjects and components that a fault needs and the world lacks."""
     # Not by `getattr`: a model looks for a long time for what it does not have.
     said = settings.__dict__
     for field in _NAMED:
@@ -141,7 +141,7 @@ def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Fin
 
 
 def check_pattern(pattern: EventPattern, there: There) -> Iterator[Finding]:
-    """Yield why no event of this world can be meant; items may be made by orders, so their names are not checked."""
+    """Yield the reasons why no event of this world can match; orders create items, so item names are not checked."""
     flawed = [*pattern.flaws()]
     yield from flawed
     known: Mapping[str, tuple[str, Collection[str]]] = {
@@ -161,7 +161,7 @@ def check_pattern(pattern: EventPattern, there: There) -> Iterator[Finding]:
 
 
 def _check_served(robot: str, action: str, carried: Collection[str]) -> Iterator[Finding]:
-    """Yield that a robot does not serve an action, for want of a component."""
+    """Yield an error if a robot lacks the component for an action."""
     known = actions().get(action)
     if known is not None and known.component is not None and known.component not in carried:
         yield Finding(("action",), f"{robot} does not serve {action}: it has no {known.component}", action)
@@ -186,7 +186,7 @@ def _check_cell(settings: Occurrence, cells: int | None) -> Iterator[Finding]:
 
 
 def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Finding]:
-    """Yield what is wrong with the action whose goals are hit, and with the code that they end with."""
+    """Yield the errors of the action whose goals a fault hits, and of their error code."""
     name, code = settings.__dict__.get("action"), settings.__dict__.get("error_code")
     if name is None:
         if code is not None:
@@ -205,7 +205,7 @@ def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Fi
 
 
 def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
-    """Return whether a missing name may be missing because of another error."""
+    """Return whether a name may be missing because of another error."""
     if flaw.path[0] == "when":
         return lost.has(str(flaw.value), *_PARTS) or bool(lost and flaw.path[-1] in ("robot", "action"))
     if flaw.path == ("lane",):
@@ -214,7 +214,7 @@ def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
 
 
 def there_in(world: World) -> There:
-    """Return what faults of a world, and the events that they wait for, can be about."""
+    """Return the possible subjects of faults, and of the events that trigger them."""
     types = {**BUILT_IN_TYPES, **world.robot_types}
     lanes = {(lane.from_, lane.to) for lane in world.lanes}
     robots = {
@@ -236,7 +236,7 @@ def there_in(world: World) -> There:
 
 
 def _cells(settings: Any) -> int | None:
-    """Return how many cells a battery of these settings has; None if that is not known."""
+    """Return the number of cells of a battery with these settings, or None if it is unknown."""
     if not isinstance(settings, dict):
         return None
     try:

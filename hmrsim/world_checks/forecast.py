@@ -1,6 +1,6 @@
-"""What the traffic of a world will come to: robots that block each other for good, or have nowhere to go.
+"""A forecast of a world's traffic: robots that block each other for good, or have nowhere to go.
 
-It follows from the lanes, the traffic policy and where robots start, not from what they will be asked to do.
+It follows from the lanes, the traffic policy and the starts of robots, not from their later goals.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 _MAX_NAMED = 4
-"""Waypoints of a corridor that are named; of a longer one its ends are."""
+"""Waypoints of a corridor that a message names; of a longer one it names the ends."""
 
 _MEETING = 2
-"""Robots that it takes for one to be in the way of another."""
+"""The minimum number of robots for one to be in the way of another."""
 
 
 def forecast(world: World) -> Iterator[Finding]:
-    """Yield warnings of what the robots of a world will run into under its traffic policy; there are none under free.
+    """Yield warnings about the traffic of a world under its policy; none under the policy `free`.
 
     The world must have no errors.
     """
@@ -45,7 +45,7 @@ def forecast(world: World) -> Iterator[Finding]:
 
 
 class _Place(NamedTuple):
-    """Where on the lanes something is.
+    """A part of the lanes where something is.
 
     Attributes:
         ends: The waypoint, or those at both ends of the lane.
@@ -73,7 +73,7 @@ class _Forecast:
         self._robots = Counter(self._part_at(self._starts))
 
     def _part_at(self, points: dict[str, Point]) -> list[frozenset[str]]:
-        """Return the part of the lanes at each point, or beside it."""
+        """Return the part of the lanes at or beside each point."""
         waypoints = {name: self._world.points[name] for name in self._part}
         return [self._part[name] for name in nearest(waypoints, points).values()] if points else []
 
@@ -112,7 +112,7 @@ class _Forecast:
             )
 
     def check_docks(self) -> Iterator[Finding]:
-        """Yield the docks whose robots stand in the only way to somewhere, and fill it."""
+        """Yield the docks whose robots would fill the only route to another part."""
         for name, dock in self._world.docks.items():
             point = self._world.dock_point(name)
             place = self._place_at(point)
@@ -128,9 +128,9 @@ class _Forecast:
                 )
 
     def check_room(self) -> Iterator[Finding]:
-        """Yield the parts of the lanes with fewer places for robots than there are robots.
+        """Yield the parts of the lanes with fewer places for robots than robots.
 
-        What is beside the lanes has room of its own: docks, places, and where robots start there.
+        Docks, places and starts beside the lanes have additional room.
         """
         beside = self._room_beside()
         there = {name: point for name, point in self._starts.items() if self._place_at(point)}
@@ -146,7 +146,7 @@ class _Forecast:
             yield warning(("robots",), text, robots)
 
     def _room_beside(self) -> Counter[frozenset[str]]:
-        """Return how many robots have room at the docks and places beside each part of the lanes."""
+        """Return the number of robots with room at the docks and places beside each part of the lanes."""
         world = self._world
         rooms = dict.fromkeys(world.places, 1) | {name: dock.capacity for name, dock in world.docks.items()}
         beside = {name: point for name in rooms if not self._place_at(point := world.point(name))}

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.policies._nearness import near_slots
 from hmrsim.world.model import PlainLanes
 from hmrsim.world.pairs import Pairs
 from hmrsim.world.segments import SegmentGrid, cells_around
@@ -23,7 +25,7 @@ _MAX_COMPARISONS = 5_000_000
 """Maximum cost of comparing lanes with walls: some seconds."""
 
 _LISTED = 8
-"""Waypoints that are named of parts that no lane connects."""
+"""Waypoints that a message names of the disconnected parts."""
 
 
 def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
@@ -42,7 +44,7 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def known_lanes(world: World) -> list[Lane]:
-    """Return the lanes between waypoints that are known; each of the others is an error already."""
+    """Return the lanes between known waypoints; the others are reported as errors."""
     points = world.points
     return [lane for lane in world.lanes if lane.from_ in points and lane.to in points]
 
@@ -54,7 +56,7 @@ def lane_ends(world: World) -> list[tuple[Point, Point]]:
 
 
 def _check_each(world: World, lost: Lost, good: list[int]) -> Iterator[Finding]:
-    """Yield the errors of lanes one by one; add the indices of the others to *good*."""
+    """Yield the errors of lanes one by one, and add the indices of the valid lanes to *good*."""
     driven: dict[tuple[str, str], int] = {}
     for i, lane in enumerate(world.lanes):
         unknown = [(key, name) for key, name in (("from", lane.from_), ("to", lane.to)) if name not in world.waypoints]
@@ -81,7 +83,7 @@ def _check_each(world: World, lost: Lost, good: list[int]) -> Iterator[Finding]:
 
 
 def _pairs(world: World, good: Sequence[int]) -> Pairs:
-    """Return lanes that are right as pairs of numbers."""
+    """Return the valid lanes as pairs of numbers."""
     number = {name: i for i, name in enumerate(world.waypoints)}
     starts = array("i", (number[world.lanes[i].from_] for i in good))
     ends = array("i", (number[world.lanes[i].to] for i in good))
@@ -94,7 +96,7 @@ def _segment(world: World, i: int) -> tuple[Point, Point]:
 
 
 def _near_walls(world: World, pairs: Pairs) -> list[int]:
-    """Return the lanes that may cross a wall that is not one of their grid's own."""
+    """Return the lanes that may cross a wall, except the walls of their grid."""
     size, cells = cells_around([(a, b) for _, a, b in _walls(world, pairs)], 2.0 * pairs.reach)
     if not cells:
         return []
@@ -104,7 +106,7 @@ def _near_walls(world: World, pairs: Pairs) -> list[int]:
 
 
 def _walls(world: World, pairs: Pairs | None = None) -> list[tuple[int, Point, Point]]:
-    """Return the pieces of walls and their outlines with their walls' indices, but for those that *pairs* touch not."""
+    """Return the segments of walls and outlines with their walls' indices, without those that *pairs* never touch."""
     walls: list[tuple[int, Point, Point]] = []
     for i, wall in enumerate(world.walls):
         if isinstance(wall, tuple):
@@ -134,7 +136,7 @@ def _check_walls(world: World, good: Sequence[int]) -> Iterator[Finding]:
 
 
 def _check_connected(world: World, pairs: Pairs, joined: Iterable[str]) -> Iterator[Finding]:
-    """Warn of waypoints that no lane touches, and of lanes that fall apart; lifts connect, too.
+    """Warn about waypoints without lanes and about disconnected parts; lifts connect parts, too.
 
     Args:
         world: Where they are.
@@ -162,7 +164,7 @@ def _check_connected(world: World, pairs: Pairs, joined: Iterable[str]) -> Itera
 
 
 def _parts(count: int, joined: Iterable[tuple[int, int]]) -> list[int]:
-    """Return for each of so many things the first of all that it is joined with."""
+    """Return for each number the first one of all that are joined with it."""
     part = list(range(count))
     for ends in joined:
         a, b = ends
@@ -174,7 +176,42 @@ def _parts(count: int, joined: Iterable[tuple[int, int]]) -> list[int]:
             part[b] = a
         else:
             part[a] = b
-    # What comes before has its first already.
+    # Each part before this one has its first already.
     for i, before in enumerate(part):
         part[i] = part[before]
     return part
+
+
+def check_crossings(world: World) -> Iterator[Finding]:
+    """Yield a warning for each lane that crosses another, or is closer to it than robots are wide.
+
+    Lanes that share a waypoint don't count, and policies with reservations keep robots apart. The world must have no
+    errors.
+    """
+    policy = policies().get(world.policy)
+    if policy is None or policy.rule is not None:
+        return
+    bases = (world.robot_type(robot).base for robot in world.robots.values())
+    radii = sorted(base.radius or 0.0 for base in bases if not base.flies)
+    if len(radii) < 2:  # noqa: PLR2004 - no two robots, no meeting
+        return
+    at = {name: number for number, name in enumerate(world.points)}
+    ends = {i: (at[lane.from_], at[lane.to]) for i, lane in enumerate(world.lanes)}
+    wide = sum(radii[-2:])
+    for i, near in near_slots([*world.points.values()], ends, wide).items():
+        later = {j: away for j, away in near.items() if j > i}
+        if not later:
+            continue
+        j, away = next(iter(later.items()))
+        lane, other = world.lanes[i], world.lanes[j]
+        how, why = "crosses", " without a waypoint"
+        if away > SAME_PLACE:
+            how, why = f"is {away:.3g} from", f", and two robots need {wide:.3g}"
+        more = f" and {len(later) - 1} more" if len(later) > 1 else ""
+        yield warning(
+            ("lanes", i),
+            f"{lane.from_!r}-{lane.to!r} {how} lanes.{j} {other.from_!r}-{other.to!r}{more}{why}: under"
+            f" {policy.name!r} robots pass through each other there; 'reserve', 'priority' and 'planned' keep"
+            " them apart",
+            [lane.from_, lane.to],
+        )

@@ -1,4 +1,4 @@
-"""Loading a world from one or several files, or all their problems."""
+"""Loading a world from one or several files, with all errors at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.diagnostics import MAX_FINDINGS
+from hmrsim.diagnostics import MAX_FINDINGS, limited
 from hmrsim.errors import Problem, WorldError
 from hmrsim.file_cache import FileCache
 from hmrsim.world import additions
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
 
 _PIECE = 10_000
-"""Lanes and waypoints that are hashed at once."""
+"""Lanes and waypoints that are hashed at a time."""
 
 
 @dataclass(frozen=True)
 class LoadedWorld:
-    """A world that can be run.
+    """A valid world, with its warnings and files.
 
     Attributes:
-        files: Those that it was read from: *path*, and what it includes.
-        warnings: What can be run but is unlikely to be meant.
+        files: The files from which it was read: *path*, and those that it includes.
+        warnings: Settings that can be run but are unlikely to be intended.
     """
 
     world: World
@@ -52,7 +52,7 @@ class LoadedWorld:
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the world in canonical JSON, 64 hex digits; files that say the same have the same."""
+        """SHA-256 of the world in canonical JSON, as 64 hex digits; equal worlds have equal hashes."""
         return world_hash(self.world)
 
 
@@ -72,11 +72,11 @@ def load_world(
         add_robots: Further robots, each ``NAME@X,Y[:TYPE]``.
         add_items: Further items, each ``NAME@X,Y[:KG]``.
         options: How to read drawings.
-        overlays: Changes that are laid over all of it, in this order.
-        further: Checks for which only some callers want to wait; a world with errors is not given to them.
+        overlays: Changes that are applied to all of it, in this order.
+        further: Slow checks, which run only for a world without errors.
 
     Raises:
-        WorldError: Something is wrong; it has all errors, in file order, and then all warnings.
+        WorldError: The world is invalid; it has all errors in file order, then all warnings.
     """
     path = find(source)
     if options == AS_IT_IS and not (add_robots or add_items):
@@ -94,10 +94,10 @@ def _checked(
     overlays: Sequence[Overlay],
     further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
-    """Return the world that files say, with changes laid over it.
+    """Return the world of files with overlays applied.
 
     Raises:
-        WorldError: Something is wrong; it has all errors.
+        WorldError: The world is invalid; it has all errors.
     """
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
@@ -118,11 +118,11 @@ def _checked(
 
 @dataclass(frozen=True)
 class BaseWorld:
-    """What a world file says, for many worlds that differ by overlays; made by `base_world`.
+    """The content of a world file, for many worlds that differ by overlays; see `base_world`.
 
     Attributes:
         path: The file.
-        merged: The file with all files that it includes; it must not be changed.
+        merged: The file with all files that it includes, which must not be modified.
     """
 
     path: Path
@@ -131,10 +131,10 @@ class BaseWorld:
     def load(
         self, overlays: Sequence[Overlay] = (), further: Sequence[Callable[[World], Iterable[Finding]]] = ()
     ) -> LoadedWorld:
-        """Return the world with changes laid over it, checked; *further* are checks as of `load_world`.
+        """Return the checked world with overlays applied; *further* are checks as in `load_world`.
 
         Raises:
-            WorldError: Something is wrong; it has all errors.
+            WorldError: The world is invalid; it has all errors.
         """
         if overlays or further:
             return _checked(self.merged.copied(), self.path, overlays, further)
@@ -146,7 +146,7 @@ class BaseWorld:
 
 
 def base_world(source: str | Path) -> BaseWorld:
-    """Return what a file of any format says, or a shipped world by its bare name.
+    """Return the content of a world file of any format, or of a shipped world by its bare name.
 
     Raises:
         WorldError: The file itself can't be read.
@@ -172,26 +172,26 @@ def world_of(
     overlays: Sequence[Overlay] = (),
     first: Callable[[World], Iterable[Finding]] = lambda _world: (),
 ) -> World:
-    """Return the world that plain values describe, checked; includes are not looked for.
+    """Return the checked world of plain values, which may not include files.
 
     Args:
         data: The world, as in a native file.
-        source: What it comes from, for errors.
-        overlays: Changes that are laid over it, in this order.
-        first: A check that precedes all others; a world with errors of it is not given to them.
+        source: The name of its origin, for errors.
+        overlays: Changes that are applied to it, in this order.
+        first: A check that runs before all others; if it finds errors, the others don't run.
 
     Raises:
-        WorldError: Something is wrong; it has all errors.
+        WorldError: The world is invalid; it has all errors.
     """
     merged = Merged(Source(source, Document(data)))
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
     findings = list(valid.findings)
     if valid.world is not None:
-        found = [*first(valid.world)] or check_errors(valid.world, valid.lost)
-        findings += [valid.original_of(finding) for finding in found]
+        invalid = [*first(valid.world)] or check_errors(valid.world, valid.lost)
+        findings += [valid.original_of(finding) for finding in invalid]
     problems = [*merged.problems, *(merged.problem(finding) for finding in findings)]
-    errors = [each for each in problems if each.severity == "error"]
+    errors = [problem for problem in problems if problem.severity == "error"]
     if valid.world is None or errors:
         raise WorldError(errors)
     return valid.world
@@ -206,23 +206,19 @@ def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], No
 
 
 def _in_order(problems: list[Problem], file: str) -> list[Problem]:
-    """Return at most so many problems as are reported, in order of file and line, the main file first."""
+    """Return the problems by file and line, the main file first, cut to the number that is reported."""
     files = {file: 0}
     for problem in problems:
         files.setdefault(problem.file, len(files))
     ordered = sorted(problems, key=lambda problem: (files[problem.file], problem.line or 0))
     ordered.sort(key=lambda problem: problem.severity != "error")
-    if len(ordered) <= MAX_FINDINGS:
-        return ordered
-    more = len(ordered) - MAX_FINDINGS
-    last = Problem(file, "", f"and {more} more", severity=ordered[MAX_FINDINGS].severity)
-    return [*ordered[:MAX_FINDINGS], last]
+    return limited(ordered, file)
 
 
 def world_hash(world: World) -> str:
     """Return the SHA-256 of a world in canonical JSON, as 64 hex digits; it is computed once for each world.
 
-    What is at its default is left out, so that a key that worlds get later does not change the hash of one without it.
+    Fields with their default are left out, so that new keys of worlds don't change the hashes of existing ones.
     """
     return _HASHES(world)
 
@@ -261,7 +257,7 @@ _HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests 
 
 
 def _lanes(world: World) -> Iterator[str]:
-    """Yield the canonical JSON of lanes in pieces: that of a grid's is 80 MB long."""
+    """Yield the canonical JSON of lanes in pieces, because that of a grid has 80 MB."""
     lanes = world.lanes
     if not isinstance(lanes, PlainLanes):
         yield _canonical([lane.model_dump(mode="json", by_alias=True, exclude_defaults=True) for lane in lanes])

@@ -1,7 +1,7 @@
-"""Robots that stand where others have to go: places too near to lanes or too far from them, and unlucky starts.
+"""Robots that stand in the way of others: at places too near to lanes or too far from them, and at bad starts.
 
 All of this follows from the world file, before a robot has moved. It matters under policies with reservations, where a
-robot that stands keeps others out, and there is no warning where the policy makes the robot move.
+standing robot keeps others out. There is no warning if the policy makes the robot move.
 """
 
 from __future__ import annotations
@@ -13,25 +13,31 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
-from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance
+from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance, foot
 from hmrsim.traffic.policies import settings_of
+from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies._nearness import touch
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
-from hmrsim.world_checks.lane_access import LaneAccess
+from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
     from hmrsim.world.model import World
-    from hmrsim.world_checks.lane_access import Ends
+
+_Ends = tuple[str, ...]
+"""A part of the lanes: a waypoint, or the two ends of a lane."""
+
+_MAX_LOOKED = 2_000_000
+"""Maximum number of lanes visited by all searches together, which takes a second or two."""
 
 _FAR = 5.0
 """Meters from the lanes up to which a place is beside them."""
 
 _MEETING = 2
-"""Robots that it takes for one to be in the way of another."""
+"""The minimum number of robots for one to be in the way of another."""
 
 
 def check_obstructions(world: World) -> Iterator[Finding]:
@@ -66,12 +72,12 @@ class _Obstructions:
         self._world = world
         self._far = _FAR * METER[world.units]
         self._yields = isinstance(settings, PrioritySettings)
-        self._lanes = LaneAccess(world, settings)
+        self._lanes = _LaneAccess(world, settings)
         bases = {name: world.robot_type(robot).base for name, robot in world.robots.items()}
         self._radii = {name: base.radius or 0.0 for name, base in bases.items() if not base.flies}
 
     def check_distances(self) -> Iterator[Finding]:
-        """Yield the spots at which a robot keeps others out of a waypoint or lane, or that are far from the lanes."""
+        """Yield the spots where a robot blocks a waypoint or lane for others, or that are far from the lanes."""
         units = self._world.units
         for spot in self._spots():
             x, y = spot.point
@@ -92,7 +98,7 @@ class _Obstructions:
                 yield warning(spot.path, text, [x, y])
 
     def _spots(self) -> Iterator[_Spot]:
-        """Yield the places, docks and starts beside the lanes, each point once; nothing if no two robots can touch."""
+        """Yield the places, docks and starts beside the lanes, each point once; none if no two robots can touch."""
         world, robots = self._world, self._radii
         if len(robots) < _MEETING or not any(robots.values()):
             return
@@ -110,7 +116,7 @@ class _Obstructions:
             seen.add(spot.point)
 
     def _clearance(self, *robots: str) -> float:
-        """Return the greatest sum of the radii of one of these robots and of another one; there must be two in all."""
+        """Return the greatest sum of radii of one of these robots and any other; there must be at least two robots."""
         *_, second, first = sorted(self._radii, key=self._radii.__getitem__)
         others = {name: self._radii[second if name == first else first] for name in robots}
         return max((self._radii[name] + others[name] for name in robots), default=0.0)
@@ -119,20 +125,20 @@ class _Obstructions:
         reserved_for = self._world.docks[dock].reserved_for
         return reserved_for is None or robot in reserved_for or self._world.robots[robot].type in reserved_for
 
-    def _blocked(self, spot: _Spot) -> tuple[Ends, float] | None:
-        """Return the waypoint, else the lane, out of which a robot at a spot keeps others, and how far away it is."""
+    def _blocked(self, spot: _Spot) -> tuple[_Ends, float] | None:
+        """Return the waypoint, else the lane, that a robot at a spot blocks, and its distance."""
         lanes = self._lanes.within(spot.point, spot.clearance)
         names = {end for _, i in lanes for end in self._lanes.ends(i)}
         waypoints = sorted((distance(spot.point, self._world.points[name]), name) for name in names)
-        near: list[tuple[float, Ends]] = [(away, (name,)) for away, name in waypoints]
+        near: list[tuple[float, _Ends]] = [(away, (name,)) for away, name in waypoints]
         near += [(away, self._lanes.ends(i)) for away, i in lanes if not self._lanes.ends_nearest(spot.point, i)]
         for away, at in near:
             if touch(away, spot.clearance) and self._lanes.room(at) < math.inf and not self._serves(at, spot.point):
                 return at, away
         return None
 
-    def _serves(self, at: Ends, point: Point) -> bool:
-        """Return whether a place on the lanes is in a dead end that leads to one point, and to nothing else."""
+    def _serves(self, at: _Ends, point: Point) -> bool:
+        """Return whether a part of the lanes is a dead end that leads to this one point only."""
         for end in at:
             others = self._lanes.neighbors[end]
             users = [self._users.get(key, set()) for key in ((end,), (end, *others), (*others, end))]
@@ -141,11 +147,11 @@ class _Obstructions:
         return False
 
     @cached_property
-    def _users(self) -> dict[Ends, set[Point]]:
+    def _users(self) -> dict[_Ends, set[Point]]:
         """The places, docks, starts and waypoints of orders, by the waypoint or lane from which each is reached."""
         world = self._world
         named = [*world.places, *world.docks, *self._orders, *(robot.at for robot in world.robots.values())]
-        found: defaultdict[Ends, set[Point]] = defaultdict(set)
+        found: defaultdict[_Ends, set[Point]] = defaultdict(set)
         for point in dict.fromkeys(map(world.point, named)):
             found[self._lanes.to(point)].add(point)
         return found
@@ -157,7 +163,7 @@ class _Obstructions:
         return {name: self._world.point(name) for name in names}
 
     def _is_far(self, point: Point) -> bool:
-        """Return whether no lane is near; a place inside an obstacle has a warning of its own."""
+        """Return whether no lane is near; places inside obstacles have another warning."""
         return not (self._lanes.seen(point, self._far, self._obstacles) or self._obstacles.occupy(point))
 
     @cached_property
@@ -168,7 +174,7 @@ class _Obstructions:
         return Obstacles([*outlines, *doors], [wall.solid for wall in walls if not isinstance(wall, tuple)])
 
     def check_starts(self) -> Iterator[Finding]:
-        """Yield the robots that start where others have to go for orders, and don't make room.
+        """Yield the robots that start in the way of orders and don't make room.
 
         Under priority these are docked robots only.
         """
@@ -192,14 +198,14 @@ class _Obstructions:
             yield warning(("robots", robot, "at"), text, [*start])
 
     def _dock_at(self, robot: str, start: Point) -> str | None:
-        """Return the dock in which a robot starts, if any."""
+        """Return the dock where a robot starts, or None."""
         for name in self._world.docks:
             if distance(self._world.dock_point(name), start) <= SAME_PLACE and self._may_dock(robot, name):
                 return name
         return None
 
     def _blocked_orders(self, robot: str, start: Point) -> list[str]:
-        """Return the places of orders that other robots can't reach while one stands at its start."""
+        """Return the places of orders that other robots can't reach while this one stands at its start."""
         at = self._lanes.at(start)
         fills = bool(at) and self._lanes.room(at) <= 1
         behind = self._lanes.behind(at) if fills else set()
@@ -214,3 +220,113 @@ class _Obstructions:
             return touch(away, self._clearance(robot)) or (fills and (to <= behind or to == {*at}))
 
         return [name for name, place in self._orders.items() if is_blocked(place)]
+
+
+class _LaneAccess:
+    """The lanes of a world without errors and with at least one lane.
+
+    Args:
+        world: The world.
+        settings: The settings of its traffic policy, for capacities.
+    """
+
+    def __init__(self, world: World, settings: ReserveSettings) -> None:
+        self._world = world
+        self._settings = settings
+        self._points = world.points
+        self._rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
+        self._names = {self._points[end]: end for lane in world.lanes for end in (lane.from_, lane.to)}
+        self._looked = 0
+
+    @cached_property
+    def _grid(self) -> SegmentGrid:
+        return SegmentGrid([(self._points[lane.from_], self._points[lane.to]) for lane in self._world.lanes])
+
+    @cached_property
+    def neighbors(self) -> dict[str, list[str]]:
+        """The waypoints that a lane or lift joins with each waypoint, in either direction."""
+        found: defaultdict[str, dict[str, None]] = defaultdict(dict)
+        for way in self._world.ways:
+            found[way.start][way.end] = found[way.end][way.start] = None
+        return {name: [*others] for name, others in found.items()}
+
+    def ends(self, i: int) -> tuple[str, str]:
+        """Return the waypoints at the ends of a lane."""
+        lane = self._world.lanes[i]
+        return lane.from_, lane.to
+
+    def foot(self, point: Point, i: int) -> Point:
+        """Return the nearest point of a lane."""
+        a, b = self.ends(i)
+        return foot(point, self._points[a], self._points[b])
+
+    def ends_nearest(self, point: Point, i: int) -> bool:
+        """Return whether the nearest point of a lane is one of its ends."""
+        return any(distance(self.foot(point, i), self._points[end]) <= SAME_PLACE for end in self.ends(i))
+
+    def within(self, point: Point, reach: float) -> list[tuple[float, int]]:
+        """Return the distances and indices of the lanes within reach of a point, the nearest first."""
+        near = ((distance(point, self.foot(point, i)), i) for i in self._grid.within(point, reach))
+        return sorted((away, i) for away, i in near if away <= reach)
+
+    def at(self, point: Point) -> _Ends:
+        """Return the waypoint or lane at a point; empty beside the lanes."""
+        if point in self._names:
+            return (self._names[point],)
+        for _, i in self.within(point, SAME_PLACE):
+            return self.ends(i)
+        return ()
+
+    def to(self, point: Point) -> _Ends:
+        """Return the waypoint or lane from which a point is reached: that at the point, or the nearest one."""
+        if at := self.at(point):
+            return at
+        reach = 1.0
+        while not (near := self.within(point, reach)):
+            reach *= 2.0
+        nearest = near[0][1]
+        return self.at(self.foot(point, nearest)) or self.ends(nearest)
+
+    def room(self, at: _Ends) -> float:
+        """Return the capacity of a waypoint or lane."""
+        if len(at) == 1:
+            return self._rooms[at[0]]
+        lane = next(lane for lane in self._world.lanes if (lane.from_, lane.to) == at)
+        return lane.capacity or self._settings.lane_capacity or math.inf
+
+    def seen(self, point: Point, reach: float, obstacles: Obstacles) -> bool:
+        """Return whether a straight line within reach leads from a point to a lane, past the obstacles."""
+        for _, i in self.within(point, reach):
+            a, b = self.ends(i)
+            edges = obstacles.edges_of_shadow(point, self._points[a], self._points[b])
+            for goal in (self.foot(point, i), *edges):
+                if distance(point, goal) <= reach and not obstacles.block(point, goal):
+                    return True
+        return False
+
+    def behind(self, at: _Ends) -> set[str]:
+        """Return the waypoints that others can't reach past a robot that stands on this part of the lanes.
+
+        Of the sides of that place, the largest one is not behind it. Nothing is, once too much has been searched.
+        """
+        sides: list[set[str]] = []
+        for first in self.neighbors[at[0]] if len(at) == 1 else at:
+            if not any(first in side for side in sides):
+                sides.append(self._side(first, at))
+        if self._looked > _MAX_LOOKED:
+            return set()
+        sides.sort(key=len)
+        return set().union(*sides[:-1])
+
+    def _side(self, first: str, at: _Ends) -> set[str]:
+        """Return the waypoints connected with one without passing a part of the lanes."""
+        side, ahead = {first}, [first]
+        while ahead and self._looked <= _MAX_LOOKED:
+            name = ahead.pop()
+            self._looked += len(self.neighbors[name])
+            for other in self.neighbors[name]:
+                barred = other in at if len(at) == 1 else {name, other} == {*at}
+                if other not in side and not barred:
+                    side.add(other)
+                    ahead.append(other)
+        return side

@@ -1,4 +1,4 @@
-"""The limit of worlds that clients send: how many pairs of parts are compared to check a world and to begin it."""
+"""The limit of worlds that clients send: the number of pairs of parts compared to check and start a world."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 MAX_PAIRS: Final = 4_000_000
-"""Maximum number of pairs in the world of a client: a few seconds, in which other clients wait."""
+"""Maximum number of pairs in a client's world: a few seconds, in which other clients wait."""
 
 _SLOW: Final = 5
-"""As how many pairs those count that take longer: all with lanes."""
+"""The weight of slower pairs, which are those with lanes."""
 
 _HIDDEN: Final = 10
-"""Walls as which a lane itself counts that a dock does not see."""
+"""The weight of a lane that a dock does not see, in walls."""
 
 
 def check_pairs(world: World) -> Iterator[Finding]:
-    """Yield an error if the parts of a world make more pairs than those of a client's may."""
+    """Yield an error if the parts of a world form more pairs than a client's world may."""
     counts = {
         "robots with walls": len(world.robots) * _sides(world),
         "robots with docks": len(world.robots) * len(world.docks),
@@ -57,7 +57,7 @@ def _sides(world: World) -> int:
 
 
 def _settings(world: World) -> int:
-    """Return how many values all robots have of their types."""
+    """Return the number of values that all robots have from their types."""
     sizes = {name: _size(kind.components) for name, kind in world.robot_types.items()}
     return sum(sizes.get(robot.type, 0) for robot in world.robots.values())
 
@@ -69,7 +69,7 @@ def _size(value: Any) -> int:
 
 
 def _beside(world: World) -> list[Point]:
-    """Return where docks are that are not at the end of a lane."""
+    """Return the points of docks that are not at the end of a lane."""
     ends, beside = {end for lane in lane_ends(world) for end in lane}, []
     for name in world.docks:
         try:
@@ -82,13 +82,13 @@ def _beside(world: World) -> list[Point]:
 
 
 def _inside(world: World) -> int:
-    """Return how many robots start inside an obstacle, where they have to be on a lane."""
+    """Return the number of robots that start inside an obstacle, where they must be on a lane."""
     solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
     return sum(map(solids.occupy, _starting(world)))
 
 
 def _starting(world: World) -> Iterator[Point]:
-    """Yield where robots start; those at unknown places are left out."""
+    """Yield the known starts of robots."""
     for robot in world.robots.values():
         try:
             yield world.point(robot.at)
@@ -97,7 +97,7 @@ def _starting(world: World) -> Iterator[Point]:
 
 
 def _hidden(world: World) -> int:
-    """Return what looking for a lane that each dock beside them sees counts as, or a number above the limit."""
+    """Return the cost of finding a visible lane for each dock beside the lanes, or a number above the limit."""
     sides = _sides(world) + len(world.doors)
     obstacles = Obstacles(
         [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
@@ -118,7 +118,7 @@ def _reserves(world: World) -> bool:
 
 
 def _starts(world: World) -> int:
-    """Return how many pairs of robots start so near in x that the distance between them is looked at."""
+    """Return the number of pairs of robots that start close enough in x to be compared."""
     if not _reserves(world):
         return 0
     xs = sorted(x for x, _ in _starting(world))
@@ -127,7 +127,7 @@ def _starts(world: World) -> int:
 
 
 def _standing(world: World) -> int:
-    """Return as how many pairs robots count that start at no end of a lane; each takes little."""
+    """Return the cost of robots that start off the ends of lanes, in pairs."""
     if not _reserves(world):
         return 0
     lanes = lane_ends(world)
@@ -137,7 +137,7 @@ def _standing(world: World) -> int:
 
 
 def _slots(world: World) -> int:
-    """Return how many pairs of lanes and waypoints are looked at, to know which of them exclude each other."""
+    """Return the number of pairs of lanes and waypoints that are compared to find those that exclude each other."""
     if not _reserves(world):
         return 0
     number = {name: i for i, name in enumerate(world.points)}

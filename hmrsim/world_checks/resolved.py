@@ -1,4 +1,4 @@
-"""A world with its defaults applied and its names looked up, as plain values for programs that show it."""
+"""A world with its defaults applied and its names resolved, as plain values for programs that show it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 def shown(world: World) -> dict[str, Any]:
-    """Return the constant data that a program needs to show a simulation of a world.
+    """Return the constant data for showing a simulation of a world.
 
-    That is the world itself, `resolved`; the forms of what may be asked of it, the JSON Schemas of what people
-    fill in for each action and for each fault, by name; and the templates of events by kind, `hmrsim.events.texts`.
+    It consists of the world itself, `resolved`, the JSON Schemas of the forms for each action and each fault, by name,
+    and the templates of events by kind, `hmrsim.events.texts`.
     """
     return {
         "world": resolved(world),
@@ -33,7 +33,7 @@ def shown(world: World) -> dict[str, Any]:
 
 
 def resolved(world: World) -> dict[str, Any]:
-    """Return what a picture of a world needs: every list in the order of the file, every point as coordinates.
+    """Return the world for a picture: lists in the order of the file, points as coordinates.
 
     Lengths and speeds are in the world's unit; a capacity of None is any number.
     """
@@ -113,7 +113,7 @@ def resolved(world: World) -> dict[str, Any]:
 
 
 def type_order(world: World) -> list[str]:
-    """Return all types of robots that there may be, those that the world has robots of first.
+    """Return all types of robots, first those that the world's robots have.
 
     A type has the same number in every picture of a world, and so the same colour and shape.
     """
@@ -135,7 +135,7 @@ def _base(world: World, base: Any) -> dict[str, Any]:
 
 
 def _capacities(world: World) -> tuple[int | None, int | None]:
-    """Return how many robots a waypoint and a lane take of which nothing is said."""
+    """Return the default capacities of waypoints and lanes."""
     policy = policies().get(world.policy)
     if policy is None or policy.rule is None:
         return None, None

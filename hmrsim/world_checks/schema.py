@@ -76,7 +76,7 @@ def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of the settings of a component or a fault; what they are made of joins the *definitions*."""
+    """Return the schema of the settings of a component or a fault, and add its parts to the *definitions*."""
     schema = kind.model_json_schema(by_alias=True)
     for name, part in schema.pop("$defs", {}).items():
         if name not in definitions:
@@ -87,14 +87,14 @@ def _settings(kind: type[BaseModel], definitions: dict[str, Any]) -> dict[str, A
 
 
 def _model(name: str, module: object) -> type[BaseModel]:
-    """Return the model of a definition: a distribution, what all faults have, or one of a module."""
+    """Return the model of a definition: a distribution, a base of faults, or one of a module."""
     places = (distributions, kinds_of_faults, module)
     found: type[BaseModel] = next(getattr(place, name) for place in places if hasattr(place, name))
     return found
 
 
 def _describe(schema: dict[str, Any], kind: type[BaseModel]) -> None:
-    """Take the descriptions of a model and its fields from its docstring; drop what pydantic makes up."""
+    """Take the descriptions of a model and its fields from its docstring, and drop pydantic's titles."""
     text = inspect.getdoc(kind) or ""
     texts = [inspect.cleandoc(each.__doc__ or "") for each in reversed(kind.__mro__)]
     attributes = {name: " ".join(words.split()) for text in texts for name, words in _ATTRIBUTE.findall(text)}

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, warning
+from hmrsim.documents.validation import explain
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._clearance import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.lanes import known_lanes
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def _check_capacities(world: World) -> Iterator[Finding]:
 
 
 def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
-    """Yield an error for each robot that starts where another one is, or where the capacity is exceeded."""
+    """Yield an error for each robot that starts on another one, or where the capacity is exceeded."""
     starts = [start for name, robot in world.robots.items() if (start := _start(world, name, robot)) is not None]
     starts.sort(key=lambda start: start[0])
     if not starts:
@@ -103,7 +103,7 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
 
 
 class _Rooms:
-    """The capacities of places, and the numbers of robots that start there.
+    """The capacities of waypoints and lanes, and the numbers of robots that start there.
 
     Args:
         world: Where; names that make no sense are left out.
@@ -119,7 +119,7 @@ class _Rooms:
 
     @cached_property
     def _lanes(self) -> list[tuple[Point, Point, str, int | None]]:
-        """The lanes, where a robot starts off the waypoints."""
+        """The lanes, for robots that start off the waypoints."""
         points = self._world.points
         return [
             (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
@@ -131,7 +131,7 @@ class _Rooms:
         return SegmentGrid([(a, b) for a, b, _, _ in self._lanes])
 
     def at(self, point: Point) -> tuple[str, float]:
-        """Return the waypoint or lane at a point, and how many it has room for; "" and any number off the lanes."""
+        """Return the waypoint or lane at a point, and its capacity; an empty name and no limit off the lanes."""
         if point in self._waypoints:
             name, room = self._waypoints[point]
             return f"waypoint {name!r}", room
@@ -141,13 +141,13 @@ class _Rooms:
         return "", math.inf
 
     def take(self, place: str) -> int:
-        """Count one more robot in a place; return how many there are."""
+        """Count a robot at a part of the lanes, and return the new number."""
         self._taken[place] += 1
         return self._taken[place] if place else 0
 
 
 def _start(world: World, name: str, robot: RobotSpec) -> tuple[Point, float, str] | None:
-    """Return where a robot starts, and its radius; nothing if it flies, or that can't be said."""
+    """Return the start of a robot and its radius; None if it flies or the start is unknown."""
     try:
         base, point = world.robot_type(robot).base, world.point(robot.at)
     except KeyError:

@@ -1,29 +1,63 @@
-"""Validation of a world that goes on after an error, so that all errors are found at once."""
+"""Validation of a world that continues after an error, so that all errors are found at once."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding
-from hmrsim.world.model import World
-from hmrsim.world_checks.explain import explain
+from hmrsim.documents.validation import explain
+from hmrsim.world.model import (
+    Base,
+    Demand,
+    Dock,
+    Door,
+    FaultEntry,
+    Item,
+    Lane,
+    Lift,
+    Place,
+    RobotSpec,
+    RobotType,
+    Solid,
+    Waypoint,
+    World,
+)
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
 
+_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
+    (): World,
+    ("lanes", "*"): Lane,
+    ("walls", "*"): Solid,
+    ("waypoints", "*"): Waypoint,
+    ("places", "*"): Place,
+    ("docks", "*"): Dock,
+    ("doors", "*"): Door,
+    ("lifts", "*"): Lift,
+    ("items", "*"): Item,
+    ("robot_types", "*"): RobotType,
+    ("robot_types", "*", "base"): Base,
+    ("robots", "*"): RobotSpec,
+    ("robots", "*", "base"): Base,
+    ("faults", "*"): FaultEntry,
+    ("demand", "*"): Demand,
+}
+"""The models of the parts of a world, by their paths."""
+
 _ROUNDS = 20
-"""Maximum number of passes: leaving out a field can make another one invalid."""
+"""Maximum number of passes, as removing a field can make another one invalid."""
 
 _Dead = dict[str | int, Any]
 
 
 @dataclass(frozen=True)
 class Lost:
-    """The parts of a world that were left out because of errors, so that no check reports them as missing.
+    """The invalid parts of a world, which were removed, so that no check reports them as missing.
 
     Attributes:
         names: By top-level key, the names that are gone; None when any name may be.
@@ -32,11 +66,11 @@ class Lost:
     names: Mapping[str, frozenset[str] | None] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Return whether anything at all was left out."""
+        """Return whether any part was removed."""
         return bool(self.names)
 
     def has(self, name: str, *keys: str) -> bool:
-        """Return whether *name* may have been one of those left out under one of these top-level keys."""
+        """Return whether *name* may be that of a part removed under one of these top-level keys."""
         for key in keys:
             if key in self.names:
                 gone = self.names[key]
@@ -66,7 +100,7 @@ class Validated:
 
 
 def validate(data: dict[str, Any]) -> Validated:
-    """Return the world that *data* describes without the parts with errors, and the errors."""
+    """Return the world of *data* without the invalid parts, and the errors."""
     dead: _Dead = {}
     findings: list[Finding] = []
     world = None
@@ -77,7 +111,7 @@ def validate(data: dict[str, Any]) -> Validated:
             world = World.model_validate(rest)
             break
         except ValidationError as error:
-            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, rest)]
+            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, rest, _PARTS)]
             count = error.error_count()
         for finding in found:
             if not _is_dead(dead, finding.path):
@@ -125,7 +159,7 @@ def _is_dead(dead: _Dead, path: Path) -> bool:
 
 
 def _kill(data: dict[str, Any], dead: _Dead, path: Path) -> None:
-    """Leave out the smallest part of the file that holds *path* and isn't left out yet."""
+    """Remove the smallest part of the file that holds *path* and is still there."""
     cut = _cut(data, path)
     while cut and _is_dead(dead, cut):
         cut = cut[:-1]
@@ -139,7 +173,7 @@ def _kill(data: dict[str, Any], dead: _Dead, path: Path) -> None:
 
 
 def _cut(data: dict[str, Any], path: Path) -> Path:
-    """Return the part to leave out: a list inside an entry is left out as a whole, and so is what lacks a field."""
+    """Return the part to remove: whole lists inside of an entry, and whole entries that lack a field."""
     value: Any = data
     for i, step in enumerate(path):
         if isinstance(value, list) and (i != 1 or not isinstance(step, int)):

@@ -13,8 +13,8 @@ from importlib.resources import files
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
-from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening
+from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.visualization_msgs import Marker

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from hmrsim import CONTRACT, __version__
 from hmrsim.actions import registry as actions
 from hmrsim.engine.sim_time import JITTER
-from hmrsim.events.entities import Deleted, Spawned, Teleported
-from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time, values_of
 from hmrsim.interfaces.nav_msgs import Odometry

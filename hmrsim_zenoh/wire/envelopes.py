@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.message import Message
-from hmrsim.settings.payload import MAX_PAYLOAD
+from hmrsim.settings.option import MAX_PAYLOAD
 
 if TYPE_CHECKING:
     from pydantic_core import SchemaValidator

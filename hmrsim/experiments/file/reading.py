@@ -1,15 +1,16 @@
-"""Reading the file of an experiment, with all that is wrong in it."""
+"""The reader of an experiment's file, which reports all errors at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import Finding, instead, problems_of, shown
+from hmrsim.diagnostics import Finding, instead
+from hmrsim.documents.document import Document, read_document
+from hmrsim.documents.validation import explain
 from hmrsim.errors import ExperimentError, Problem, WorldError
 from hmrsim.experiments.file.designs import DesignFlaw, Levels, scenarios_of
 from hmrsim.experiments.file.model import (
@@ -26,12 +27,9 @@ from hmrsim.experiments.file.model import (
     Variant,
 )
 from hmrsim.experiments.file.plan import Plan
-from hmrsim.world.files import read_text
-from hmrsim.world.formats import Document
+from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
-from hmrsim.world.yaml_text import Unreadable, line_of, read
-from hmrsim.world_checks.explain import explain
 
 _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
     (): ExperimentFile,
@@ -69,55 +67,45 @@ def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
         variants: The names of the variants to lay over the world, in this order.
 
     Raises:
-        ExperimentError: Something is wrong; it has all errors of the file itself.
+        ExperimentError: The file is invalid; it has all errors of the file itself.
     """
-    reading = read_what_is_right(path, variants)
+    reading = read_valid_parts(path, variants)
     if reading.problems or reading.plan is None:
         raise ExperimentError(reading.problems)
     return reading.plan
 
 
 class Reading(NamedTuple):
-    """What the file of an experiment says.
+    """The valid parts of an experiment's file, and its errors.
 
     Attributes:
-        plan: The experiment without the parts that are wrong; None if nothing else can be looked at.
-        problems: What is wrong, in order of the lines.
-        lost: The keys of the file of which a part is missing in the plan.
+        document: The file.
+        plan: The experiment without the invalid parts; None if nothing else can be checked.
+        problems: The errors, in the order of the lines.
+        lost: The keys of the file that have invalid parts.
     """
 
+    document: Document
     plan: Plan | None
     problems: list[Problem]
     lost: Collection[str] = ()
 
 
-def read_what_is_right(path: str | Path, variants: Collection[str] = ()) -> Reading:
-    """Return the plan of an experiment's file as far as it is right, so that the rest can be checked, too.
+def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Reading:
+    """Return the valid parts of an experiment's file, so that they can be checked despite errors elsewhere.
 
     Args:
         path: The file, YAML or JSON.
         variants: The names of the variants to lay over the world, in this order.
 
     Raises:
-        ExperimentError: It can't be read, or is no mapping.
+        ExperimentError: The file can't be read, or is not a mapping.
     """
-    file = str(path)
-    try:
-        text = read_text(Path(path), file)
-        data, lines, twice = read(text)
-    except WorldError as error:
-        raise ExperimentError(error.problems) from None
-    except Unreadable as error:
-        raise ExperimentError([Problem(file, "", str(error), error.line)]) from None
-    if not isinstance(data, dict):
-        raise ExperimentError(
-            [Problem(file, "", f"expected a mapping with name, world and treatments, got {shown(data)}")]
-        )
-    line = partial(line_of, lines)
-    findings = list(twice)
-    model, lost = _model(data, findings)
+    document = read_document(path, ExperimentError, "a mapping with name, world and treatments")
+    findings = [*document.findings]
+    model, lost = _model(document.data, findings)
     if model is None:
-        return Reading(None, problems_of(findings, file, line))
+        return Reading(document, None, document.problems(findings))
     folder = Path(path).absolute().parent
     tables = _tables(model, folder, findings)
     scenarios = () if "design" in lost or "factors" in lost else _scenarios(model, folder, findings)
@@ -130,29 +118,29 @@ def read_what_is_right(path: str | Path, variants: Collection[str] = ()) -> Read
         for name in variants
         if name not in chosen and "variants" not in lost
     ]
-    overlays = [_overlay(file, data, ("overlay",), line)] if model.overlay else []
-    overlays += [_overlay(file, data, ("variants", name), line) for name in chosen]
+    overlays = [_overlay(document, ("overlay",))] if model.overlay else []
+    overlays += [_overlay(document, ("variants", name)) for name in chosen]
     own = {
-        name: _overlay(file, data, ("treatments", name, "overlay"), line)
+        name: _overlay(document, ("treatments", name, "overlay"))
         for name, treatment in model.treatments.items()
         if treatment.overlay
     }
     world = _world(model.world, folder)
     model = _with_parameters(model, chosen)
     plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, world, tuple(chosen), own)
-    return Reading(plan, problems_of(findings, file, line), lost)
+    return Reading(document, plan, document.problems(findings), lost)
 
 
 def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFile | None, set[str]]:
-    """Return what a file says, without what is wrong, and the keys of which something is missing; add what is wrong."""
+    """Return the model of a file without its invalid parts, and the keys that have some; add errors to *findings*."""
     try:
         return ExperimentFile.model_validate(data), set()
     except ValidationError as error:
-        wrong = explain(error, data, parts=_PARTS)
-    findings += wrong
+        errors = explain(error, data, _PARTS)
+    findings += errors
     left = dict(data)
     lost: set[str] = set()
-    for key, *below in (each.path for each in wrong if each.path):
+    for key, *below in (finding.path for finding in errors if finding.path):
         lost.add(str(key))
         if key in _OF_NAMES and below and isinstance(left.get(key), dict):
             left[key] = {name: value for name, value in left[key].items() if name != below[0]}
@@ -185,12 +173,13 @@ def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> Experi
     return model.model_copy(update={"treatments": treatments})
 
 
-def _overlay(file: str, data: Any, path: tuple[str, ...], line: Callable[..., int | None]) -> Source:
+def _overlay(document: Document, path: tuple[str, ...]) -> Source:
+    data = document.data
     for step in path:
         data = data[step]
     if path[0] == "variants":
         data = {key: value for key, value in data.items() if key != _PARAMETERS}
-    return Source(file, Document(data, lambda inner: line((*path, *inner))))
+    return Source(document.file, WorldDocument(data, lambda inner: document.line((*path, *inner))))
 
 
 def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dict[str, Any]:
@@ -210,7 +199,7 @@ def _scenarios(model: ExperimentFile, folder: Path, findings: list[Finding]) -> 
     try:
         if isinstance(model.design, Design) and isinstance(model.design.list, str):
             path = folder / model.design.list
-            trials = read_rows(path, str(path))
+            trials = read_rows(path)
         return scenarios_of(model, trials)
     except DesignFlaw as flaw:
         findings.append(Finding((flaw.key,), str(flaw)))

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import error_of
 from hmrsim.events import registry
-from hmrsim.events.entities import Teleported
 from hmrsim.events.goals import SendGoalRejected
-from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered
-from hmrsim.events.simulation import RunReported
+from hmrsim.events.robots import ItemEvent
+from hmrsim.events.simulation import RunReported, Teleported
 from hmrsim.experiments.judging.livelock import Livelock
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
@@ -20,8 +19,7 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
 from hmrsim.trials.endings import HUNG
-from hmrsim.world.overlays.expressions import names_asked_for, substituted
-from hmrsim.world.overlays.flaw import OverlayFlaw
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, substituted
 
 if TYPE_CHECKING:
     from hmrsim.events import Event

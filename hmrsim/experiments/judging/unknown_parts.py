@@ -13,8 +13,7 @@ from hmrsim.experiments.judging.measures import NAMES, Names
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.world.overlays.expressions import evaluate, names_in, parts_in
-from hmrsim.world.overlays.flaw import OverlayFlaw, UnknownPart
+from hmrsim.world.overlays.expressions import OverlayFlaw, UnknownPart, evaluate, names_in, parts_in
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.model import ExperimentFile

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.documents.yaml_text import read_yaml
 from hmrsim.experiments.comparing import SUCCESS
 from hmrsim.experiments.report.columns import columns_of
 from hmrsim.experiments.report.comparisons import comparisons_of
@@ -13,7 +14,6 @@ from hmrsim.experiments.report.model import Experiment, Measure, Summary
 from hmrsim.experiments.report.running import running_of
 from hmrsim.experiments.report.treatments import endings_of, histograms_of, treatments_of
 from hmrsim.experiments.results.repeats import counted, note_of
-from hmrsim.world.yaml_text import read
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.columns import Columns
@@ -56,7 +56,7 @@ def _measures(about: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
 
 
 def _experiment(about: Mapping[str, Any]) -> Experiment:
-    said, _, _ = read(about["text"])
+    said, _, _ = read_yaml(about["text"])
     return Experiment(
         name=about["name"],
         path=about["path"],

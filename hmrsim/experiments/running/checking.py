@@ -5,23 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.diagnostics import Finding, instead, problems_of
+from hmrsim.diagnostics import Finding, instead
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
-from hmrsim.experiments.file.reading import read_what_is_right
+from hmrsim.experiments.file.reading import Reading, read_valid_parts
 from hmrsim.experiments.judging.endings import BY_REPORT, REPORTED
 from hmrsim.experiments.judging.measures import NAMES
 from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
 from hmrsim.experiments.statistics.wealth import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
 from hmrsim.trials.endings import BUILT_IN
-from hmrsim.world.files import read_text
-from hmrsim.world.overlays.expressions import names_asked_for, names_in
-from hmrsim.world.overlays.flaw import OverlayFlaw
-from hmrsim.world.yaml_text import line_of, read
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, names_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,29 +46,26 @@ def check_file(
     Raises:
         ExperimentError: Something is wrong; it has all errors.
     """
-    reading = read_what_is_right(path, variants)
+    reading = read_valid_parts(path, variants)
     if reading.plan is None:
         raise ExperimentError(reading.problems)
-    errors, warnings = _problems(reading.plan, str(path), reading.lost, tell)
+    errors, warnings = _problems(reading, reading.plan, tell)
     errors = [*reading.problems, *errors]
     if errors:
         raise ExperimentError(sorted(errors, key=lambda problem: (problem.file != str(path), problem.line or 0)))
     return reading.plan, warnings
 
 
-def _problems(
-    plan: Plan, file: str, lost: Collection[str], tell: Callable[[int], None]
-) -> tuple[list[Problem], list[Problem]]:
+def _problems(reading: Reading, plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem]]:
     """Return the errors and the warnings of all that an experiment needs; what depends on what is *lost* has none."""
+    file, lost = reading.document.file, reading.lost
     errors, warnings, worlds = ([], [], []) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
     whole = "ends" not in lost
     unknown = _unknown(plan, worlds) if whole else []
     findings = [*_measures(plan), *_endings(plan, worlds), *(_successes(plan) if whole else ())]
     findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
     findings += _treatments(plan, known=not _OF_NAMES & {*lost})
-    if findings:
-        _, lines, _ = read(read_text(plan.path, file))
-        errors += problems_of(findings, file, partial(line_of, lines))
+    errors += reading.document.problems(findings)
     doubtful = [
         Problem(file, f"measures.{each.measure}", each.text, severity="warning") for each in unknown if not each.certain
     ]

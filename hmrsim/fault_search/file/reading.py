@@ -1,17 +1,14 @@
-"""Reading the file of a check, or of a failure that was found, with all that is wrong in it."""
+"""The reader of the files of checks and of failures that were found, which reports all errors at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from pydantic import BaseModel, ValidationError
-
-from hmrsim.diagnostics import Finding, instead, problems_of, shown
-from hmrsim.diagnostics import Path as Place
+from hmrsim.diagnostics import Finding, instead
+from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
@@ -26,13 +23,12 @@ from hmrsim.properties import Properties, check_properties, properties_of, read_
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
 from hmrsim.trials.model import Controller
-from hmrsim.world.files import read_text
-from hmrsim.world.yaml_text import Unreadable, line_of, read
-from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from hmrsim.world.model import World
 
 M = TypeVar("M", bound=CheckFile)
@@ -68,35 +64,16 @@ class Repro:
     trace: str
 
 
-@dataclass(frozen=True)
-class _Read:
-    """A file that was read, as far as it is YAML."""
-
-    file: str
-    data: dict[str, Any]
-    line: Callable[..., int | None]
-    findings: Sequence[Finding]
-
-    def raise_if(self, findings: Sequence[Finding]) -> None:
-        """Raise all findings with their lines, if there are any."""
-        if findings:
-            raise CheckError(self.problems(findings))
-
-    def problems(self, findings: Sequence[Finding]) -> list[Problem]:
-        """Return findings with the file and their lines, in order."""
-        return problems_of(findings, self.file, self.line)
-
-
 def read_check(path: str | Path) -> Check:
     """Return the check of a file.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    said = _read(path)
-    model = _model(said, CheckFile)
+    document = _read(path)
+    model = _model(document, CheckFile)
     folder = Path(path).absolute().parent
-    return _checked(said, model, folder, folder)
+    return _checked(document, model, folder, folder)
 
 
 def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
@@ -105,7 +82,7 @@ def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    return _model(_Read(place, values, lambda _path: None, ()), CheckFile)
+    return _model(Document(place, values, CheckError), CheckFile)
 
 
 def check_of(file: CheckFile) -> Check:
@@ -123,7 +100,7 @@ def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    return _checked(_Read(place, {}, lambda _path: None, ()), file, folder, folder)
+    return _checked(Document(place, {}, CheckError), file, folder, folder)
 
 
 def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
@@ -136,17 +113,17 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    said = _read(path)
-    if "repro" not in said.data:
+    document = _read(path)
+    if "repro" not in document.data:
         message = "is not the file of a failure; expected one of the folder failures/ among the results of a search"
-        raise CheckError([Problem(said.file, "", message)])
-    model = _model(said, ReproFile)
+        raise CheckError([Problem(document.file, "", message)])
+    model = _model(document, ReproFile)
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
     schedule, findings = read_things(model.schedule)
-    said.raise_if([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
+    document.raise_for([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
     hint = "" if folder else "; --folder DIR says where the controller's files are"
-    check = _checked(said, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
+    check = _checked(document, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
     return Repro(check, Case(schedule), model.failure, model.trace)
 
 
@@ -176,32 +153,16 @@ def _folder(model: ReproFile, home: Path) -> Path:
     return next((each for each in folders if (each / name).is_file()), folders[0])
 
 
-def _read(path: str | Path) -> _Read:
-    file = str(path)
-    try:
-        data, lines, twice = read(read_text(Path(path), file))
-    except WorldError as error:
-        raise CheckError(error.problems) from None
-    except Unreadable as error:
-        raise CheckError([Problem(file, "", str(error), error.line)]) from None
-    if not isinstance(data, dict):
-        message = f"expected a mapping with world, controller and properties, got {shown(data)}"
-        raise CheckError([Problem(file, "", message)])
-    return _Read(file, data, partial(line_of, lines), twice)
+def _read(path: str | Path) -> Document:
+    return read_document(path, CheckError, "a mapping with world, controller and properties")
 
 
-def _model(said: _Read, model: type[M]) -> M:
-    try:
-        found = model.model_validate(said.data)
-    except ValidationError as error:
-        said.raise_if([*said.findings, *explain(error, said.data, parts={**_PARTS, (): model})])
-        raise AssertionError from None
-    said.raise_if(said.findings)
-    return found
+def _model(document: Document, model: type[M]) -> M:
+    return document.validated(model, {**_PARTS, (): model})
 
 
 def _checked(
-    said: _Read,
+    document: Document,
     model: CheckFile,
     home: Path,
     folder: Path,
@@ -212,8 +173,8 @@ def _checked(
     """Return a check, after everything was looked at that can be looked at without running it.
 
     Args:
-        said: What was read.
-        model: The same as a model.
+        document: The file.
+        model: Its content.
         home: Where the files of the world and of the properties are looked for.
         folder: Where those of the controller are.
         also: Yields what else is wrong with the check.
@@ -223,19 +184,19 @@ def _checked(
     problems: list[Problem] = []
     properties = Properties()
     try:
-        properties = _properties(model, home, said.file)
+        properties = _properties(model, home, document.file)
     except PropertyError as error:
         problems += error.problems
     source = None if isinstance(model.world, dict) else _world(model.world, home)
     # Where they are from is of no use to a worker.
-    plain = properties.located(said.file, _nowhere)
-    check = Check(said.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
+    plain = properties.located(document.file, no_line)
+    check = Check(document.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
     try:
         world = check.world
     except WorldError as error:
         problems += error.problems
     else:
-        told = _of_properties(said, model, properties, world)
+        told = _of_properties(document, model, properties, world)
         problems += [problem for problem in told if problem.severity == "error"]
         check = replace(check, warnings=tuple(problem for problem in told if problem.severity != "error"))
         findings += _of_space(model.space, world)
@@ -249,22 +210,17 @@ def _checked(
             findings.append(Finding(("controller",), f"{error}{hint}"))
     errors = [each for each in findings if each.severity == "error"]
     if problems:
-        raise CheckError([*problems, *said.problems(errors)])
-    said.raise_if(errors)
+        raise CheckError([*problems, *document.problems(errors)])
+    document.raise_for(errors)
     return check
 
 
-def _nowhere(_path: Place) -> int | None:
-    """Return no line."""
-    return None
-
-
-def _of_properties(said: _Read, model: CheckFile, properties: Properties, world: World) -> list[Problem]:
+def _of_properties(document: Document, model: CheckFile, properties: Properties, world: World) -> list[Problem]:
     """Return what properties speak of in vain in a world, with their file and lines."""
     found = check_properties(properties, world)
     if isinstance(model.properties, str):
         return properties.problems(found)
-    return said.problems([replace(each, path=("properties", *each.path)) for each in found])
+    return document.problems([replace(each, path=("properties", *each.path)) for each in found])
 
 
 def _properties(model: CheckFile, home: Path, place: str) -> Properties:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.events.batteries import ChargingBegan, ChargingEnded
+from hmrsim.events.robots import ChargingBegan, ChargingEnded
 from hmrsim.fault_search.space.energy import Draw, battery_of, share_at_start
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged

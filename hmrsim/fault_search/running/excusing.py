@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.events.participants import ParticipantDropped
+from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.properties import MonitorSink
 
 if TYPE_CHECKING:

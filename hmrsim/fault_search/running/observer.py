@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.events.goals import SendGoalRejected
-from hmrsim.events.participants import ParticipantEvent
+from hmrsim.events.simulation import ParticipantEvent
 from hmrsim.fault_search.schedules.moment import Moment
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import Cause, GoalStatus

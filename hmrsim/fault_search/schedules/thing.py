@@ -11,10 +11,10 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
+from hmrsim.documents.validation import explain
 from hmrsim.fault_search.schedules.moment import What, anchored_to
 from hmrsim.faults import SUBJECTS, Anchor
 from hmrsim.trials.disturbances import Disturbance
-from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import read_fault
 
 FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.events.participants import ParticipantDropped
+from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.properties.watcher import Watcher
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.events.entities import Deleted, Teleported
 from hmrsim.events.robots import Stopped
+from hmrsim.events.simulation import Deleted, Teleported
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, Waiting, WentOn
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 from pydantic_core import to_json
 
 from hmrsim.events.goals import GoalAccepted, SendGoalRejected
-from hmrsim.events.participants import ParticipantDropped
+from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.properties.watcher import Watcher

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim.events.batteries import (
+from hmrsim.events.robots import (
     BatteryCritical,
     BatteryEmpty,
     BatteryEvent,
@@ -14,7 +14,7 @@ from hmrsim.events.batteries import (
     ChargingBegan,
     ChargingEnded,
 )
-from hmrsim.events.entities import Deleted
+from hmrsim.events.simulation import Deleted
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import Phase

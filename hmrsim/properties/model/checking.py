@@ -10,13 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import Finding, Path, instead, warning
 from hmrsim.events import EventPattern
-from hmrsim.events.batteries import EVENTS as OF_BATTERIES
-from hmrsim.events.docks import EVENTS as OF_DOCKS
-from hmrsim.events.doors import EVENTS as OF_DOORS
-from hmrsim.events.items import EVENTS as OF_ITEMS
-from hmrsim.events.lifts import EVENTS as OF_LIFTS
-from hmrsim.events.orders import EVENTS as OF_ORDERS
-from hmrsim.events.robots import ScriptEnded
+from hmrsim.events.facilities import DOORS, LIFTS
+from hmrsim.events.orders import EVENTS as ORDERS
+from hmrsim.events.robots import BATTERIES, DOCKS, ITEMS, ScriptEnded
 from hmrsim.events.traffic import Deadlock
 from hmrsim.faults import registry as faults
 from hmrsim.properties.model.conditions import (
@@ -201,12 +197,12 @@ def _impossible(kind: str | None, names: _Names) -> str:
     """Return why an event of a kind never comes in a world; empty if it may come."""
     world = names.world
     lacks = (
-        (OF_DOORS.events, not world.doors, "it has no doors"),
-        (OF_LIFTS.events, not world.lifts, "it has no lifts"),
-        (OF_DOCKS.events, not world.docks, "it has no docks"),
-        (OF_BATTERIES.events, not names.powered, "no robot has a battery"),
-        (OF_ORDERS.events, not world.demand, "it has no demand"),
-        (OF_ITEMS.events, not (world.items or world.demand), "it has no items"),
+        (DOORS.events, not world.doors, "it has no doors"),
+        (LIFTS.events, not world.lifts, "it has no lifts"),
+        (DOCKS.events, not world.docks, "it has no docks"),
+        (BATTERIES.events, not names.powered, "no robot has a battery"),
+        (ORDERS.events, not world.demand, "it has no demand"),
+        (ITEMS.events, not (world.items or world.demand), "it has no items"),
         ((ScriptEnded,), not any(robot.script for robot in world.robots.values()), "no robot has a script"),
         ((Deadlock,), world.policy == "free", "robots pass through each other under the traffic policy free"),
     )

@@ -1,17 +1,17 @@
-"""Reading a file of properties, with all that is wrong in it."""
+"""The reader of property files, which reports all errors at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any, Final
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import Finding, instead, shown
+from hmrsim.diagnostics import Finding, instead
 from hmrsim.diagnostics import Path as Place
-from hmrsim.errors import Problem, PropertyError, WorldError
+from hmrsim.documents.document import Document, read_document
+from hmrsim.documents.validation import explain
+from hmrsim.errors import PropertyError
 from hmrsim.events import EventPattern, registry
 from hmrsim.properties.model.built_in import BuiltIn
 from hmrsim.properties.model.conditions import CONDITIONS
@@ -20,9 +20,9 @@ from hmrsim.properties.model.formulas import FORMULAS
 from hmrsim.properties.model.operators import Whenever
 from hmrsim.properties.model.part import BOUND, EACH, walk
 from hmrsim.properties.model.patterns import DelayedReaction, InstantaneousReaction
-from hmrsim.world.files import read_text
-from hmrsim.world.yaml_text import Unreadable, line_of, read
-from hmrsim.world_checks.explain import explain
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
 """Properties whose ``then`` may have fields of the trigger's event."""
@@ -39,14 +39,7 @@ def read_properties(path: str | Path) -> Properties:
     Raises:
         PropertyError: Something is wrong; it has all errors of the file.
     """
-    file = str(path)
-    try:
-        data, lines, twice = read(read_text(Path(path), file))
-    except WorldError as error:
-        raise PropertyError(error.problems) from None
-    except Unreadable as error:
-        raise PropertyError([Problem(file, "", str(error), error.line)]) from None
-    return _read(data, file, partial(line_of, lines), twice)
+    return _read(read_document(path, PropertyError, "a mapping with properties, built_in or both"))
 
 
 def properties_of(data: Mapping[str, Any], source: str = "properties") -> Properties:
@@ -59,23 +52,18 @@ def properties_of(data: Mapping[str, Any], source: str = "properties") -> Proper
     Raises:
         PropertyError: Something is wrong; it has all errors.
     """
-    return _read(dict(data), source, lambda _path: None, ())
+    return _read(Document(source, dict(data), PropertyError))
 
 
-def _read(data: Any, file: str, line: Callable[[Place], int | None], found: Sequence[Finding]) -> Properties:
-    findings = [*found]
-    if not isinstance(data, dict):
-        message = f"expected a mapping with properties, built_in or both, got {shown(data)}"
-        raise PropertyError([Problem(file, "", message)])
+def _read(document: Document) -> Properties:
+    data = document.data
     try:
-        model = Properties.model_validate(data).located(file, line)
+        properties = Properties.model_validate(data).located(document.file, document.line)
     except ValidationError as error:
-        findings += [*explain(error, data, parts=_parts(data)), *flaws(_valid(data, error))]
-        raise PropertyError(Properties().located(file, line).problems(findings)) from None
-    findings += flaws(model)
-    if findings:
-        raise PropertyError(model.problems(findings))
-    return model
+        document.raise_for([*explain(error, data, _parts(data)), *flaws(_valid(data, error))])
+        raise AssertionError from error
+    document.raise_for(flaws(properties))
+    return properties
 
 
 def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:

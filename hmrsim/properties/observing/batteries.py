@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.components.battery import BatterySettings
-from hmrsim.events.batteries import EVENTS
+from hmrsim.events.robots import BATTERIES
 from hmrsim.properties.observing.signal import Signal
 from hmrsim.report.occurrence import BatterySeen, SceneSeen, number, records, text
 
@@ -28,7 +28,7 @@ class Batteries:
     def __init__(self, world: World, timeline: Timeline) -> None:
         self._world = world
         self.shares: dict[str, Signal] = {}
-        for kind in EVENTS.events:
+        for kind in BATTERIES.events:
             timeline.on(kind, lambda _at, event: self._set(event.robot, event.percentage))
         timeline.on(BatterySeen, lambda _at, seen: self._set(seen.robot, seen.percentage))
         timeline.on(SceneSeen, self._see)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.events.doors import DoorClosed, DoorOpened, DoorOpening
+from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening
 from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.properties.observing.signal import Signal

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hmrsim.events.entities import Deleted, Spawned, Teleported
-from hmrsim.events.items import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.geometry import distance
 from hmrsim.properties.observing.positions import point_of
 from hmrsim.properties.observing.signal import Signal

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.events.items import ItemDropped, ItemPlaced
 from hmrsim.events.orders import OrderDelivered, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
+from hmrsim.events.robots import ItemDropped, ItemPlaced
 from hmrsim.properties.observing.signal import Signal
 
 if TYPE_CHECKING:

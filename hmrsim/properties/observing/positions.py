@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Waiting
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.events.batteries import BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded
-from hmrsim.events.entities import Deleted, Spawned, Teleported
 from hmrsim.events.faults import FaultBegan, FaultEnded
-from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.robots import BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded, MotionBegan, Stopped
+from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Rerouted, Waiting, WentOn
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.observing.signal import Signal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.events.entities import Spawned
+from hmrsim.events.simulation import Spawned
 from hmrsim.properties.results import Verdict
 from hmrsim.properties.watcher import Watcher
 

@@ -1,6 +1,6 @@
-"""World files that can be read: one format a file.
+"""World files that can be read, one format per module.
 
-Whatever loads a world finds its format here, by the name of the file.
+The format of a file is found by its name and content.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ class Document:
     """The content of a file.
 
     Attributes:
-        data: The top-level keys of a world, as in a native file; they are validated later. A grid's lanes may be
-            `hmrsim.world.pairs.Pairs`, which are not.
+        data: The top-level keys of a world, as in a native file, which are validated later. The lanes of a grid can be
+            `hmrsim.world.pairs.Pairs`, which are not validated.
         line: Returns the line of a path in *data*, as precisely as it is known.
         findings: The errors and warnings of the reader.
         complete: Whether all names of the file are in *data*, so that a missing name is an error.
         pages: The names of its pages, levels or layouts; none if the format has none.
         robots: The names of its robots before renaming; none if the format has no renaming.
-        grid: Whether it is a grid, whose cells have neighbours.
+        grid: Whether it is a grid, whose cells have neighbors.
     """
 
     data: dict[str, Any]
@@ -50,9 +50,9 @@ class Format:
         name: Its name, which is that of its module.
         suffixes: The suffixes of such files; of two that fit, the longer one decides.
         matches: Returns whether a text has this format.
-        read: Makes a document of the text, as the options say. The second argument is the name of the file, for
-            the :class:`~hmrsim.errors.WorldError` that it raises when there is nothing to read at all.
-        general: Whether files of other formats look like it, too, so that those come first.
+        read: Returns the document of a text, read with the given options. The second argument is the name of the file,
+            for the :class:`~hmrsim.errors.WorldError` that it raises if the text can't be read at all.
+        general: Whether it also matches files of other formats, which then take precedence.
     """
 
     name: str
@@ -69,14 +69,14 @@ def registry() -> dict[str, Format]:
 
 
 def choose(name: str, text: str) -> Format | None:
-    """Return the format of a file, by the end of its *name* and by its content; None for none.
+    """Return the format of a file by the end of its *name* and its content, or None if none matches.
 
-    The content decides, and the suffix decides between two formats that fit.
-    A general format is used for files that match no other.
+    The content decides; if several formats match, the suffix decides between them. A general format is used for files
+    that match no other.
     """
     by_suffix = sorted(
         ((len(suffix), kind) for kind in registry().values() for suffix in kind.suffixes if _ends(name, suffix)),
-        key=lambda found: (-found[0], found[1].name),
+        key=lambda match: (-match[0], match[1].name),
     )
     candidates = [kind for _, kind in by_suffix]
     fits = [kind for kind in [*candidates, *registry().values()] if kind.matches(text)]

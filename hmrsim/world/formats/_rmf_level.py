@@ -1,18 +1,78 @@
-"""A level of an Open-RMF building: its vertices with their parameters, and the edges between them."""
+"""Levels of Open-RMF buildings: vertices, the edges between them, and their alignment in meters.
+
+Points are complex numbers. The alignment is that of Open-RMF's building_map_tools.
+"""
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from itertools import combinations
+from typing import TYPE_CHECKING, TypeAlias
 
-from hmrsim.world.formats._part import BadPart, Part
+from hmrsim.world.formats._reading import BadPart, Part
 
 if TYPE_CHECKING:
-    from hmrsim.world.formats._alignment import Alignment
     from hmrsim.world.formats._reading import Reading
+
+if TYPE_CHECKING:
+    Alignment: TypeAlias = Callable[[complex], complex]
+    """Returns the position in meters of a point of a drawing."""
+
+_EQUATOR = 6_378_137.0
+_FLATTENING = 1 / 298.257223563
+"""The ellipsoid WGS 84: equatorial radius in meters, and flattening."""
+
+_MAX_SPREAD = 1.0
+"""Degrees around the middle that count as flat."""
+
+
+def by_scale(scale: float, shift: complex = 0.0) -> Alignment:
+    """Return an alignment that scales, then shifts; *scale* is meters per unit, and a complex one also rotates."""
+    return lambda point: point * scale + shift
+
+
+def by_fiducials(own: Mapping[str, complex], reference: Mapping[str, complex], scale: float) -> Alignment | None:
+    """Return the alignment of a level with the reference level, or None without two different common points.
+
+    Each pair of common fiducials gives a rotation and a scale, and each fiducial then a shift; they are averaged.
+
+    *own* and *reference* are the named points of both levels, and *scale* is meters per unit of the reference level.
+    """
+    common = [(own[name], point) for name, point in reference.items() if name in own]
+    sides = [(b - a, to - at) for (a, at), (b, to) in combinations(common, 2) if a != b and at != to]
+    if not sides:
+        return None
+    turn = -cmath.phase(sum(side / abs(side) / (other / abs(other)) for side, other in sides))
+    relative = math.fsum(abs(side) / abs(other) for side, other in sides) / len(sides)
+    factor = cmath.rect(scale / relative, turn)
+    shift = sum(other * scale - point * factor for point, other in common) / len(common)
+    return lambda point: point * factor + shift
+
+
+def by_degrees(points: Sequence[complex]) -> Alignment | None:
+    """Return the projection of longitudes and latitudes onto the plane tangent to the Earth in the middle of *points*.
+
+    That is the plane's origin. None if they are not around one place of the Earth.
+    """
+    middle = sum(points) / max(len(points), 1)
+    if abs(middle.imag) > 90.0 - _MAX_SPREAD or any(abs(point - middle) > _MAX_SPREAD for point in points):
+        return None
+    latitude = math.radians(middle.imag)
+    eccentricity = _FLATTENING * (2.0 - _FLATTENING)
+    bend = 1.0 - eccentricity * math.sin(latitude) ** 2
+    east = math.radians(_EQUATOR / math.sqrt(bend) * math.cos(latitude))
+    north = math.radians(_EQUATOR * (1.0 - eccentricity) / bend**1.5)
+
+    def align(point: complex) -> complex:
+        away = point - middle
+        return complex(away.real * east, away.imag * north)
+
+    return align
+
 
 _NAMED = 3
 """A vertex is [x, y, elevation, name, parameters]; an edge is [from, to, parameters]."""
@@ -22,17 +82,17 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class _Described:
-    """A part with parameters."""
+    """A vertex or edge with parameters."""
 
     part: Part
     parameters: Mapping[str, Part]
 
     def text(self, key: str) -> str:
-        """Return a parameter as text; empty if it isn't there."""
+        """Return a parameter as text, or an empty text if it is missing."""
         return _text(self.parameters[key]) if key in self.parameters else ""
 
     def flag(self, key: str) -> bool:
-        """Return whether a parameter is there and true."""
+        """Return whether a parameter exists and is true."""
         return key in self.parameters and self.parameters[key].value is True
 
 
@@ -41,8 +101,8 @@ class Vertex(_Described):
     """A vertex.
 
     Attributes:
-        drawn: Where it is in the drawing, y up.
-        name: Its name; empty for none.
+        drawn: Its position in the drawing, y up.
+        name: Its name, or an empty text.
     """
 
     drawn: complex
@@ -65,12 +125,12 @@ class Level:
     """A level.
 
     Attributes:
-        elevation: Metres above the ground.
-        vertices: Its vertices by their indices, without those that can't be read.
-        fiducials: Named points that other levels have, too.
+        elevation: Meters above the ground.
+        vertices: Its valid vertices by their indices.
+        fiducials: Named points that other levels also have.
         lines: Its lines by kind.
-        align: Tells where in metres a point of the drawing is, were this the only level.
-        shift: How far it is moved along x, to be beside the others.
+        align: Returns the position in meters of a point of the drawing, before the shift.
+        shift: The shift along x that places it beside the others.
         names: The names of its waypoints, by the indices of their vertices.
     """
 
@@ -85,16 +145,16 @@ class Level:
     names: dict[int, str] = field(default_factory=dict)
 
     def at(self, index: int) -> complex:
-        """Return where a vertex is, in metres."""
+        """Return the position of a vertex in meters."""
         return self.align(self.vertices[index].drawn) + self.shift
 
     def point(self, index: int) -> list[float]:
-        """Return the same as in a world file, without what turning and scaling leave in the last digits."""
+        """Return the position of a vertex as in a world file, without rounding errors."""
         at = self.at(index)
         return [round(at.real, _DIGITS) + 0.0, round(at.imag, _DIGITS) + 0.0]
 
     def scale(self) -> float | None:
-        """Return metres a unit of the drawing: the mean of what the measurements say; None if there are none."""
+        """Return the mean scale of the measurements in meters per unit of the drawing, or None without measurements."""
         scales = []
         for line in self.lines["measurements"]:
             a, b = (self.vertices[index].drawn for index in line.ends)
@@ -104,7 +164,7 @@ class Level:
 
 
 def read_level(reading: Reading, name: str, part: Part, *, down: bool) -> Level:
-    """Return a level, without what can't be read.
+    """Return a level without its invalid parts.
 
     *down* says whether y points down.
     """
@@ -134,7 +194,7 @@ def _vertex(part: Part, *, down: bool) -> Vertex:
 
 
 def _text(part: Part) -> str:
-    """Return what may be text; a name of digits is a number to YAML."""
+    """Return a value as text; YAML reads a name of digits as a number."""
     return "" if part.value is None else str(part.value)
 
 
@@ -151,7 +211,7 @@ def _fiducial(level: Level, part: Part, *, down: bool) -> None:
 
 
 def _line(level: Level, part: Part) -> Line | None:
-    """Return a line; nothing if one of its vertices can't be read."""
+    """Return a line, or None if one of its vertices is invalid."""
     values = part.all()
     if len(values) < 2:  # noqa: PLR2004
         raise part.expected("[from, to, parameters]")

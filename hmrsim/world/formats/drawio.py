@@ -13,26 +13,26 @@ from typing import TYPE_CHECKING
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.safe_xml import XmlError
-from hmrsim.world.formats import Document, Format, _lanes, _robots, _things
-from hmrsim.world.formats._cells import BadCell, Cell, number
-from hmrsim.world.formats._drawing import Drawing
-from hmrsim.world.formats._mxgraph import read_page
+from hmrsim.world.formats import Document, Format, _drawio_roads, _drawio_robots, _drawio_shapes
+from hmrsim.world.formats._drawio_cells import BadCell, Cell, number
+from hmrsim.world.formats._drawio_drawing import Drawing
+from hmrsim.world.formats._drawio_file import read_page
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
-    from hmrsim.world.formats._xml import Element
+    from hmrsim.world.formats._drawio_file import Element
 
 _PAGE = 500.0
 
 _LOOKS = re.compile(r"\s*<(\?xml|mxfile|mxGraphModel|svg|!DOCTYPE|!--)")
 
 _SHAPES: dict[str, Callable[[Drawing, Cell], None]] = {
-    "robot": _robots.robot,
-    "pickable": _things.pickable,
-    "POI": _things.poi,
+    "robot": _drawio_robots.robot,
+    "pickable": _drawio_shapes.pickable,
+    "POI": _drawio_shapes.poi,
 }
 
-_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _lanes.road, "path": _robots.way}
+_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _drawio_roads.road, "path": _drawio_robots.way}
 
 _TYPES = (*_SHAPES, *_LINES, "debug")
 
@@ -48,7 +48,7 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
         "name": page.name[:100],
         "units": "px",
         "bounds": _bounds(drawing, page.model),
-        **_lanes.network(drawing),
+        **_drawio_roads.network(drawing),
         "walls": drawing.walls,
         "places": drawing.places,
         "items": drawing.items,
@@ -65,7 +65,7 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
 
 
 def _read_cells(drawing: Drawing) -> None:
-    """Read the shapes, then the lines between them, which may come first in the file."""
+    """Read the shapes, then the lines between them, which can precede them in the file."""
     _warn_of_hidden_layers(drawing)
     _warn_of_orphans(drawing)
     lines = [cell for cell in drawing.cells if cell.kind in _LINES]
@@ -73,17 +73,17 @@ def _read_cells(drawing: Drawing) -> None:
         # A robot can have other errors than its position, which are reported, too; other cells can't.
         if not cell.failed or cell.kind in _SHAPES:
             drawing.attempt(cell, partial(_read_cell, drawing, cell))
-    _robots.follow_ways(drawing)
+    _drawio_robots.follow_ways(drawing)
 
 
 def _read_cell(drawing: Drawing, cell: Cell) -> None:
-    """Read a cell, if it is drawn as what it is.
+    """Read a cell, if its shape fits its type.
 
     Raises:
-        BadCell: It makes no sense.
+        BadCell: The cell is invalid.
     """
     if cell.kind is None:
-        _things.obstacle(drawing, cell)
+        _drawio_shapes.obstacle(drawing, cell)
     elif cell.kind in (*_SHAPES, *_LINES) and cell.geometry is None and not cell.is_edge:
         raise BadCell("has no mxGeometry, so it is nowhere")
     elif cell.kind in _SHAPES:
@@ -106,7 +106,7 @@ def _check_shape(drawing: Drawing, cell: Cell) -> None:
 
 
 def _unknown(drawing: Drawing, cell: Cell) -> None:
-    """Report an object of an unknown type."""
+    """Report an object of unknown type."""
     what = f"has the unknown type {shown(cell.kind)}" if cell.kind else "has no type"
     if drawing.options.lenient:
         drawing.warn(cell, f"{what}; it is left out", cell.kind)

@@ -12,9 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.world.formats import Format
-from hmrsim.world.formats._part import BadPart, Part
-from hmrsim.world.formats._reading import Reading, of_json
-from hmrsim.world.formats._ways import Ways
+from hmrsim.world.formats._layouts import Edges
+from hmrsim.world.formats._reading import BadPart, Part, Reading, of_json
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ _LOOKS = re.compile(r'\A\s*\{.*"type"\s*:\s*"FeatureCollection"', re.DOTALL)
 _EDGES = ("LineString", "MultiLineString")
 
 _WHOLE_SPEED = 1.0
-"""Default maximum speed of robots in m/s, which Nav2's percentages refer to."""
+"""The default maximum speed of robots in m/s, to which Nav2's percentages refer."""
 
 _PERCENT = 100.0
 
@@ -36,17 +35,17 @@ _MAPS = ("", "map")
 
 @dataclass
 class _Graph:
-    """A route graph while it is being read.
+    """A route graph that is being read.
 
     Attributes:
-        points: Where the waypoints are.
-        names: What they are called, by the ids of their nodes.
-        taken: The names that there are.
+        points: The positions of the waypoints.
+        names: The names of the waypoints, by the ids of their nodes.
+        taken: The names in use.
         data: The waypoints, as in a world file.
     """
 
     reading: Reading
-    ways: Ways
+    edges: Edges
     points: dict[str, complex] = field(default_factory=dict)
     names: dict[int, str] = field(default_factory=dict)
     taken: set[str] = field(default_factory=set)
@@ -55,7 +54,7 @@ class _Graph:
 
 def _read(text: str, file: str, _options: ReadOptions = AS_IT_IS) -> Document:
     reading = of_json(text, file)
-    graph = _Graph(reading, Ways(reading))
+    graph = _Graph(reading, Edges(reading))
     nodes, edges = [], []
     for feature in reading.attempt(partial(_features, reading.root)) or []:
         kind = reading.attempt(partial(_kind, feature))
@@ -71,7 +70,7 @@ def _read(text: str, file: str, _options: ReadOptions = AS_IT_IS) -> Document:
     for edge in edges:
         reading.attempt(partial(_edge, graph, edge))
     name = reading.root.value.get("name")
-    data = {"waypoints": graph.data, "lanes": graph.ways.lanes()}
+    data = {"waypoints": graph.data, "lanes": graph.edges.lanes()}
     return reading.document({"name": name[:100], **data} if isinstance(name, str) and name else data)
 
 
@@ -81,14 +80,14 @@ def _features(root: Part) -> list[Part]:
 
 
 def _kind(feature: Part) -> str:
-    """Return the type of a feature's geometry; empty for one that has none."""
+    """Return the type of a feature's geometry, or an empty text."""
     geometry = feature.get("geometry")
     kind = geometry.get("type") if geometry else None
     return kind.text() if kind else ""
 
 
 def _own_name(node: Part) -> str | None:
-    """Return the name of a node, if it is a valid one; its errors are reported later."""
+    """Return the name of a node if it is valid; errors are reported later."""
     try:
         metadata = node.want("properties").get("metadata")
         name = metadata.get("name") if metadata else None
@@ -126,7 +125,7 @@ def _node(graph: _Graph, node: Part) -> None:
 
 
 def _name(graph: _Graph, node: Part, number: int) -> str:
-    """Return what a node is called: by its metadata if that is unique, else after its number."""
+    """Return the name of a node: the one in its metadata if it is unique, else one from its number."""
     own = _own_name(node)
     if own and own not in graph.data:
         return own
@@ -151,7 +150,7 @@ def _edge(graph: _Graph, edge: Part) -> None:
         graph.reading.warn(edge, f"leads from {start!r} to itself; left out, as no robot could drive it")
         return
     capacity, alone, cost = metadata.get("capacity"), metadata.get("one_way"), properties.get("cost")
-    graph.ways.add(
+    graph.edges.add(
         (start, end),
         edge,
         limit=_limit(graph, metadata),
@@ -171,7 +170,7 @@ def _end(graph: _Graph, part: Part) -> str:
 
 
 def _limit(graph: _Graph, metadata: Part) -> float | None:
-    """Return the speed limit of an edge, m/s: Nav2 has an absolute one, and one in percent of the robot's speed."""
+    """Return the speed limit of an edge in m/s, from Nav2's absolute limit or its percentage of the robot's speed."""
     absolute, relative = metadata.get("abs_speed_limit"), metadata.get("speed_limit")
     if absolute is not None and absolute.number() > 0.0:
         return absolute.number()
@@ -186,7 +185,7 @@ def _limit(graph: _Graph, metadata: Part) -> float | None:
 
 
 def _leave_out(graph: _Graph, properties: Part, known: frozenset[str]) -> None:
-    """Report the data of a node or an edge that is ignored."""
+    """Report ignored data of a node or edge."""
     metadata, operations = properties.get("metadata"), properties.get("operations")
     if metadata and (more := metadata.value.keys() - known):
         graph.reading.leave_out("further metadata", metadata, len(more))

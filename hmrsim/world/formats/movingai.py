@@ -1,37 +1,45 @@
-"""The grid maps of the Moving AI benchmarks: a cell is a metre wide, its name is its column and row there.
+"""The grid maps of the Moving AI benchmarks.
 
-The file has row 0 at the top; here y points up, so that the map looks as it does there.
+A cell is a meter wide, and its name is its column and row. The file has row 0 at the top; here y points up, so that the
+map looks the same.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, shown, warning
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document, Format
-from hmrsim.world.formats._grid import blocks, numbered, steps
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.pairs import Pairs
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
 
+Cell = tuple[int, int]
+"""Column and row, from 0."""
+
+_BLOCKED = -1
+"""The number of cells that are not open."""
+
 _LOOKS = re.compile(r"\A\s*type[ \t]+\w+\s+(height|width)[ \t]+\d+\s+(height|width)[ \t]+\d+\s+map\b")
 
 _HEADER = ("type", "height", "width", "map")
 
 _OPEN, _CLOSED, _WATER = frozenset(".GS"), frozenset("@OTW"), "W"
-"""Terrain and swamp, which robots drive on; out of bounds, trees and water, which they do not."""
+"""Terrain and swamp, where robots can drive, and out of bounds, trees and water, where they can't."""
 
 _MAX_OPEN = 512 * 512
-"""Cells that robots can drive on: with 8 neighbours each these take seconds, and 200 MB."""
+"""Maximum number of open cells: with 8 neighbors each, these take seconds and 200 MB."""
 
 _MAX_DIGITS = 12
-"""Digits of a number."""
+"""Maximum digits of a number."""
 
 
 def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
@@ -81,7 +89,7 @@ def _size(header: dict[str, str], key: str, file: str) -> int:
 
 
 def _wrong(row: str, width: int) -> str:
-    """Return the error of a row; empty for none."""
+    """Return the error of a row, or an empty text."""
     if len(row) != width:
         return f"has a row of {len(row)} cells, but a width of {width}"
     strange = row.strip("".join(_OPEN | _CLOSED))
@@ -91,7 +99,7 @@ def _wrong(row: str, width: int) -> str:
 
 
 def _world(rows: list[str], width: int, *, diagonal: bool) -> dict[str, Any]:
-    """Return a grid as in a world file: waypoints amid its open cells, obstacles where the others are."""
+    """Return a grid as in a world file: waypoints in its open cells, obstacles elsewhere."""
     height = len(rows)
     cells = [[cell in _OPEN for cell in row] for row in rows]
     xs, ys = [x + 0.5 for x in range(width)], [height - y - 0.5 for y in range(height)]
@@ -111,7 +119,7 @@ def _world(rows: list[str], width: int, *, diagonal: bool) -> dict[str, Any]:
 
 
 def _line_of(first: int) -> Callable[[Path], int | None]:
-    """Return what tells the line of a cell, by its name."""
+    """Return a function that returns the line of a cell by its name."""
 
     def line(path: Path) -> int | None:
         if path[:1] == ("waypoints",) and len(path) > 1:
@@ -119,6 +127,68 @@ def _line_of(first: int) -> Callable[[Path], int | None]:
         return first
 
     return line
+
+
+def numbered(rows: Sequence[Sequence[bool]]) -> list[list[int]]:
+    """Return the number of each open cell, row by row."""
+    numbers = count()
+    return [[next(numbers) if is_open else _BLOCKED for is_open in row] for row in rows]
+
+
+def steps(rows: Sequence[list[int]], *, diagonal: bool) -> tuple[array[int], array[int]]:
+    """Return pairs of neighboring open cells by their numbers, each pair once, in two arrays.
+
+    Cells that touch at a corner are neighbours by *diagonal*, if both cells beside are open. The pairs of a cell with
+    those that come later are together; the others have this cell for theirs.
+    """
+    starts, ends = array("i"), array("i")
+
+    def join(cell: int, other: int) -> None:
+        starts.append(cell)
+        ends.append(other)
+
+    for row, below in zip(rows, [*rows[1:], [_BLOCKED] * len(rows[0])], strict=True):
+        west, east = [_BLOCKED, *row], [*row[1:], _BLOCKED]
+        south_west, south_east = [_BLOCKED, *below], [*below[1:], _BLOCKED]
+        for cell, w, e, s, sw, se in zip(row, west, east, below, south_west, south_east, strict=False):
+            if cell == _BLOCKED:
+                continue
+            if e != _BLOCKED:
+                join(cell, e)
+            if s != _BLOCKED:
+                join(cell, s)
+                if diagonal and _BLOCKED not in (e, se):
+                    join(cell, se)
+                if diagonal and _BLOCKED not in (w, sw):
+                    join(cell, sw)
+    return starts, ends
+
+
+def blocks(rows: Sequence[Sequence[bool]]) -> Iterator[tuple[Cell, Cell]]:
+    """Yield rectangles that cover the cells that are not open, each as its first cell and the one after its last.
+
+    Runs of a row that are just below runs as long are one rectangle with them.
+    """
+    above: dict[tuple[int, int], int] = {}
+    for y, row in enumerate([*rows, ()]):
+        here = dict.fromkeys(_runs(row), y)
+        for run, begin in above.items():
+            if run in here:
+                here[run] = begin
+            else:
+                yield (run[0], begin), (run[1], y)
+        above = here
+
+
+def _runs(row: Sequence[bool]) -> Iterator[tuple[int, int]]:
+    """Yield the start and end of each run of cells that are not open."""
+    begin: int | None = None
+    for x, is_open in enumerate([*row, True]):
+        if not is_open and begin is None:
+            begin = x
+        elif is_open and begin is not None:
+            yield begin, x
+            begin = None
 
 
 FORMAT = Format(name="movingai", suffixes=(".map",), matches=lambda text: bool(_LOOKS.match(text)), read=_read)

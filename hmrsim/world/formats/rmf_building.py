@@ -10,14 +10,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hmrsim.world.formats import Format
-from hmrsim.world.formats._alignment import by_degrees, by_fiducials, by_scale
-from hmrsim.world.formats._levels import side_by_side
-from hmrsim.world.formats._pages import choose_page
-from hmrsim.world.formats._part import BadPart, Part
-from hmrsim.world.formats._reading import Reading, of_yaml
-from hmrsim.world.formats._rmf_level import Level, read_level
-from hmrsim.world.formats._rmf_lifts import Shafts, lifts
-from hmrsim.world.formats._rmf_things import things
+from hmrsim.world.formats._layouts import choose_page, side_by_side
+from hmrsim.world.formats._reading import BadPart, Part, Reading, of_yaml
+from hmrsim.world.formats._rmf_conversion import Shafts, convert, lifts
+from hmrsim.world.formats._rmf_level import Level, by_degrees, by_fiducials, by_scale, read_level
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
@@ -45,10 +41,10 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     chosen = levels if options.page is None else [levels[choose_page(pages, options.page, file, noun="level")]]
     for level, shift in zip(chosen, side_by_side([map(level.at, level.vertices) for level in chosen]), strict=True):
         level.shift = shift
-    found = things(reading, chosen, options)
+    conversion = convert(reading, chosen, options)
     shafts = Shafts({level.name: level for level in levels}, reference, system == _IMAGE)
-    data = {"name": _name(root), **found.data, "lifts": lifts(reading, shafts)}
-    return reading.document(data, pages=pages, robots=tuple(found.robots))
+    data = {"name": _name(root), **conversion.data, "lifts": lifts(reading, shafts)}
+    return reading.document(data, pages=pages, robots=tuple(conversion.robots))
 
 
 def _name(root: Part) -> str:
@@ -60,7 +56,7 @@ def _system(root: Part) -> str:
     """Return the coordinate system.
 
     Raises:
-        BadPart: It is none that is read here.
+        BadPart: It is not supported.
     """
     part = root.get("coordinate_system") or Part(_IMAGE)
     if part.value not in (_IMAGE, _METRES, _DEGREES):
@@ -69,7 +65,7 @@ def _system(root: Part) -> str:
 
 
 def _align(reading: Reading, levels: list[Level], reference: Level, system: str) -> None:
-    """Tell each level where its points are in metres."""
+    """Set the alignment of each level."""
     if system == _IMAGE:
         _align_images(reading, levels, reference)
     elif system == _DEGREES:
@@ -81,7 +77,7 @@ def _align(reading: Reading, levels: list[Level], reference: Level, system: str)
 
 
 def _align_images(reading: Reading, levels: list[Level], reference: Level) -> None:
-    """Scale the reference level by its measurements, and lay the others onto it by the fiducials in common."""
+    """Scale the reference level by its measurements, and align the others with it by common fiducials."""
     scale = reading.attempt(reference.scale)
     if scale is None:
         reading.warn(reference.part, "has no measurements, so that a pixel of its drawing counts as a metre")

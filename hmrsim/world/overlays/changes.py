@@ -1,29 +1,174 @@
-"""The changes that an overlay asks for, one after the other."""
+"""Changes of a world by path, such as ``robots.*.components.battery.capacity``, and the limit of their work."""
 
 from __future__ import annotations
 
+import fnmatch
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim.diagnostics import Finding, shown
 from hmrsim.distributions import is_distribution
-from hmrsim.world.overlays.expressions import Names, in_key, substituted
-from hmrsim.world.overlays.flaw import OverlayFlaw
-from hmrsim.world.overlays.steps import APPEND, Step, joined, steps_of
+from hmrsim.world.overlays.expressions import Names, OverlayFlaw, in_key, substituted
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
-    from hmrsim.world.overlays.work import Work
+
+MAX_WORK: Final = 1_000_000
+"""Maximum work of all overlays of a world, as a short overlay can ask for much: lines, entries that patterns are
+compared with, and values that are set."""
+
+FLAW: Final = 200
+"""The work of an error, whose message searches for similar names."""
+
+_CHARACTERS: Final = 16
+"""Characters of a text that count as one value."""
+
+_COMPARED: Final = 1024
+"""Characters of a pattern, times those of the keys, that count as one value, as comparing takes so many steps."""
+
+
+class TooMuchWorkError(Exception):
+    """The overlays of a world exceed the limit of work.
+
+    Attributes:
+        path: The line of the overlay that exceeds it, as a path.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"the overlays of a world ask for more than {MAX_WORK:,} changes in all, with every repetition, every entry"
+            " that a pattern is compared with and every value that is put; repeat less, or write the values into the "
+            "world itself"
+        )
+        self.path = path
+
+
+class Work:
+    """The work of all overlays of a world, counted."""
+
+    def __init__(self) -> None:
+        self._left = MAX_WORK
+
+    def spend(self, amount: int, path: Path) -> None:
+        """Count work of the line at *path*, before it is done.
+
+        Raises:
+            TooMuchWorkError: The limit is exceeded.
+        """
+        self._left -= amount
+        if self._left < 0:
+            raise TooMuchWorkError(path)
+
+    def compare(self, pattern: str, parts: dict[str, Any] | list[Any], path: Path) -> None:
+        """Count the comparison of a pattern with the keys or indices of all entries.
+
+        Raises:
+            TooMuchWorkError: The limit is exceeded.
+        """
+        letters = sum(map(len, parts)) if isinstance(parts, dict) else 0
+        self.spend(len(parts) + letters * len(pattern) // _COMPARED, path)
+
+    def size(self, value: Any) -> int:
+        """Return the number of values in a value, counted no further than the work that is left."""
+        size, parts = 0, [value]
+        while parts and size <= self._left:
+            part = parts.pop()
+            size += 1
+            if isinstance(part, dict):
+                parts += part.values()
+                size += sum(map(len, part)) // _CHARACTERS
+            elif isinstance(part, list):
+                parts += part
+            elif isinstance(part, str):
+                size += len(part) // _CHARACTERS
+        return size
+
+
+APPEND: Final = "+"
+"""The step that appends entries to a list."""
+
+MAX_STEPS: Final = 50
+"""Maximum steps of a path, the same as the nesting of a file."""
+
+_STEP: Final = re.compile(r""""(?P<double>[^"]*)"|'(?P<single>[^']*)'|(?P<plain>[^."']+)""")
+
+
+class Step(str):
+    """A step of a path: a key, an index, or a pattern with ``*`` unless it was quoted."""
+
+    __slots__ = ("quoted",)
+
+    quoted: bool
+
+    def __new__(cls, text: str, *, quoted: bool = False) -> Self:
+        """Create a step."""
+        step = super().__new__(cls, text)
+        step.quoted = quoted
+        return step
+
+    @property
+    def is_pattern(self) -> bool:
+        """Whether the step matches several entries."""
+        return not self.quoted and "*" in self
+
+
+def steps_of(path: str) -> tuple[Step, ...]:
+    """Return the steps of a path; names with dots are quoted: ``places."ward.1".at``.
+
+    Raises:
+        OverlayFlaw: The path is invalid.
+    """
+    steps, at = [], 0
+    while True:
+        match = _STEP.match(path, at)
+        if match is None:
+            raise OverlayFlaw(
+                f"{path!r} is no path; expected names with dots between them, such as robots.*.base.speed"
+            )
+        steps.append(Step(match[match.lastgroup or 0].strip(), quoted=match.lastgroup != "plain"))
+        at = match.end()
+        if at == len(path):
+            return tuple(steps)
+        if path[at] != ".":
+            raise OverlayFlaw(f"{path!r} is no path; expected a dot after {path[:at]!r}")
+        at += 1
+
+
+def joined(steps: tuple[Step, ...], further: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return a path continued by further steps.
+
+    Raises:
+        OverlayFlaw: The path has too many steps.
+    """
+    number = len(steps) + len(further)
+    if number > MAX_STEPS:
+        raise OverlayFlaw(f"leads through {number} entries; at most {MAX_STEPS}")
+    return (*steps, *further)
+
+
+def matching(step: Step, parts: dict[str, Any] | list[Any]) -> Iterator[str | int]:
+    """Yield the keys or indices of the entries that a pattern matches."""
+    if isinstance(parts, list):
+        yield from (i for i in range(len(parts)) if fnmatch.fnmatchcase(str(i), step))
+    else:
+        yield from [key for key in parts if fnmatch.fnmatchcase(key, step)]
+
+
+def index_of(step: str, entries: Sequence[object]) -> int | None:
+    """Return a step as an index of a list, or None if it is none."""
+    index = int(step) if step.isdecimal() and len(step) < 10 else -1  # noqa: PLR2004
+    return index if 0 <= index < len(entries) else None
+
 
 REMOVE: Final = "~"
-"""What a key begins with whose entry is taken away."""
+"""The first character of a key that removes an entry."""
 
 _EACH: Final = re.compile(r"each (?:(?P<name>[A-Za-z_]\w*) in )?(?P<over>.+)", re.ASCII)
 _RANGE: Final = re.compile(r"(-?\d{1,9})\.\.(-?\d{1,9})", re.ASCII)
 _MAX_REPEATED: Final = 10_000
-"""Numbers that an ``each`` runs over."""
+"""Maximum repetitions of an ``each``."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +176,10 @@ class Change:
     """A change of a world.
 
     Attributes:
-        steps: Where.
-        value: What is put there; nothing where it is taken away; an empty mapping leaves one that is there.
-        removes: Whether it is taken away.
-        path: Where an overlay says so.
+        steps: The path in the world.
+        value: The new value; None if the entry is removed. An empty mapping keeps an existing mapping.
+        removes: Whether the entry is removed.
+        path: The path of the change in the overlay.
     """
 
     steps: tuple[Step, ...]
@@ -43,25 +188,23 @@ class Change:
     path: Path
 
 
-def changes(said: Mapping[str, Any], names: Names, work: Work) -> Iterator[Change | Finding]:
-    """Yield the changes that an overlay asks for in its order, and what is wrong with it.
+def changes(
+    entries: Mapping[str, Any], names: Names, work: Work, steps: tuple[Step, ...] = (), path: Path = ()
+) -> Iterator[Change | Finding]:
+    """Yield the changes of an overlay in order, and its errors.
 
     Args:
-        said: What it says: values by path. A mapping goes on with the path, ``~PATH`` takes an entry away, and
-            ``each 1..6`` repeats what is below it with ``$i``.
-        names: The values that its expressions ask for.
-        work: Counts its lines as often as they are repeated, and the values of what they put.
+        entries: Values by path. A mapping continues the path, ``~PATH`` removes an entry, and ``each 1..6`` repeats the
+            entries below it with ``$i``.
+        names: The values that expressions can use.
+        work: Counts every repeated line and the values that are set.
+        steps: The path in the world to which *entries* belong.
+        path: The path of *entries* in the overlay.
 
     Raises:
-        TooMuchWorkError: They are more than the limit.
+        TooMuchWorkError: The limit is exceeded.
     """
-    yield from _below(said, names, (), (), work)
-
-
-def _below(
-    said: Mapping[str, Any], names: Names, steps: tuple[Step, ...], path: Path, work: Work
-) -> Iterator[Change | Finding]:
-    for key, value in said.items():
+    for key, value in entries.items():
         here = (*path, key)
         work.spend(1, here)
         try:
@@ -72,20 +215,20 @@ def _below(
             text = in_key(key, names)
             work.spend(work.size(text), here)
             removes = text.startswith(REMOVE)
-            there = joined(steps, steps_of(text.removeprefix(REMOVE)))
+            target = joined(steps, steps_of(text.removeprefix(REMOVE)))
             if removes and value is not None:
                 yield Finding(here, f"takes an entry away, so that it has no value; got {shown(value)}", value)
             elif removes:
-                yield Change(there, None, removes=True, path=here)
-            elif isinstance(value, dict) and not is_distribution(value) and there[-1] != APPEND:
-                yield Change(there, {}, removes=False, path=here)
-                yield from _below(value, names, there, here, work)
+                yield Change(target, None, removes=True, path=here)
+            elif isinstance(value, dict) and not is_distribution(value) and target[-1] != APPEND:
+                yield Change(target, {}, removes=False, path=here)
+                yield from changes(value, names, work, target, here)
             else:
                 work.spend(work.size(value), here)
-                put = substituted(value, names)
-                # Its texts may be longer.
-                work.spend(work.size(put), here)
-                yield Change(there, put, removes=False, path=here)
+                result = substituted(value, names)
+                # Expressions may have made its texts longer.
+                work.spend(work.size(result), here)
+                yield Change(target, result, removes=False, path=here)
         except OverlayFlaw as error:
             yield Finding(here, str(error), value)
 
@@ -98,22 +241,22 @@ def _repeated(
     name = each["name"] or "i"
     for index in _indices(each["over"].strip(), names):
         work.spend(1, path)
-        yield from _below(value, {**names, name: index}, steps, path, work)
+        yield from changes(value, {**names, name: index}, work, steps, path)
 
 
 def _indices(over: str, names: Names) -> list[Any]:
-    """Return what an index runs over."""
-    found = substituted(over, names)
-    if isinstance(found, str):
-        span = _RANGE.fullmatch(found)
+    """Return the values of the index of an ``each``."""
+    values = substituted(over, names)
+    if isinstance(values, str):
+        span = _RANGE.fullmatch(values)
         if span is not None:
             first, last = int(span[1]), int(span[2])
             if last - first >= _MAX_REPEATED:
                 raise OverlayFlaw(f"repeats {last - first + 1} times; at most {_MAX_REPEATED}")
             if last < first:
-                raise OverlayFlaw(f"{found} runs over nothing; the first comes before the last")
+                raise OverlayFlaw(f"{values} runs over nothing; the first comes before the last")
             return [*range(first, last + 1)]
-        found = [part.strip() for part in found.split(",")]
-    if not isinstance(found, (list, dict)):
-        raise OverlayFlaw(f"expected 1..6, names such as a, b or a table, got {shown(found)}")
-    return [*found]
+        values = [part.strip() for part in values.split(",")]
+    if not isinstance(values, (list, dict)):
+        raise OverlayFlaw(f"expected 1..6, names such as a, b or a table, got {shown(values)}")
+    return [*values]

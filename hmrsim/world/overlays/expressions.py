@@ -1,7 +1,7 @@
-"""Values from tables: ``${levels.charge[charge][i-1]}``, and ``$i`` for a name alone.
+"""Expressions of overlays: ``${levels.charge[charge][i-1]}``, and ``$i`` for a single name.
 
-An expression has names, keys after dots or in brackets, numbers, quoted texts and the four operations. It is read by
-Python's own parser, but nothing else of Python can be said.
+An expression has names, keys after dots or in brackets, numbers, quoted texts and the four operations. Python's parser
+reads it, but the rest of Python is rejected.
 """
 
 from __future__ import annotations
@@ -16,16 +16,24 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from hmrsim.diagnostics import instead, shortened, shown
-from hmrsim.world.overlays.flaw import OverlayFlaw, UnknownPart
+
+
+class OverlayFlaw(ValueError):
+    """An error of an overlay; the message has the reason and a remedy. Its file and line are added later."""
+
+
+class UnknownPart(OverlayFlaw):
+    """A table lacks an entry; the message names the table and the key."""
+
 
 Names = Mapping[str, Any]
-"""The values that an expression can ask for."""
+"""The values that an expression can use, by name."""
 
 _REFERENCE: Final = re.compile(r"\$(?:(?P<escaped>\$)|\{(?P<expression>[^{}]*)\}|(?P<name>[A-Za-z_]\w*))", re.ASCII)
 _MAX_LENGTH: Final = 500
 _MAX_DEPTH: Final = 100
 _MAX_TEXT: Final = 10_000
-"""Characters that expressions put into a text: that of a name in a list may be long, and be asked for often."""
+"""Maximum characters that expressions insert into a text, as a long value may be inserted many times."""
 
 _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = MappingProxyType(
     {
@@ -42,11 +50,11 @@ _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = Map
 def substituted(value: Any, names: Names) -> Any:
     """Return a value with the expressions in its texts replaced, also inside lists and mappings.
 
-    A text that is one expression becomes that expression's value; in a longer one each is replaced by its text. ``$$``
-    is a dollar sign.
+    A text that consists of one expression becomes the expression's value. In longer texts each expression is replaced
+    by its text. ``$$`` is a dollar sign.
 
     Raises:
-        OverlayFlaw: An expression has no value; the text says why.
+        OverlayFlaw: An expression has no value.
     """
     if isinstance(value, str):
         return _in_text(value, names) if "$" in value else value
@@ -61,41 +69,41 @@ def in_key(key: str, names: Names) -> str:
     """Return a key with its expressions replaced by their texts.
 
     Raises:
-        OverlayFlaw: An expression has no value; the text says why.
+        OverlayFlaw: An expression has no value.
     """
     return str(_in_text(key, names)) if "$" in key else key
 
 
 def evaluate(expression: str, names: Names) -> Any:
-    """Return the value of an expression that stands alone, without ``${}``.
+    """Return the value of an expression without ``${}``.
 
     Raises:
-        OverlayFlaw: It has none; the text says why.
+        OverlayFlaw: The expression has no value.
     """
     return _evaluated(_parsed(expression), names)
 
 
 @lru_cache(maxsize=4096)
 def names_in(expression: str) -> frozenset[str]:
-    """Return the names that an expression asks for.
+    """Return the names in an expression.
 
     Raises:
-        OverlayFlaw: It is none.
+        OverlayFlaw: The expression is invalid.
     """
     return frozenset(node.id for node in ast.walk(_parsed(expression)) if isinstance(node, ast.Name))
 
 
 def names_asked_for(value: Any) -> frozenset[str]:
-    """Return the names that the expressions in the texts of a value ask for, also inside lists and mappings.
+    """Return the names in the expressions of a value, also inside lists and mappings.
 
     Raises:
-        OverlayFlaw: One is no expression.
+        OverlayFlaw: An expression is invalid.
     """
     if isinstance(value, str):
         if "$" not in value:
             return frozenset()
-        found = [match["name"] or match["expression"] for match in _REFERENCE.finditer(value) if not match["escaped"]]
-        return frozenset().union(*map(names_in, found))
+        matches = (match for match in _REFERENCE.finditer(value) if not match["escaped"])
+        return frozenset().union(*(names_in(match["name"] or match["expression"]) for match in matches))
     if isinstance(value, Mapping):
         return frozenset().union(*map(names_asked_for, value), *map(names_asked_for, value.values()))
     if isinstance(value, (list, tuple)):
@@ -104,22 +112,22 @@ def names_asked_for(value: Any) -> frozenset[str]:
 
 
 def parts_in(expression: str) -> list[str]:
-    """Return what an expression asks for by a name and keys, such as ``orders.lead_time.mean``.
+    """Return the parts of values that an expression uses, such as ``orders.lead_time.mean``.
 
     Raises:
-        OverlayFlaw: It is none.
+        OverlayFlaw: The expression is invalid.
     """
-    found: list[str] = []
+    parts: list[str] = []
 
     def look(node: ast.AST) -> None:
         if isinstance(node, (ast.Attribute, ast.Subscript)):
-            found.append(ast.unparse(node))
+            parts.append(ast.unparse(node))
         if not isinstance(node, ast.Attribute):
             for child in ast.iter_child_nodes(node):
                 look(child)
 
     look(_parsed(expression))
-    return found
+    return parts
 
 
 def _in_text(text: str, names: Names) -> Any:
@@ -212,17 +220,17 @@ def _result(node: ast.BinOp, left: float, right: float) -> int | float:
     return value
 
 
-def _part(whole: object, key: object, said: str) -> Any:
-    """Return an entry of a table; of a mapping also the one whose key is the text of *key*."""
+def _part(whole: object, key: object, text: str) -> Any:
+    """Return an entry of a table; keys of a mapping may also equal the text of *key*."""
     if isinstance(whole, Mapping):
-        for each in (key, str(key)):
-            if each in whole:
-                return whole[each]
-        raise UnknownPart(f"{said} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
+        for candidate in (key, str(key)):
+            if candidate in whole:
+                return whole[candidate]
+        raise UnknownPart(f"{text} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
     if isinstance(whole, list):
         if isinstance(key, bool) or not isinstance(key, int):
-            raise OverlayFlaw(f"{said} is a list, of which {shown(key)} is no index")
+            raise OverlayFlaw(f"{text} is a list, of which {shown(key)} is no index")
         if not 0 <= key < len(whole):
-            raise OverlayFlaw(f"{said} has {len(whole)} entries, from 0 on; there is none at {key}")
+            raise OverlayFlaw(f"{text} has {len(whole)} entries, from 0 on; there is none at {key}")
         return whole[key]
-    raise OverlayFlaw(f"{said} is {shown(whole)}, which has no parts")
+    raise OverlayFlaw(f"{text} is {shown(whole)}, which has no parts")

@@ -1,4 +1,4 @@
-"""Named tables that overlays take values from: YAML, JSON or CSV."""
+"""Tables of values for overlays: YAML, JSON or CSV files."""
 
 from __future__ import annotations
 
@@ -7,76 +7,63 @@ import io
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import Finding, dotted, shown
+from hmrsim.diagnostics import Finding, shown
+from hmrsim.documents.document import read_document, read_text
+from hmrsim.documents.yaml_text import plain
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.files import read_text
-from hmrsim.world.formats._json_text import as_yaml
-from hmrsim.world.yaml_text import Unreadable, plain, read
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
-def read_table(path: Path, file: str) -> Any:
+def read_table(path: Path) -> Any:
     """Return the content of a table.
 
     A CSV file becomes a mapping of its rows: the first column is the key of a row, which is a mapping of the others by
     the names in the first line. Numbers are read as in YAML.
 
-    Args:
-        path: The file.
-        file: Its name as the user knows it, for errors.
-
     Raises:
-        WorldError: It can't be read.
+        WorldError: The file can't be read.
     """
-    text = read_text(path, file)
     if path.suffix.lower() == ".csv":
-        return _rows(text, file)
-    try:
-        value, _, findings = read(as_yaml(text) if text.lstrip().startswith(("{", "[")) else text)
-    except Unreadable as error:
-        raise WorldError([Problem(file, "", str(error), error.line)]) from None
-    if findings:
-        raise WorldError([Problem(file, dotted(each.path), each.message, each.line) for each in findings])
-    return value
+        return _rows(path)
+    document = read_document(path, WorldError)
+    document.raise_for()
+    return document.data
 
 
 def as_rows(table: Any) -> list[dict[str, Any]]:
-    """Return a table as rows, of which the key of a row is no part; empty if it is no table.
-
-    A list of mappings is one, and a mapping of them; a CSV file's rows are read by `read_rows` with all columns.
-    """
+    """Return a list or a mapping of mappings as rows, without the keys of the mapping; empty for other values."""
     rows = [*table.values()] if isinstance(table, Mapping) else table
     if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Mapping) for row in rows):
         return []
     return [dict(row) for row in rows]
 
 
-def read_rows(path: Path, file: str) -> Any:
-    """Return the rows of a CSV file with all columns, or what `read_table` returns of another.
+def read_rows(path: Path) -> Any:
+    """Return the rows of a CSV file with all columns, or the content of another table, as `read_table` does.
 
     Raises:
-        WorldError: It can't be read.
+        WorldError: The file can't be read.
     """
     if path.suffix.lower() != ".csv":
-        return read_table(path, file)
-    return [{name: plain(field) for name, field in row.items()} for _, row in _csv(read_text(path, file), file)]
+        return read_table(path)
+    return [{name: plain(field) for name, field in row.items()} for _, row in _csv(path)]
 
 
-def read_tables(said: object, folder: Path) -> tuple[dict[str, Any], list[Path], list[Finding]]:
-    """Return the tables that a file names, each ``name: file``, their files, and what is wrong with them.
+def read_tables(named: object, folder: Path) -> tuple[dict[str, Any], list[Path], list[Finding]]:
+    """Return the tables of a file, their files, and their errors.
 
     Args:
-        said: What stands under ``tables``; a table may also be written out there.
-        folder: That of the file, from which the files of tables are looked for.
+        named: The value of ``tables``: each table as ``name: file``, or written out.
+        folder: The folder of the file, to which the files of tables are relative.
     """
-    if not isinstance(said, Mapping):
-        return {}, [], [Finding((), f"expected a mapping of names to files, got {shown(said)}", said)]
+    if not isinstance(named, Mapping):
+        return {}, [], [Finding((), f"expected a mapping of names to files, got {shown(named)}", named)]
     tables: dict[str, Any] = {}
     files: list[Path] = []
     findings: list[Finding] = []
-    for name, source in said.items():
+    for name, source in named.items():
         if isinstance(source, (dict, list)):
             tables[name] = source
         elif not isinstance(source, str) or not name.isidentifier():
@@ -86,27 +73,28 @@ def read_tables(said: object, folder: Path) -> tuple[dict[str, Any], list[Path],
             path = folder / source
             files.append(path.absolute())
             try:
-                tables[name] = read_table(path, str(path))
+                tables[name] = read_table(path)
             except WorldError as error:
                 findings += [Finding((name,), str(problem), source) for problem in error.problems]
     return tables, files, findings
 
 
-def _rows(text: str, file: str) -> dict[str, dict[str, object]]:
+def _rows(path: Path) -> dict[str, dict[str, object]]:
     rows: dict[str, dict[str, object]] = {}
-    for line, row in _csv(text, file):
+    for line, row in _csv(path):
         first, *names = row
         key = row[first]
         if key in rows:
             message = f"there is a row {shown(key)} already; the first column is the key"
-            raise WorldError([Problem(file, "", message, line)])
+            raise WorldError([Problem(str(path), "", message, line)])
         rows[key] = {name: plain(row[name]) for name in names}
     return rows
 
 
-def _csv(text: str, file: str) -> Iterator[tuple[int, dict[str, str]]]:
+def _csv(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield the rows of a CSV file, with their lines."""
-    reader = csv.reader(io.StringIO(text), strict=True)
+    file = str(path)
+    reader = csv.reader(io.StringIO(read_text(path, file)), strict=True)
     try:
         header = next(reader, [])
         if not header:

@@ -47,6 +47,11 @@ def test_a_file_is_a_plugin(kind):
     assert ["a", "b"] == list(kind("things1", b='THING = Thing("b")', a='THING = Thing("a")', _private="x = 1"))
 
 
+def test_a_file_can_hold_a_family_of_plugins(kind):
+    """A tuple with a plural name defines several plug-ins, which have names of their own."""
+    assert ["a", "b", "c"] == list(kind("family1", letters='THINGS = (Thing("c"), Thing("a"))', b='THING = Thing("b")'))
+
+
 def test_an_entry_point_is_a_plugin(kind, tmp_path):
     """It names a module, which is looked at as those of the folder are."""
     (tmp_path / "elsewhere.py").write_text('from test_plugins_kind import Thing\nTHING = Thing("elsewhere")\n')

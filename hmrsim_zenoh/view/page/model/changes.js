@@ -40,7 +40,7 @@ export function change(model, event, time) {
   then(model, sets ? { ...event, ...sets } : event, time);
 }
 
-/** @type {Map<string, Change>} By `Part` of hmrsim/events/_parts.py. */
+/** @type {Map<string, Change>} By `Part` of hmrsim/events/_event.py. */
 export const CHANGES = new Map(
   Object.entries({
     'robots.motion'(model, event, time) {

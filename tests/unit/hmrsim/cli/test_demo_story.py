@@ -6,8 +6,7 @@ import pytest
 
 from hmrsim.cli.demo_story import CausalOrder, Line, Story
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.events.items import ItemPicked, ItemPlaced
-from hmrsim.events.robots import MotionBegan, Stopped
+from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
 from hmrsim.events.simulation import SimulationReset
 
 GOAL = ("eve", "wait", "1" * 32)

@@ -11,10 +11,9 @@ import pytest
 
 from hmrsim.cli.event_log import BufferedSink, EventLog, LogDisplay, LogLines, summary, text_of
 from hmrsim.events import Severity
-from hmrsim.events.batteries import BatteryEmpty
-from hmrsim.events.doors import DoorOpening
+from hmrsim.events.facilities import DoorOpening
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.events.robots import Stopped
+from hmrsim.events.robots import BatteryEmpty, Stopped
 from hmrsim.events.traffic import Deadlock, Rerouted, Waiting
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped

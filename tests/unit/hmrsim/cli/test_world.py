@@ -9,7 +9,7 @@ import pytest
 from hmrsim.cli import main
 from hmrsim.random_fleets import oracle
 from hmrsim.random_fleets.oracle import Verdict
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import load_world
 from tests.cases import case
 

@@ -9,8 +9,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from hmrsim.drawing import PALETTE, THEMES, Drawing, type_looks
+from hmrsim.drawing.labels import Labels
 from hmrsim.world import World
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from tests.shipped import shipped
 
 MAPS = sorted(shipped_maps())
@@ -69,7 +70,7 @@ def texts(picture):
     ],
 )
 def test_everything_is_drawn_once(name, number):
-    """Each thing is one element of its layer; a lift is one for each of its stops."""
+    """Each entity is one element of its layer, and a lift is one for each of its stops."""
     assert number == len(layer(drawn(TWO_ROOMS), name))
 
 
@@ -89,15 +90,15 @@ def test_the_same_world_is_the_same_picture():
     assert Drawing(TWO_ROOMS).svg() == Drawing(TWO_ROOMS.model_copy(deep=True)).svg()
 
 
-def test_metres_point_up():
-    """In metres what has a greater y is further up."""
+def test_meters_point_up():
+    """In meters, greater y is further up."""
     low, _, high = layer(drawn(TWO_ROOMS), "waypoints")
 
     assert float(low.get("cy")) > float(high.get("cy"))
 
 
 def test_pixels_point_down():
-    """In pixels what has a greater y is further down."""
+    """In pixels, greater y is further down."""
     low, _, high = layer(drawn(TWO_ROOMS.model_copy(update={"units": "px"})), "waypoints")
 
     assert float(low.get("cy")) < float(high.get("cy"))
@@ -105,14 +106,14 @@ def test_pixels_point_down():
 
 @pytest.mark.parametrize(("units", "ahead"), [("m", -1), ("px", 1)])
 def test_robots_point_ahead(units, ahead):
-    """Half of a right angle's pi leads to greater y: up in metres, down in pixels."""
+    """A yaw of half pi points to greater y: up in meters, down in pixels."""
     eve = layer(drawn(TWO_ROOMS.model_copy(update={"units": units})), "robots")[0]
 
     assert f"rotate({90 * ahead})" in eve.get("transform")
 
 
 def test_things_are_where_they_are():
-    """What is in the middle of the bounds is in the middle of the floor."""
+    """A point in the middle of the bounds is in the middle of the floor."""
     drawing = Drawing(TWO_ROOMS)
     floor = next(element for element in drawn(TWO_ROOMS).iter(f"{SVG}rect") if element.get("class") == "floor")
     x, y, width, height = (float(floor.get(key)) for key in ("x", "y", "width", "height"))
@@ -122,7 +123,7 @@ def test_things_are_where_they_are():
 
 
 def test_the_first_type_is_yellow():
-    """Robots have the colour and the shape of their type; the first robot is a yellow cart."""
+    """Robots have the color and shape of their type, and the first robot is a yellow cart."""
     shapes = PALETTE["bodies"]["types"]
     looks = {"carrier": ("#f5c400", shapes[0]), "drone": ("#4cbefc", shapes[1])}
     assert looks == type_looks(TWO_ROOMS)
@@ -134,40 +135,40 @@ def test_the_first_type_is_yellow():
 
 
 def test_only_a_robot_that_flies_has_rotors():
-    """It has four."""
+    """Only a flying robot has rotors, four of them."""
     eve, drone = layer(drawn(TWO_ROOMS), "robots")
 
     assert (0, 4) == (len(list(eve.iter(f"{SVG}circle"))), len(list(drone.iter(f"{SVG}circle"))))
 
 
 def test_a_one_way_lane_has_an_arrow():
-    """A one-way lane is two strokes, the other kind one."""
+    """A one-way lane has two strokes, other lanes one."""
     both, one_way = layer(drawn(TWO_ROOMS), "lanes")
 
     assert (1, 2) == (both.get("d").count("M"), one_way.get("d").count("M"))
 
 
 def test_what_is_pointed_at_is_explained():
-    """A lane's title says where it leads, how fast and for how many."""
+    """The tooltip of a lane has its ends, speed limit and capacity."""
     _, one_way = layer(drawn(TWO_ROOMS), "lanes")
 
     assert "b → c, ≤ 0.5 m/s, 2 at once" == one_way[0].text
 
 
 def test_details_are_written():
-    """Speed limits and capacities are written only if that is asked for."""
+    """Speed limits and capacities are shown on request only."""
     assert "≤ 0.5 m/s, 2 at once" in texts(drawn(TWO_ROOMS, details=True))
     assert "≤ 0.5 m/s, 2 at once" not in texts(drawn(TWO_ROOMS))
 
 
 def test_names_can_be_left_out():
-    """Without names and legend nothing is written."""
+    """Without names and legend there is no text."""
     assert {"eve", "wall_e", "desk", "plug", "gate", "tower", "box"} <= set(texts(drawn(TWO_ROOMS)))
     assert [] == texts(drawn(TWO_ROOMS, names=False, legend=False))
 
 
 def test_the_legend_has_what_there_is():
-    """A legend explains what is drawn, and nothing else."""
+    """The legend explains exactly the drawn marks."""
     world = World.model_validate({"waypoints": {"a": [0, 0], "b": [5, 0]}, "lanes": [["a", "b"]]})
 
     assert ["0.5 m", "world", "1 lane", "lane"] == [text for text in texts(drawn(world)) if text not in "ab"]
@@ -175,7 +176,7 @@ def test_the_legend_has_what_there_is():
 
 @pytest.mark.parametrize("name", MAPS)
 def test_names_do_not_overlap(name):
-    """No name is on another one, as far as the widths of a wide font tell."""
+    """Names don't overlap, assuming a wide font."""
     boxes = []
     for text in drawn(shipped(name).world).findall(f"{SVG}g[@class='names']/{SVG}text"):
         size, x, y = (float(text.get(key)) for key in ("font-size", "x", "y"))
@@ -190,7 +191,7 @@ def test_names_do_not_overlap(name):
 
 
 def test_hostile_names_are_text():
-    """Whatever a name holds is shown as it is, and is no element of the picture."""
+    """Names are shown literally and never become elements."""
     world = TWO_ROOMS.model_copy(update={"name": HOSTILE, "places": {HOSTILE: TWO_ROOMS.places["desk"]}})
     picture = drawn(world.model_copy(update={"items": {}}))
     shown = "<img src=x onerror=alert(1)> & \"'\ufffd\ufffd]]>"
@@ -200,7 +201,7 @@ def test_hostile_names_are_text():
 
 
 def test_a_picture_loads_nothing():
-    """A picture has no script, no style and no link, to be put into any page."""
+    """A picture has no script, style or link, so that any page can embed it."""
     kinds = {element.tag.removeprefix(SVG) for element in drawn(shipped("hospital").world).iter()}
 
     assert {"svg", "title", "rect", "circle", "path", "g", "text"} == kinds
@@ -218,7 +219,7 @@ def test_a_picture_loads_nothing():
     ids=["empty", "a point", "bounds of no size", "huge", "a line"],
 )
 def test_odd_worlds(world):
-    """Worlds without extent, or with far too much, are drawn in a picture of reasonable size."""
+    """Worlds without extent, or with a huge one, have a picture of reasonable size."""
     width, height = Drawing(World.model_validate(world)).size
 
     assert 1200 == width
@@ -226,8 +227,8 @@ def test_odd_worlds(world):
     assert "nan" not in Drawing(World.model_validate(world)).svg()
 
 
-def test_lanes_in_colours_of_their_own():
-    """The directions are drawn beside each other in their own colour and width, with their notes."""
+def test_lanes_in_colors_of_their_own():
+    """Directions with their own color and width are drawn beside each other, with their notes."""
     svg = Drawing(TWO_ROOMS).svg(
         {("a", "b"): ("#123456", 5.0), ("b", "a"): ("#654321", 2.0)}, lane_notes={("a", "b"): "12 times"}
     )
@@ -239,7 +240,7 @@ def test_lanes_in_colours_of_their_own():
 
 
 def test_a_huge_world_takes_little_time():
-    """Ten thousand lanes are drawn in some seconds of processor time at most, names included."""
+    """Ten thousand lanes with names take a few seconds of processor time at most."""
     side = 71
     grid = {
         "waypoints": {f"w{x}_{y}": [x * 5, y * 5] for x in range(side) for y in range(side)},
@@ -258,3 +259,21 @@ def test_a_huge_world_takes_little_time():
 
     assert process_time() - began < 5
     assert 9940 + len(["scale bar", "lane of the legend"]) == svg.count("<path ")
+
+
+def test_what_is_far_larger_than_the_picture_takes_all_of_it():
+    """A box far larger than the picture costs no more than one that fits."""
+    labels = Labels((0.0, 0.0, 100.0, 100.0))
+    labels.block((-1e9, -1e9, 1e9, 1e9))
+
+    assert labels.place((50.0, 50.0), 2.0, 20.0, 10.0) is None
+
+
+def test_what_is_beside_the_picture_takes_none_of_it():
+    """A box outside the picture does not move a name."""
+    labels = Labels((0.0, 0.0, 100.0, 100.0))
+    before = labels.place((50.0, 50.0), 2.0, 20.0, 10.0)
+    other = Labels((0.0, 0.0, 100.0, 100.0))
+    other.block((200.0, 0.0, 300.0, 100.0))
+
+    assert before == other.place((50.0, 50.0), 2.0, 20.0, 10.0)

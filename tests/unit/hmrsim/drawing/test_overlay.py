@@ -35,7 +35,7 @@ def layer(picture, name):
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_more_traffic_is_wider_and_darker(theme):
-    """A lane that most trips take has the last colour; whichever way its ends are named."""
+    """The lane of most trips has the last color, in whichever order its ends are named."""
     overlay = Overlay(OVERLAY.shares, OVERLAY.weak, theme)
     picture = ET.fromstring(Drawing(WORLD, theme, overlay=overlay).svg())
     taken = [lane for lane in layer(picture, "lanes") if lane.get("stroke") in PALETTE["heat"][theme]]
@@ -46,7 +46,7 @@ def test_more_traffic_is_wider_and_darker(theme):
 
 
 def test_bottlenecks_are_marked():
-    """A lane shines, a ride is dashed, and rings are around a waypoint and the stops of a lift."""
+    """A lane is highlighted, a ride is dashed, and waypoints and stops of a lift have rings."""
     picture = ET.fromstring(Drawing(WORLD, overlay=OVERLAY).svg())
     ride, lane = layer(picture, "only-lanes")
 
@@ -56,7 +56,7 @@ def test_bottlenecks_are_marked():
 
 
 def test_the_legend_says_what_is_drawn():
-    """And nothing of it without an overlay."""
+    """The legend explains the overlay, if there is one."""
     drawn = {text.text for text in ET.fromstring(Drawing(WORLD, overlay=OVERLAY).svg()).iter(f"{SVG}text")}
     plain = {text.text for text in ET.fromstring(Drawing(WORLD).svg()).iter(f"{SVG}text")}
 

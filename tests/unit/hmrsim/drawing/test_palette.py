@@ -53,7 +53,7 @@ def luminance(colour):
 
 @pytest.mark.parametrize("who", SEEN)
 def test_types_of_robots_differ(who):
-    """Each two of them, for everybody; their shapes differ, too."""
+    """The types differ in color, also for color-blind people, and in shape."""
     seen = {colour: oklab(times(SEEN[who], linear(colour))) for colour in PALETTE["types"]}
 
     near = {pair: dist(seen[pair[0]], seen[pair[1]]) for pair in combinations(seen, 2)}
@@ -62,7 +62,7 @@ def test_types_of_robots_differ(who):
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_what_says_where_a_robot_looks_is_seen_on_its_body(theme):
-    """The wedge has the colour of the outline."""
+    """The wedge has the color of the outline."""
     ink = luminance(PALETTE[theme]["robot_outline"])
 
     assert all((luminance(colour) + 0.05) / (ink + 0.05) > 2.3 for colour in PALETTE["types"])

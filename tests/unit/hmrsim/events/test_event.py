@@ -8,14 +8,14 @@ import pickle
 import pytest
 
 from hmrsim.events import Severity, UnknownEvent, from_json
-from hmrsim.events.doors import DoorOpened, DoorOpening
+from hmrsim.events.facilities import DoorOpened, DoorOpening
 from hmrsim.events.faults import FaultMissed
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.traffic import Deadlock, MadeRoom, Waiting
 
 
 def test_an_event_is_frozen():
-    """Its fields can't be set, and it has no others."""
+    """Fields of an event can't be set, and no others can be added."""
     event = DoorOpening("gate")
 
     with pytest.raises(AttributeError):
@@ -25,7 +25,7 @@ def test_an_event_is_frozen():
 
 
 def test_events_are_equal_if_their_kind_and_fields_are():
-    """Events of two kinds never are, though both are tuples."""
+    """Events of different kinds are never equal, although both are tuples."""
     assert DoorOpening("gate") == DoorOpening(door="gate", by="")
     assert DoorOpening("gate") != DoorOpened("gate")
     assert 2 == len({DoorOpening("gate"), DoorOpening("gate"), DoorOpened("gate")})
@@ -33,7 +33,7 @@ def test_events_are_equal_if_their_kind_and_fields_are():
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda event: pickle.loads(pickle.dumps(event))])
 def test_an_event_can_be_copied(again):
-    """Also by pickle, for those who run simulations in several processes."""
+    """An event can be copied and pickled."""
     event = MadeRoom("eve", (0.0, 0.0), (1.0, 0.0), "ann")
 
     assert event == again(event)
@@ -41,7 +41,7 @@ def test_an_event_can_be_copied(again):
 
 
 def test_json_has_names_without_underscores_and_no_defaults():
-    """In the order in which the fields are declared."""
+    """JSON has the fields in the order of their declaration."""
     assert [("robot", "eve"), ("from", [0.0, 0.0]), ("to", [1.0, 0.0]), ("by", "ann")] == [
         *MadeRoom("eve", (0.0, 0.0), (1.0, 0.0), "ann").to_json().items()
     ]
@@ -50,7 +50,7 @@ def test_json_has_names_without_underscores_and_no_defaults():
 
 
 def test_settings_of_a_fault_are_fields_of_their_own_in_json():
-    """Where the settings are declared, and back."""
+    """The settings of a fault become fields in JSON, and are read from them."""
     event = FaultMissed("slip", "wet", {"robot": "eve", "at": 3.0}, "no robot")
     fields = event.to_json()
 
@@ -59,7 +59,7 @@ def test_settings_of_a_fault_are_fields_of_their_own_in_json():
 
 
 def test_fields_that_are_unknown_are_passed_over():
-    """A newer version may have more."""
+    """Unknown fields, as of a newer version, are ignored."""
     assert DoorOpening("gate") == from_json({"kind": "door_opening", "door": "gate", "speed": 3})
 
 
@@ -74,13 +74,13 @@ def test_fields_that_are_unknown_are_passed_over():
     ],
 )
 def test_fields_that_are_wrong_are_named(fields, message):
-    """With what is wrong."""
+    """An error names each invalid field."""
     with pytest.raises(ValueError, match=message):
         from_json(fields)
 
 
 def test_an_unknown_kind_keeps_its_fields():
-    """And is shown by them, also where they are nested."""
+    """An event of unknown kind shows its fields, except nested ones."""
     event = from_json({"kind": "floor_cleaned", "robot": "eve", "area": 2.5, "path": [[1, 2]], "stamp": 7})
 
     assert isinstance(event, UnknownEvent)
@@ -89,7 +89,7 @@ def test_an_unknown_kind_keeps_its_fields():
 
 
 def test_an_event_describes_itself():
-    """Beginning with whom it is about, if that is not the whole world."""
+    """The description of an event starts with its subject, unless that is the whole world."""
     assert "eve waits for ann" == Waiting("eve", (1.0, 2.0), for_=("ann",)).describe()
     assert "deadlock of ann and eve" == Deadlock(("ann", "eve"), ()).describe()
 
@@ -98,10 +98,10 @@ def test_an_event_describes_itself():
     ("status", "severity"), [(2, Severity.DEBUG), (4, Severity.INFO), (5, Severity.WARNING), (6, Severity.ERROR)]
 )
 def test_a_severity_may_depend_on_a_field(status, severity):
-    """Such as how a goal ends."""
+    """The severity can depend on a field, such as the status of a goal."""
     assert severity is GoalStatusChanged("eve", "wait", "1" * 32, status).severity
 
 
 def test_what_the_world_does_is_about_no_robot():
-    """Its name stands for the world."""
+    """A goal of the world has no robot as its subject."""
     assert "" == GoalStatusChanged("_world", "simulate_steps", "1" * 32, 4).subject

@@ -1,15 +1,15 @@
-"""What every kind of event in the registry promises."""
+"""The guarantees of every kind of event in the registry, and how its class is built."""
 
 from __future__ import annotations
 
+import gc
 import json
 
 import pytest
 from jsonschema import Draft202012Validator
 
 from hmrsim import events
-from hmrsim.events import Event, registry
-from hmrsim.events import _flaws as flaws
+from hmrsim.events import Event, _registry, registry
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world_checks import load_world
@@ -43,14 +43,14 @@ def example(kind):
 
 
 def test_it_comes_back_from_its_json(kind):
-    """As a class of its own, with all fields."""
+    """JSON is read as an event of the same class and fields."""
     event = example(kind)
 
     assert event == events.from_json(json.loads(json.dumps({"kind": kind.kind, **event.to_json()})))
 
 
 def test_its_text_has_no_gaps(kind):
-    """All of its fields are given; nothing is left of the template."""
+    """With all fields present, nothing of the template is left in the text."""
     text = example(kind).describe()
 
     assert text
@@ -60,7 +60,7 @@ def test_its_text_has_no_gaps(kind):
 
 
 def test_it_is_as_its_schema_says(kind):
-    """And one without its fields is not."""
+    """An event matches its schema, and one without its fields does not."""
     validator = Draft202012Validator(event_schema())
     head = {"kind": kind.kind, "stamp": {"sec": 1, "nanosec": 0}}
 
@@ -70,7 +70,7 @@ def test_it_is_as_its_schema_says(kind):
 
 @pytest.mark.parametrize("name", ["crossing", "door", "lift", "charger_queue"])
 def test_what_a_run_publishes_is_as_the_schema_says(name):
-    """Every event of a small world, as it is on the wire."""
+    """Every event that a small world publishes matches its schema."""
     validator = Draft202012Validator(event_schema())
     log = Log()
     simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
@@ -83,12 +83,12 @@ def test_what_a_run_publishes_is_as_the_schema_says(name):
 
 
 def test_ours_are_without_flaws():
-    """As make lint checks."""
+    """The declarations of our events have no errors, as `make lint` checks."""
     assert [] == [*events.flaws()]
 
 
 def test_the_tables_in_the_docs_are_in_step():
-    """A change of an event needs a run of make schemas."""
+    """The tables of events in the docs are up to date."""
     assert 0 == tables(["--check"])
 
 
@@ -100,10 +100,10 @@ def test_flaws_are_found(monkeypatch):
     ):
         robot: str
 
-    monkeypatch.setattr(flaws, "registry", lambda: {"bad": Bad})
-    monkeypatch.setattr(flaws, "_concrete", lambda _event: [Bad])
+    monkeypatch.setattr(_registry, "registry", lambda: {"bad": Bad})
+    monkeypatch.setattr(_registry, "_concrete", lambda _event: [Bad])
     found = [*events.flaws()]
-    monkeypatch.setattr(flaws, "registry", dict)
+    monkeypatch.setattr(_registry, "registry", dict)
 
     assert [
         "has no docstring",
@@ -111,7 +111,25 @@ def test_flaws_are_found(monkeypatch):
         "is shown with 'nothing', which is not one of its fields",
         "is shown with a format 'loud', which does not exist",
         "has the severity 'dreadful', which does not exist",
-        "changes 'mood', which is no part of a picture",
+        "changes 'mood', which is no part of a scene",
         "sets 'robot', which is a field of it",
     ] == [line.rpartition("Bad: ")[2] for line in found]
     assert [f"{__name__}: Bad is not in EVENTS"] == [*events.flaws()]
+
+
+@pytest.mark.parametrize("allocations", range(1, 8))
+def test_a_class_is_made_while_garbage_is_collected(allocations):
+    """A garbage collection while a class is built does no harm."""
+    before = gc.get_threshold()
+    gc.set_threshold(allocations, 1, 1)
+    try:
+
+        class EventStamped(Event, kind="of_this_test", severity="info", subject=("robot",), text="is there"):
+            """Something."""
+
+            robot: str
+
+    finally:
+        gc.set_threshold(*before)
+
+    assert "wall_e" == EventStamped(robot="wall_e").robot

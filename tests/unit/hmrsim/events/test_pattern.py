@@ -7,17 +7,17 @@ from pydantic import ValidationError
 
 from hmrsim.events import EventPattern
 from hmrsim.events.goals import GoalStatusChanged, SendGoalRejected
-from hmrsim.events.items import ItemPicked
+from hmrsim.events.robots import ItemPicked
 from hmrsim.events.traffic import LaneClosed
 
 
 def ended(status: int, robot: str = "eve", action: str = "pickup") -> GoalStatusChanged:
-    """Return the event of a goal that has another status."""
+    """Return the event of a goal that has a new status."""
     return GoalStatusChanged(robot, action, "0" * 32, status)
 
 
 def test_a_kind_of_event_is_meant_with_the_fields_that_are_given():
-    """All fields of `where` have to be equal, in JSON's terms: a lane is a list."""
+    """All fields of `where` must be equal, as in JSON, where a lane is a list."""
     closed = LaneClosed(("home", "door"), "closed by a test")
 
     assert EventPattern(event="lane_closed").matches(closed)
@@ -27,7 +27,7 @@ def test_a_kind_of_event_is_meant_with_the_fields_that_are_given():
 
 
 def test_an_event_of_another_robot_is_not_meant():
-    """`robot` stands for that field of any event."""
+    """`robot` refers to that field of any event."""
     picked = ItemPicked("eve", "box")
 
     assert EventPattern(event="picked", robot="eve").matches(picked)
@@ -45,15 +45,15 @@ def test_a_goal_is_meant_by_its_status():
 
 
 def test_a_rejected_goal_is_meant():
-    """It has no status, but an event of its own."""
+    """A rejected goal has no status, but an event."""
     rejected = SendGoalRejected("eve", "pickup", "0" * 32, "not_ready", "it has broken down")
 
     assert EventPattern(goal="rejected", robot="eve").matches(rejected)
     assert not EventPattern(goal="aborted", robot="eve").matches(rejected)
 
 
-def test_what_there_is_not_is_told_with_what_there_is():
-    """Kinds, fields and robots of events are checked."""
+def test_what_there_is_not_is_reported_with_what_there_is():
+    """Unknown kinds, fields and robots of events are errors that list the known ones."""
     unknown = [finding.message for finding in EventPattern(event="pickd").flaws()]
     field = [finding.message for finding in EventPattern(event="picked", where={"itm": "box"}).flaws()]
     robot = [finding.message for finding in EventPattern(event="lane_closed", robot="eve").flaws()]
@@ -73,12 +73,12 @@ def test_what_there_is_not_is_told_with_what_there_is():
     ],
 )
 def test_event_and_goal_exclude_each_other(said, message):
-    """One of them is given, with its own keys."""
+    """A pattern has either an event or a goal, with the keys of that."""
     with pytest.raises(ValidationError, match=message):
         EventPattern(**said)
 
 
-def test_a_pattern_is_told_in_words():
-    """As in the story of a failure."""
+def test_a_pattern_is_described_in_words():
+    """A pattern is described in words, as in the story of a failure."""
     assert EventPattern(goal="accepted", robot="eve", action="pickup").describe() == "pickup of eve is accepted"
     assert EventPattern(event="picked", where={"item": "box"}).describe() == "picked (item box)"

@@ -49,7 +49,7 @@ CACHES = (events.groups, events.registry, faults)
 
 @pytest.fixture
 def simulator(monkeypatch):
-    """Return what makes a simulation of a robot that cleans, with the package installed."""
+    """Return a function that simulates a robot that cleans, with the plug-in installed."""
     entries = [("cleaning", "hmrsim.events"), ("worn_brush", "hmrsim.faults")]
     found = EntryPoints(EntryPoint(name, f"tests.unit.hmrsim.events.{name}", group) for name, group in entries)
     monkeypatch.setattr(plugins, "_installed", lambda: found)
@@ -62,7 +62,7 @@ def simulator(monkeypatch):
 
 
 def test_they_are_published(simulator):
-    """As JSON, with kind and time."""
+    """Events of a plug-in are published as JSON, with kind and time."""
     log = Log()
     log.simulator = simulator(sinks=[log])
     log.simulator.run_scripts()
@@ -76,7 +76,7 @@ def test_they_are_published(simulator):
 
 
 def test_they_are_traced_and_reported(simulator):
-    """A report counts them; a trace that can't be run again is read for what it says."""
+    """A report counts events of a plug-in, also from a trace without the plug-in."""
     written = []
     trace = Trace(Header.of(world_of(WORLD, "test"), RunSettings()), written.append)
     run = simulator(sinks=[trace])
@@ -91,7 +91,7 @@ def test_they_are_traced_and_reported(simulator):
 
 
 def test_they_are_recorded(simulator, tmp_path):
-    """Among the events and in /rosout, and a report of the recording counts them."""
+    """A recording has events of a plug-in, also in /rosout, and its report counts them."""
     path = tmp_path / "run.mcap"
     with RecordingFile(path) as file:
         made = []
@@ -111,7 +111,7 @@ def test_they_are_recorded(simulator, tmp_path):
 
 
 def test_they_are_logged(simulator, caplog):
-    """With the robot's name, at the level of their severity."""
+    """Events of a plug-in are logged with the robot's name, at the level of their severity."""
     with caplog.at_level(logging.INFO):
         simulator(sinks=[EventLog()]).run_scripts()
 
@@ -122,7 +122,7 @@ def test_they_are_logged(simulator, caplog):
 
 @pytest.mark.usefixtures("simulator")
 def test_the_page_is_given_their_texts():
-    """Beside ours."""
+    """The page gets the texts of a plug-in's events."""
     assert {
         "group": "cleaning",
         "severity": "info",

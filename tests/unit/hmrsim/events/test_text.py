@@ -32,10 +32,10 @@ from hmrsim.events._text import render
     ],
 )
 def test_a_template_is_filled_in(template, fields, text):
-    """What is optional is left out unless all of its fields are given."""
+    """An optional part is omitted unless all of its fields are present."""
     assert text == render(template, fields)
 
 
 def test_a_reader_can_have_formats_of_its_own():
-    """Such as one that names points."""
+    """A caller can add formats, such as one that names points."""
     assert "at home" == render("at {at:point}", {"at": [1.0, 2.0]}, {"point": lambda _at: "home"})

@@ -80,13 +80,13 @@ def _value(annotation: Any, metadata: list[Any]) -> Any:
 
 
 def test_every_field_has_a_default() -> None:
-    """A message can be made without saying anything, as in ROS."""
+    """A message can be created without arguments, as in ROS."""
     for name, cls in messages().items():
         assert cls() == cls.model_validate_json("{}"), name
 
 
 def test_default_survives_json() -> None:
-    """A message of defaults is the same after a trip through JSON."""
+    """A message of defaults equals itself after a round trip through JSON."""
     for name, cls in messages().items():
         message = cls()
 
@@ -94,29 +94,29 @@ def test_default_survives_json() -> None:
 
 
 def test_the_plain_values_of_an_unbuilt_message_are_its_own() -> None:
-    """All of its fields, in its order; those that are given as they are."""
+    """The values have all fields in order, and given fields unchanged."""
     for name, cls in messages().items():
         assert cls().model_dump_json().encode() == to_json(unbuilt(cls)), name
     assert to_json(unbuilt(Pickup.Goal, target_name="cup")) == Pickup.Goal(target_name="cup").model_dump_json().encode()
 
 
 def test_content_survives_json() -> None:
-    """A message with something in every field is the same after a trip through JSON."""
+    """A message with a value in every field equals itself after a round trip through JSON."""
     for name, cls in messages().items():
         message = filled(cls)
 
         assert message == cls.model_validate_json(message.model_dump_json()), name
 
 
-def test_unknown_field_is_refused() -> None:
-    """A field that ROS does not have is an error, not ignored."""
+def test_unknown_field_is_rejected() -> None:
+    """An unknown field is an error instead of being ignored."""
     for name, cls in messages().items():
         with case(name), pytest.raises(ValidationError, match="Extra inputs are not permitted"):
             cls.model_validate_json('{"no_such_field": 1}')
 
 
 def test_class_has_a_docstring() -> None:
-    """Every message says what it is; schemas show it."""
+    """Every message has a docstring, which schemas show."""
     assert [] == [name for name, cls in messages().items() if not vars(cls)["__doc__"]]
 
 
@@ -149,12 +149,12 @@ def test_ros_type(cls: type[Message], ros_type: str) -> None:
     ids=lambda value: value.ros_type if isinstance(value, Message) else "",
 )
 def test_defaults(message: Message, expected: dict[str, object]) -> None:
-    """Defaults are ROS's: zero, empty, no rotation, or what the definition says."""
+    """Defaults are those of ROS: zero, empty, no rotation, or as defined."""
     assert expected == message.model_dump()
 
 
 def test_docking_defaults() -> None:
-    """A goal to dock uses the dock's name and drives to it, unless told otherwise."""
+    """A goal to dock uses the dock's name and drives to it by default."""
     goal = DockRobot.Goal()
 
     assert (goal.use_dock_id, goal.navigate_to_staging_pose, goal.max_staging_time) == (True, True, 1000.0)
@@ -166,14 +166,14 @@ def test_defaults_are_not_shared() -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
-def test_not_finite_is_refused(value: float) -> None:
+def test_not_finite_is_rejected(value: float) -> None:
     """NaN and infinity are errors."""
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         Vector3(x=value)
 
 
 @pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity", "1e999"])
-def test_not_finite_is_refused_in_json(text: str) -> None:
+def test_not_finite_is_rejected_in_json(text: str) -> None:
     """NaN and infinity are errors also where JSON can spell them, at any depth."""
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         PoseStamped.model_validate_json(f'{{"pose": {{"position": {{"x": {text}}}}}}}')
@@ -194,14 +194,14 @@ def test_not_finite_is_refused_in_json(text: str) -> None:
         (Grasp, '{"allowed_touch_objects": "all"}', "valid array"),
     ],
 )
-def test_wrong_type_is_refused(cls: type[Message], text: str, error: str) -> None:
+def test_wrong_type_is_rejected(cls: type[Message], text: str, error: str) -> None:
     """A value of another type is an error; nothing is converted."""
     with pytest.raises(ValidationError, match=error):
         cls.model_validate_json(text)
 
 
 def test_whole_number_is_a_float() -> None:
-    """JSON has one kind of number: a whole one will do for a float, and becomes one."""
+    """An integer of JSON is accepted as a float, and becomes one."""
     assert repr(Vector3.model_validate_json('{"x": 1}').x) == "1.0"
 
 
@@ -223,19 +223,19 @@ class TestIntegers:
     """Integers have the ranges of their ROS types."""
 
     def test_limits_are_accepted(self, integer: Any, least: int, most: int) -> None:
-        """The least and the most that fit are accepted."""
+        """The minimum and the maximum are accepted."""
         adapter = TypeAdapter[int](integer)
 
         assert [adapter.validate_python(value) for value in (least, most)] == [least, most]
 
-    def test_less_is_refused(self, integer: Any, least: int, most: int) -> None:
-        """One less than the least is an error."""
+    def test_less_is_rejected(self, integer: Any, least: int, most: int) -> None:
+        """One less than the minimum is an error."""
         del most
         with pytest.raises(ValidationError, match="greater than or equal to"):
             TypeAdapter(integer).validate_python(least - 1)
 
-    def test_more_is_refused(self, integer: Any, least: int, most: int) -> None:
-        """One more than the most is an error."""
+    def test_more_is_rejected(self, integer: Any, least: int, most: int) -> None:
+        """One more than the maximum is an error."""
         del least
         with pytest.raises(ValidationError, match="less than or equal to"):
             TypeAdapter(integer).validate_python(most + 1)
@@ -252,13 +252,13 @@ class TestIntegers:
     ],
 )
 def test_array_size_is_checked(cls: type[Message], values: dict[str, object], error: str) -> None:
-    """A fixed array has exactly its size, a bounded one at most that, and items are checked."""
+    """A fixed array has exactly its size, a bounded one at most its size, and items are validated."""
     with pytest.raises(ValidationError, match=error):
         cls(**values)
 
 
 def test_message_is_immutable() -> None:
-    """A field can't be set once the message is made."""
+    """Fields of a message can't be set."""
     message = Vector3()
 
     with pytest.raises(ValidationError, match="Instance is frozen"):
@@ -266,7 +266,7 @@ def test_message_is_immutable() -> None:
 
 
 def test_statuses_are_those_of_a_goals_life() -> None:
-    """The constants of the message and the statuses of hmrsim.protocol.goal have the same numbers."""
+    """The message and hmrsim.protocol.goal have the same numbers of statuses."""
     assert {status.name: status.value for status in Status} == {
         name.removeprefix("STATUS_"): getattr(GoalStatus, name)
         for name in vars(GoalStatus)
@@ -313,7 +313,7 @@ def test_duration_of_seconds(seconds: float, sec: int, nanosec: int) -> None:
 
 
 def test_import_builds_nothing() -> None:
-    """Importing all messages, and their plain values, builds no validator, and imports neither engine nor wire."""
+    """Importing all messages and their plain values builds no validator, and imports neither engine nor wire."""
     root = Path(hmrsim.__file__).parents[1]
     done = subprocess.run([sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True)
 
@@ -321,7 +321,7 @@ def test_import_builds_nothing() -> None:
 
 
 @pytest.mark.parametrize("kind", [int, str, list[int], dict[str, float], float | None])
-def test_a_field_of_no_type_of_ros_is_refused(kind):
-    """By the class itself, rather than when ROS is to be told of it."""
-    with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' is of no type that ROS has; use a Message, or one of"):
+def test_a_field_of_no_type_of_ros_is_rejected(kind):
+    """The error is raised when the class is defined."""
+    with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' has no ROS type; use a Message, or one of"):
         type("Odd", (Message,), {"__annotations__": {"x": kind}, "__module__": "odd_msgs"})

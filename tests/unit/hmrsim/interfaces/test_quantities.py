@@ -23,8 +23,8 @@ from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNE
         (REAL_TIME_FACTOR, 5e-324, "4.94066e-324 is not 0, or from 1e-06 to 1e+06"),
     ],
 )
-def test_a_value_out_of_range_is_told_with_the_range(quantity, value, wrong):
-    """With the unit, where it has one."""
+def test_a_value_out_of_range_is_reported_with_the_range(quantity, value, wrong):
+    """The error has the range with its unit, if it has one."""
     assert wrong == quantity.flaw(value)
 
 
@@ -46,6 +46,6 @@ def test_a_value_out_of_range_is_told_with_the_range(quantity, value, wrong):
         (Quaternion(w=-1e300), "w: -1e+300 is not from -1e+06 to 1e+06"),
     ],
 )
-def test_a_message_is_told_of_with_the_path_to_its_value(message, wrong):
-    """The first one that is wrong."""
+def test_a_message_is_reported_with_the_path_to_its_value(message, wrong):
+    """The error has the path of the first invalid value."""
     assert wrong == flaw(message)

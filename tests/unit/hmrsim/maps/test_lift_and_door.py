@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.events.doors import DoorOpening
-from hmrsim.events.lifts import LiftDeparted
+from hmrsim.events.facilities import DoorOpening, LiftDeparted
 from hmrsim.events.traffic import MadeRoom
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic

@@ -8,8 +8,8 @@ from hmrsim.actions import registry
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.world.files import folder, shipped_maps
 from hmrsim.world.model import Traffic
-from hmrsim.world.shipped import folder, shipped_maps
 from tests.shipped import shipped
 from tests.simulation import Log
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import load_world
 from tests.simulation import simulate
 

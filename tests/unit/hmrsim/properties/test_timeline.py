@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.events import from_json
-from hmrsim.events.doors import DoorOpened
+from hmrsim.events.facilities import DoorOpened
 from hmrsim.properties.observing.timeline import Phase, Timeline
 from hmrsim.report.occurrence import BatterySeen, Occurrence
 

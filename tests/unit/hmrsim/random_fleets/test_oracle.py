@@ -126,7 +126,7 @@ class Exhaustive:
 @examples(600)
 @given(worlds(), st.data())
 def test_a_robot_reaches_what_an_exhaustive_search_says(world, data):
-    """Neither more nor less, and no search of so few robots is given up."""
+    """The search agrees with an exhaustive one, and is never given up for so few robots."""
     name = data.draw(st.sampled_from([*world.robots]))
     place = data.draw(st.sampled_from([*world.waypoints, *world.places]))
 
@@ -181,7 +181,7 @@ RING = [("w00", "w10"), ("w10", "w11"), ("w11", "w01"), ("w01", "w00")]
     ],
 )
 def test_worlds_made_by_hand(world, answer):
-    """Each robot has to be able to get to both places."""
+    """Each robot must be able to reach both places."""
     assert answer == solve(world, any_robot=False).answer
 
 
@@ -193,7 +193,7 @@ def test_any_robot_is_enough_if_that_is_asked_for():
 
 
 def test_a_robot_too_wide_for_a_door_of_others_is_not_counted_on():
-    """The door opens for nobody."""
+    """The door opens for no robot."""
     door = {"at": [[2, -1], [2, 1]], "opens_for": []}
     world = fleet(ROW, {"ann": "w20"}, doors={"door": door})
 
@@ -201,7 +201,7 @@ def test_a_robot_too_wide_for_a_door_of_others_is_not_counted_on():
 
 
 def test_an_order_that_nobody_lifts_is_unsolvable():
-    """The verdict names it."""
+    """The verdict names the order."""
     world = fleet(ROW, {"ann": "w20"})
     heavy = world.model_copy(update={"demand": [world.demand[0].model_copy(update={"weight": 50.0})]})
 
@@ -211,14 +211,14 @@ def test_an_order_that_nobody_lifts_is_unsolvable():
 
 
 def test_the_search_gives_up_after_so_many_configurations():
-    """Its verdict is that nothing is known."""
+    """The verdict is unknown."""
     world = fleet(BAY, {"ann": "w20", "bob": "w00"}, orders=[("w00", "w20")])
 
     assert "unknown" == solve(world, max_states=1).answer
 
 
 def test_orders_are_those_of_a_simulation():
-    """In their order, with their places."""
+    """The orders have the same order and places as in a simulation."""
     world = fleet(BAY, {"ann": "w20"}, orders=[("w00", "w20"), ("w11", "w00")])
     simulator = Simulator(world)
     simulator.advance(10.0)

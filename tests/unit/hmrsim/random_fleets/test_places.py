@@ -17,7 +17,7 @@ TWO_LANES = {
 
 @pytest.mark.parametrize("order", [1, -1], ids=["the first lane", "the last lane"])
 def test_a_robot_in_the_middle_of_a_lane_is_near_to_all_moves_on_a_lane_that_touches_it(order):
-    """Both take their whole lanes, whichever of the two is the first."""
+    """Both robots occupy their whole lanes, in either order."""
     lanes = [["a", "b"], ["c", "d"]][::order]
     places = Places(World.model_validate({**TWO_LANES, "lanes": lanes}), [(2.0, 0.0), (5.0, 6.0)])
     start, middle = places.number((2.0, 0.0)), places.number((5.0, 6.0))

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.events import Event
-from hmrsim.events.doors import DoorClosed
+from hmrsim.events.facilities import DoorClosed
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.topics import Topic

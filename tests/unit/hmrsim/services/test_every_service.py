@@ -42,7 +42,7 @@ def answer(service):
 
 
 def test_it_answers_its_example_at_once_and_once(service, answer):
-    """With its own response; what needs a paused simulation says that it isn't."""
+    """A service answers with its response; step_simulation rejects the example, as the simulation is not paused."""
     assert isinstance(answer, service.response)
     if hasattr(answer, "result"):
         expected = Result.RESULT_OPERATION_FAILED if service.name == "step_simulation" else Result.RESULT_OK
@@ -50,26 +50,26 @@ def test_it_answers_its_example_at_once_and_once(service, answer):
 
 
 def test_its_answer_survives_json(service, answer):
-    """It is the same after a round trip."""
+    """An answer equals itself after a round trip through JSON."""
     assert answer == service.response.model_validate_json(answer.model_dump_json())
 
 
 def test_its_request_may_be_empty(service):
-    """Nothing said is ROS's defaults, which are answered, too, whatever the answer."""
+    """An empty request has ROS's defaults and gets an answer, whatever the answer is."""
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, {}), "asked"))
 
     assert isinstance(run.log.answer("asked"), service.response)
 
 
-def test_an_unknown_field_is_refused(service):
-    """A field that ROS does not have is an error, not ignored."""
+def test_an_unknown_field_is_rejected(service):
+    """An unknown field is an error instead of being ignored."""
     with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
         read(service, {"no_such_field": 1})
 
 
 def test_its_ros_type_is_that_of_its_messages(service):
-    """One name, spelled once."""
+    """Service, request and response have the same ROS type."""
     assert [f"{service.ros_type}_{part}" for part in ("Request", "Response")] == [
         service.request.ros_type,
         service.response.ros_type,
@@ -77,7 +77,7 @@ def test_its_ros_type_is_that_of_its_messages(service):
 
 
 def test_it_does_the_same_to_the_same_world(service):
-    """Two simulations of one world are told apart by nothing after it: a replay can do it again."""
+    """Two simulations of the same world are equal after a request, so that a replay can repeat it."""
     logs = []
     for _ in range(2):
         run = simulate(WORLD)
@@ -89,7 +89,7 @@ def test_it_does_the_same_to_the_same_world(service):
 
 
 def test_what_changes_nothing_tells_nothing(service):
-    """A service that no replay does again leaves no events behind but its answer."""
+    """A service that replays skip publishes no events."""
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
 

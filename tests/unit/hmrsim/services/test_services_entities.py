@@ -13,7 +13,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.services import registry
-from hmrsim.services._pattern import PatternError, compiled
+from hmrsim.services._entities import PatternError, compiled
 
 GOAL = "a" * 32
 EVERYBODY = ["wall_e", "eve", "cart", "parcel", "anvil", "letter"]
@@ -51,7 +51,7 @@ class TestFilters:
         ],
     )
     def test_all_filters_must_let_pass(self, run, filters, expected):
-        """Robots come first, in the order of the world."""
+        """Only entities that pass all filters are returned, robots first, in the order of the world."""
         assert expected == run.ask("get_entities", {"filters": filters}).entities
         assert expected == run.ask("get_entities_states", {"filters": filters}).entities
 
@@ -64,8 +64,8 @@ class TestFilters:
             ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
         ],
     )
-    def test_a_filter_that_makes_no_sense_is_refused(self, run, filters, code, why):
-        """With the reason, and without entities."""
+    def test_an_invalid_filter_is_rejected(self, run, filters, code, why):
+        """An invalid filter is rejected with the reason, and without entities."""
         answer = run.ask("get_entities", {"filters": filters})
 
         assert (code, []) == (answer.result.result, answer.entities)
@@ -76,7 +76,7 @@ class TestStates:
     """Of one entity."""
 
     def test_a_robot_that_drives(self, run):
-        """Its velocity is that along the axes of the map."""
+        """The velocity of a driving robot is given along the axes of the map."""
         run((0.0, go(9.0, 2.0)), until=1.5)
         state = run.ask("get_entity_state", {"entity": "wall_e"}).state
 
@@ -93,20 +93,20 @@ class TestStates:
         )
 
     def test_an_item_moves_with_the_robot_that_holds_it(self, run):
-        """It is where the robot is."""
+        """A held item has the pose and velocity of its robot."""
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(9.0, 2.0)._replace(goal_id="b" * 32)), until=1.5)
         state = run.ask("get_entity_state", {"entity": "letter"}).state
 
         assert (2.5, 1.0) == (state.pose.position.x, state.twist.linear.x)
 
     def test_what_lies_stands(self, run):
-        """Without a velocity."""
+        """An item on the ground has no velocity."""
         state = run.ask("get_entity_state", {"entity": "parcel"}).state
 
         assert (9.0, 2.3, 0.0) == (state.pose.position.x, state.pose.position.y, state.twist.linear.x)
 
     def test_what_an_entity_is(self, run):
-        """Its category, a description and tags."""
+        """The info of an entity has its category, a description and tags."""
         robot = run.ask("get_entity_info", {"entity": "wall_e"}).info
         item = run.ask("get_entity_info", {"entity": "parcel"}).info
 
@@ -119,14 +119,14 @@ class TestStates:
 
     @pytest.mark.parametrize("service", ["get_entity_info", "get_entity_state", "delete_entity", "set_entity_state"])
     def test_of_an_unknown_entity(self, run, service):
-        """It is not found; the message lists the entities that exist."""
+        """An unknown entity is not found, and the message lists the existing ones."""
         result = run.ask(service, {"entity": "hal"}).result
 
         assert Result.RESULT_NOT_FOUND == result.result
         assert "no entity 'hal'; there are: anvil, cart, eve, letter, parcel, wall_e" == result.error_message
 
     def test_the_most_similar_entity_is_suggested(self, run):
-        """A list of a thousand entities helps less."""
+        """Among a thousand entities, the message suggests the most similar name."""
         result = run.ask("get_entity_state", {"entity": "walle"}).result
 
         assert "no entity 'walle'; did you mean 'wall_e'?" == result.error_message
@@ -147,7 +147,7 @@ class TestNamedPoses:
         )
 
     def test_all_of_them(self, run):
-        """What has one name is one pose."""
+        """A name that is used twice is one pose."""
         poses = run.ask("get_named_poses").poses
 
         assert [
@@ -158,13 +158,13 @@ class TestNamedPoses:
         ] == [(pose.name, pose.tags, pose.pose.position.x, pose.pose.position.y) for pose in poses]
 
     def test_those_of_a_tag(self, run):
-        """Others are left out."""
+        """Only poses with the requested tag are returned."""
         poses = run.ask("get_named_poses", {"tags": {"tags": ["waypoint"]}}).poses
 
         assert ["door", "home"] == [pose.name for pose in poses]
 
     def test_their_bounds(self, run):
-        """None; but a pose that isn't there is not found."""
+        """Poses have no bounds, and an unknown pose is not found."""
         known = run.ask("get_named_pose_bounds", {"name": "home"})
         unknown = run.ask("get_named_pose_bounds", {"name": "moon"})
 
@@ -176,7 +176,7 @@ class TestNamedPoses:
 
 
 def test_features_are_those_of_the_services(run):
-    """What is told can be done."""
+    """The simulator reports the features of its services."""
     features = run.ask("get_simulator_features").features.features
 
     assert sorted({feature for service in registry().values() for feature in service.features}) == features
@@ -209,7 +209,7 @@ class TestPattern:
         ],
     )
     def test_what_it_matches(self, pattern, matching, others):
-        """As POSIX says."""
+        """A pattern matches according to POSIX."""
         search = compiled(pattern)
 
         assert (matching, []) == (
@@ -236,17 +236,17 @@ class TestPattern:
         ],
     )
     def test_what_is_no_pattern(self, pattern, why):
-        """With the reason."""
+        """An invalid pattern is rejected with the reason."""
         with pytest.raises(PatternError, match=re.escape(why)):
             compiled(pattern)
 
     @pytest.mark.parametrize("pattern", ["(a+)+$", "(a|a)*b", "(a*)*b", "((((a*)*)*)*)*b", "((a{0,30}){30})b"])
     def test_none_takes_long(self, pattern):
-        """Python's own would take years; the limit of time is that of all tests."""
+        """A pattern for which Python's engine would take years is matched within the time limit of a test."""
         assert not compiled(pattern)("a" * 100 + "c")
 
     def test_repetitions_of_repetitions_are_counted(self):
-        """They would make a pattern of millions of states."""
+        """Nested repetitions are rejected if their pattern would have millions of states."""
         with pytest.raises(PatternError, match="invalid repetition size"):
             compiled("(((a{0,255}){255}){255})b")
 
@@ -263,12 +263,12 @@ class TestPattern:
         ),
     )
     def test_it_agrees_with_python(self, text, pattern):
-        """Where both speak the same language."""
+        """Patterns match as in Python where both syntaxes agree."""
         assert bool(re.search(f"^({pattern})$", text)) == compiled(f"^({pattern})$")(text)
 
 
 def test_a_robot_that_turns_has_an_angular_velocity(make_run):
-    """And none ahead."""
+    """A robot that turns in place has no linear velocity."""
     run = make_run({"robots": {"spinner": {"at": [0, 0], "base": {"turning_rate": 0.5}}}})
     goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 0.0, "y": 5.0}}}})
     run((0.0, SendGoal("spinner", "navigate_to_pose", goal, GOAL)), until=1.0)

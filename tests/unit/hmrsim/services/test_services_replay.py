@@ -72,7 +72,7 @@ def play(story, **settings):
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
 def test_a_replay_does_the_same(story):
-    """Line by line."""
+    """The trace of a replay equals the original, line by line."""
     outcome = replay(play(story).splitlines(keepends=True))
 
     assert None is outcome.difference
@@ -80,18 +80,18 @@ def test_a_replay_does_the_same(story):
 
 
 def test_steps_of_another_size_are_made_again():
-    """The trace says how long they are."""
+    """The trace contains the step size, so that a replay makes the same steps."""
     outcome = replay(play(STORIES["step"], step_size=0.3).splitlines(keepends=True))
 
     assert None is outcome.difference
 
 
 def test_a_loaded_world_is_in_the_trace():
-    """Its file is not needed."""
+    """A replay does not need the file of a loaded world."""
     assert r"\"scenario 1\"" in play(STORIES["load"])
 
 
 def test_what_changes_nothing_is_not_in_the_trace():
-    """Neither questions, nor worlds that could not be loaded."""
+    """The trace has neither queries nor worlds that could not be loaded."""
     assert "no_such_world" not in play(STORIES["load in vain"])
     assert "get_entities" not in play(STORIES["load"])

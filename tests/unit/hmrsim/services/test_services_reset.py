@@ -51,7 +51,7 @@ class TestGoals:
 
     @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
     def test_goals_that_run_are_aborted(self, run, scope):
-        """At the current time, with the reason; a client that waits is answered, and so is a later one."""
+        """Running goals are aborted with the reason, and their clients get the result now or later."""
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
         reset(run, scope)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -61,7 +61,7 @@ class TestGoals:
         assert GoalStatus.ABORTED is run.log.answer("later").status
 
     def test_one_that_has_just_been_accepted_is_aborted(self, run):
-        """Its robot has not begun, and does not begin afterwards."""
+        """A goal that has just been accepted is aborted before its robot starts."""
         run.simulator.submit(go())
         reset(run)
         run.simulator.run()
@@ -70,15 +70,15 @@ class TestGoals:
         assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
 
     def test_those_that_have_ended_are_kept(self, run):
-        """Their results can still be asked for."""
+        """The results of ended goals stay available."""
         run((0.0, go()))
         reset(run)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
 
         assert GoalStatus.SUCCEEDED is run.log.answer("later").status
 
-    def test_goals_of_robots_that_stay_go_on_when_only_others_are_removed(self, run):
-        """Nothing happens to them."""
+    def test_goals_of_robots_that_stay_continue_when_only_others_are_removed(self, run):
+        """Goals of robots that are not removed continue."""
         spawn(run)
         run((0.0, go()), (0.0, go(robot="bob", goal_id=NEXT)), until=1.0)
         reset(run, SPAWNED)
@@ -87,7 +87,7 @@ class TestGoals:
         assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (GOAL, NEXT)]
 
     def test_a_goal_after_it_takes_as_long_as_before(self, run):
-        """From 0, as in a new simulation."""
+        """A goal after the reset takes the same time as in a new simulation."""
         run((0.0, go()), until=3.0)
         reset(run)
         run((0.0, go(goal_id=NEXT)))
@@ -95,7 +95,7 @@ class TestGoals:
         assert (8.0, "SUCCEEDED") == run.log.changes(NEXT)[-1]
 
     def test_made_ids_are_never_made_twice(self, run):
-        """Results are kept, so that another goal must not have the id of an old one."""
+        """New goals never get the id of an old goal, whose result is still kept."""
         run.simulator.submit(go()._replace(goal_id=None))
         reset(run)
         run.simulator.submit(go()._replace(goal_id=None, reply_to="second"))
@@ -108,7 +108,7 @@ class TestTime:
 
     @pytest.mark.parametrize(("scope", "now"), [(0, 0.0), (ALL, 0.0), (TIME, 0.0), (STATE, 1.5), (SPAWNED, 1.5)])
     def test_it_is_0_again(self, run, scope, now):
-        """Only if asked; what was to come does not come."""
+        """The time is 0 again only if requested, and pending events are dropped."""
         run((0.0, go()), until=1.5)
         reset(run, scope)
 
@@ -123,8 +123,8 @@ class TestTime:
 
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_samples_begin_anew(self):
-        """The first after a tenth of a second."""
+    def test_samples_start_again(self):
+        """The first sample after the reset is due after a tenth of a second."""
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.advance(1.55)
         reset(run, TIME)
@@ -133,8 +133,8 @@ class TestTime:
 
         assert [0.1, pytest.approx(0.2), pytest.approx(0.3)] == [time for time, _ in run.log.events]
 
-    def test_the_clock_is_told_once_more(self):
-        """Though it shows what it showed before."""
+    def test_the_clock_is_published_once_more(self):
+        """The clock is published after a reset even if the time is unchanged."""
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.settle()
         run.simulator.advance(0.05)
@@ -144,7 +144,7 @@ class TestTime:
         assert 2 == len([event for _, event in run.log.events if isinstance(event, Sampled)])
 
     def test_it_stays_paused(self, run):
-        """At 0 then."""
+        """A paused simulation stays paused at 0."""
         run.simulator.advance(1.5)
         run.ask("set_simulation_state", {"state": {"state": 2}})
         reset(run)
@@ -153,7 +153,7 @@ class TestTime:
         assert (0.0, 2) == (run.simulator.now, run.ask("get_simulation_state").state.state)
 
     def test_a_script_that_has_not_begun_begins_before_it(self):
-        """Its first goal is aborted with the others, so that it fails, and does not stand for ever."""
+        """The first goal of a script is aborted with the others, so that the script fails instead of hanging."""
         run = simulate(SCRIPTED)
         reset(run, TIME)
         run.simulator.run()
@@ -163,8 +163,8 @@ class TestTime:
             run.simulator.now,
         )
 
-    def test_a_script_ends_if_its_state_does_not_begin_anew(self):
-        """Its goal was aborted, which ends it as any other abort does."""
+    def test_a_script_ends_if_its_state_does_not_start_again(self):
+        """A script whose goal was aborted ends, as with any other abort."""
         run = simulate(SCRIPTED)
         run.simulator.advance(1.5)
         reset(run, TIME)
@@ -179,7 +179,7 @@ class TestState:
     """The scope STATE."""
 
     def test_robots_are_where_they_were(self, run):
-        """They hold no items."""
+        """Robots return to their start and hold no items."""
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
         reset(run, STATE)
 
@@ -188,7 +188,7 @@ class TestState:
         assert (None, (1.0, 2.1)) == (wall_e.components["claw"].item, run.simulator.items["letter"].position)
 
     def test_the_deleted_are_there_again(self, run):
-        """In their places, and they serve their actions."""
+        """Deleted robots are back in their places and serve their actions."""
         for name in ("wall_e", "parcel", "letter"):
             run.ask("delete_entity", {"entity": name})
         reset(run, STATE)
@@ -199,7 +199,7 @@ class TestState:
         assert (0.0, "SUCCEEDED") == run.log.changes(GOAL)[-1]
 
     def test_the_name_of_a_deleted_one_may_be_taken(self, run):
-        """Then it is not there again, until the other one is removed."""
+        """A deleted robot whose name was taken stays deleted until the other one is removed."""
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e")
         reset(run, STATE)
@@ -209,15 +209,15 @@ class TestState:
         assert ("carrier", "nurse") == (before, run.simulator.robots["wall_e"].type)
 
     def test_the_spawned_go_back_where_they_were_spawned(self, run):
-        """They stay."""
+        """Spawned robots return to the pose where they were spawned."""
         spawn(run)
         run((0.0, go(robot="bob")))
         reset(run, STATE)
 
         assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
 
-    def test_scripts_begin_anew(self):
-        """At once, whatever they were doing."""
+    def test_scripts_start_again(self):
+        """Scripts restart at once."""
         run = simulate(SCRIPTED)
         run.simulator.advance(3.0)
         reset(run, STATE)
@@ -227,7 +227,7 @@ class TestState:
         assert (ScriptState.DONE, 3.0 + 16.0) == (script.state, script.ended)
 
     def test_scripts_begin_before_a_reset_at_their_instant(self):
-        """The first goal is accepted, aborted, and begun anew."""
+        """A script that starts at the instant of a reset starts its first goal again."""
         run = simulate(SCRIPTED)
         reset(run)
         log = run()
@@ -235,7 +235,7 @@ class TestState:
         assert 4 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
 
     def test_a_run_after_it_is_the_first_run(self):
-        """The same at the same times, but for the ids."""
+        """A run after a reset repeats the first run, except for the ids."""
         run = simulate(SCRIPTED, topics=frozenset({Topic.EVENTS}))
         run.simulator.run()
         first = [(time, type(event)) for time, event in run.log.events]
@@ -250,7 +250,7 @@ class TestSpawned:
     """The scope SPAWNED."""
 
     def test_the_spawned_are_gone(self, run):
-        """Robots and items; those of the world stay, and subscribers are told."""
+        """Spawned robots and items are removed, and subscribers are notified."""
         spawn(run)
         run.ask("spawn_entity", {"name": "box", "uri": "item"})
         del run.log.events[:]
@@ -260,14 +260,14 @@ class TestSpawned:
         assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
     def test_a_roster_that_stays_is_not_announced(self, run):
-        """A reset without spawned robots."""
+        """A reset without spawned robots publishes no change of the robots."""
         reset(run)
 
         assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
 
-def test_it_is_told(run):
-    """After the aborted goals, at the new time."""
+def test_it_is_published(run):
+    """The reset is published after the aborted goals, at the new time."""
     run((0.0, go()), until=1.5)
     reset(run, TIME | STATE)
 
@@ -276,7 +276,7 @@ def test_it_is_told(run):
 
 @pytest.mark.parametrize("scope", [8, 128, 254])
 def test_other_scopes_are_not_supported(run, scope):
-    """What is not known is not done in part."""
+    """A request with an unknown scope resets nothing."""
     run.simulator.advance(1.5)
     result = reset(run, scope)
 

@@ -47,7 +47,7 @@ class TestSpawn:
     """What is put into the world."""
 
     def test_what_can_be_spawned(self, run):
-        """The world's types of robots, those built in, and items such as it has."""
+        """Spawnables are the world's robot types, the built-in types, and copies of the world's items."""
         kinds = run.ask("get_spawnables").spawnables
 
         assert [
@@ -61,14 +61,14 @@ class TestSpawn:
         ] == [(kind.uri, kind.description) for kind in kinds]
 
     def test_unknown_sources_are_named(self, run):
-        """They do not stand in the way."""
+        """Unknown sources are reported without failing the request."""
         answer = run.ask("get_spawnables", {"sources": ["https://example.org"]})
 
         assert (OK, 7) == (answer.result.result, len(answer.spawnables))
         assert "unknown sources are left out: https://example.org" == answer.result.error_message
 
     def test_a_robot_is_served_at_once(self, run):
-        """It drives in the next command, is where it was put, and faces where it was told to."""
+        """A spawned robot accepts goals at once, and has the requested pose."""
         facing = {"orientation": {"z": 1.0, "w": 0.0}}
         answer = spawn(run, initial_pose={"pose": {"position": {"x": 3.0, "y": 2.0}, **facing}})
         before = run.simulator.robots["bob"].pose()
@@ -79,14 +79,14 @@ class TestSpawn:
         assert (6.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
     def test_a_robot_has_odometry(self, run):
-        """As every robot."""
+        """A spawned robot publishes odometry."""
         spawn(run)
         run.simulator.submit(Read(Topic.ODOM, "bob", reply_to="odom"))
 
         assert "bob/base_link" == run.log.answer("odom").message.child_frame_id
 
     def test_subscribers_learn_of_robots(self, run):
-        """Items, which have no action servers, are not announced."""
+        """Spawned robots are announced, but not items, which have no action servers."""
         spawn(run)
         robots = told(run)
         spawn(run, "box", "item")
@@ -98,7 +98,7 @@ class TestSpawn:
         ] == run.log.happened("spawned")
 
     def test_an_item_can_be_picked_up(self, run):
-        """It weighs what its model weighs."""
+        """A spawned item has the weight of its model."""
         spawn(run, "second", "item:parcel", x=1.2)
         log = run((0.0, send("pickup", {"target_name": "second"})))
 
@@ -106,7 +106,7 @@ class TestSpawn:
         assert 0.2 == run.simulator.items["second"].weight
 
     def test_items_may_lie_inside_of_obstacles(self, run):
-        """As on a shelf."""
+        """An item can be spawned inside an obstacle, as on a shelf."""
         assert OK == spawn(run, "box", "item", x=7.0, y=5.0).result.result
 
     @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ class TestSpawn:
         ],
     )
     def test_what_can_not_be_spawned(self, run, asked, code, why):
-        """With the code of the package and the reason; nothing changes."""
+        """An invalid request fails with the package's code and the reason, and changes nothing."""
         answer = spawn(run, **asked)
 
         assert (code, "") == (answer.result.result, answer.entity_name)
@@ -154,21 +154,21 @@ class TestSpawn:
         ],
     )
     def test_a_name_can_be_made(self, run, name, uri, expected):
-        """If it is allowed, and needed."""
+        """A name is generated if that is allowed and needed."""
         assert expected == spawn(run, name, uri, allow_renaming=True).entity_name
 
     def test_made_names_are_counted(self, run):
-        """The next one is another."""
+        """Generated names are numbered."""
         assert ["nurse_1", "nurse_2"] == [spawn(run, "", x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
     def test_long_names_are_cut_to_be_told_apart(self, run):
-        """They stay names."""
+        """Long names are cut so that numbered ones are valid."""
         names = [spawn(run, "e" * 100, x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
         assert ["e" * 100, f"{'e' * 98}_1"] == names
 
     def test_a_name_that_is_made_is_a_name(self, make_run):
-        """Whatever a type or an item is called in the world."""
+        """A generated name is valid whatever the name of the type or item is."""
         run = make_run({"robot_types": {"2nd nurse!": {}, "¿?": {}}})
         kinds = ((3.0, "2nd nurse!"), (4.0, "¿?"))
         names = [spawn(run, "", f"robot_type:{kind}", x=x, allow_renaming=True).entity_name for x, kind in kinds]
@@ -180,7 +180,7 @@ class TestDelete:
     """What is taken out of the world."""
 
     def test_a_robot_is_gone_from_everything(self, run):
-        """It is unknown."""
+        """A deleted robot is unknown to all services."""
         run.ask("delete_entity", {"entity": "wall_e"})
         run((0.0, go()), (0.0, Read(Topic.ODOM, "wall_e", reply_to="odom")))
 
@@ -191,7 +191,7 @@ class TestDelete:
         assert (1, [(0.0, {"entity": "wall_e"})]) == (told(run), run.log.happened("deleted"))
 
     def test_its_goals_are_aborted_first(self, run):
-        """The waiting client is told; no event of the goal follows."""
+        """The waiting client gets its result, and no event of the goal follows."""
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
         run.ask("delete_entity", {"entity": "wall_e"})
         run.simulator.run()
@@ -203,7 +203,7 @@ class TestDelete:
         )
 
     def test_what_it_holds_lies_where_it_was(self, run):
-        """Others can take it."""
+        """Other robots can pick up the item of a deleted robot."""
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)), until=2.0)
         run.ask("delete_entity", {"entity": "wall_e"})
 
@@ -212,7 +212,7 @@ class TestDelete:
         assert [(2.0, {"robot": "wall_e", "item": "letter", "at": [3.0, 2.0]})] == run.log.happened("placed")
 
     def test_another_of_its_name_is_another(self, run):
-        """It knows nothing of the first one's goals."""
+        """A new robot of the same name does not know the goals of the first."""
         run((0.0, go()))
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e", "robot_type:carrier")
@@ -223,7 +223,7 @@ class TestDelete:
         assert "carrier" == run.simulator.robots["wall_e"].type
 
     def test_nothing_of_it_is_remembered(self, run):
-        """Robots may come and go for ever."""
+        """Memory does not grow with the number of deleted robots."""
         run((0.0, go()))
         run.ask("delete_entity", {"entity": "wall_e"})
 
@@ -246,7 +246,7 @@ class TestDelete:
         ],
     )
     def test_an_item_that_is_being_handled(self, before, action, goal, code):
-        """The goal finds that it is gone."""
+        """A goal fails if its item is deleted."""
         world = SMALL_WORLD | {"robot_types": {"nurse": {"components": {"claw": {"handling_time": 2.0}}}}}
         run = simulate(world)
         if before:
@@ -264,14 +264,14 @@ class TestMove:
     """What is put somewhere else."""
 
     def test_a_robot(self, run):
-        """It is there at once, facing where it was told to."""
+        """A moved robot is at its new pose at once."""
         result = put(run, "wall_e", 5.0, 3.0, header={"frame_id": "map"})
 
         assert (OK, (5.0, 3.0, 0.0)) == (result.result, run.simulator.robots["wall_e"].pose())
         assert [(0.0, {"entity": "wall_e", "at": [5.0, 3.0], "yaw": 0.0})] == run.log.happened("teleported")
 
     def test_a_goal_that_drives_is_aborted_first(self, run):
-        """The robot does not drive on from another place."""
+        """The goal of a moved robot is aborted, so that the robot does not continue from the new place."""
         run((0.0, go()), until=1.5)
         put(run, "wall_e", 5.0, 3.0)
         run.simulator.run()
@@ -281,14 +281,14 @@ class TestMove:
         assert (5.0, 3.0) == run.simulator.robots["wall_e"].pose().point
 
     def test_it_drives_from_there(self, run):
-        """At the next goal."""
+        """The next goal starts at the new pose."""
         put(run, "wall_e", 6.0, 2.0)
         log = run((0.0, go()))
 
         assert (3.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
     def test_what_it_holds_comes_along(self, run):
-        """As it would if it drove."""
+        """A held item moves with its robot."""
         run((0.0, send("pickup", {"target_name": "letter"})))
         put(run, "wall_e", 5.0, 3.0)
 
@@ -303,7 +303,7 @@ class TestMove:
         assert None is run.simulator.robots["wall_e"].components["claw"].item
 
     def test_an_item_that_is_moved_away_can_not_be_picked_up(self):
-        """The claw closes on nothing."""
+        """Picking up an item fails if it is moved away in the meantime."""
         world = SMALL_WORLD | {"robot_types": {"nurse": {"components": {"claw": {"handling_time": 2.0}}}}}
         run = simulate(world)
         run((0.0, send("pickup", {"target_name": "letter"})), until=1.0)
@@ -324,7 +324,7 @@ class TestMove:
         ],
     )
     def test_where_it_can_not_be(self, run, asked, code, why):
-        """It stays, and so does its goal."""
+        """A robot that can't be moved keeps its pose and its goal."""
         run((0.0, go()), until=1.5)
         result = put(run, "wall_e", **asked)
 

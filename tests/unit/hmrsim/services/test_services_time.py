@@ -64,7 +64,7 @@ class TestStates:
 
     @pytest.mark.parametrize("state", [STOPPED, PLAYING, PAUSED])
     def test_every_state_leads_to_every_other(self, run, state):
-        """Also from stopped to paused, which is to begin paused."""
+        """Every state can follow every other; from stopped to paused, the simulation starts paused."""
         for other in (STOPPED, PLAYING, PAUSED):
             become(run, other)
             expected = 101 if other == state else Result.RESULT_OK
@@ -74,14 +74,14 @@ class TestStates:
 
     @pytest.mark.parametrize("state", [3, 4, 5, 99])
     def test_other_states_are_not_supported(self, run, state):
-        """Quitting is left to the user who started the program."""
+        """The state of quitting can't be set, as the program belongs to the user who started it."""
         result = become(run, state)
 
         assert Result.RESULT_FEATURE_UNSUPPORTED == result.result
         assert f"state {state} can't be set" in result.error_message
 
     def test_time_does_not_move_while_paused(self, run):
-        """Not by running, nor by letting it be later."""
+        """Neither running nor advancing the clock moves a paused simulation."""
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
         run.simulator.run()
@@ -89,8 +89,8 @@ class TestStates:
 
         assert (1.5, (2.5, 2.0)) == (run.simulator.now, run.simulator.robots["wall_e"].pose().point)
 
-    def test_it_goes_on_where_it_was(self, run):
-        """A pause changes nothing of what comes after it."""
+    def test_it_continues_where_it_was(self, run):
+        """A pause does not change later events."""
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
         run.simulator.advance(10.0)
@@ -100,42 +100,42 @@ class TestStates:
         assert (8.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
     def test_a_goal_is_accepted_while_paused(self, paused):
-        """It begins at once, and goes nowhere."""
+        """A goal starts at once while paused, and makes no progress."""
         log = paused((0.0, go()))
 
         assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)
         assert (1.0, 2.0) == paused.simulator.robots["wall_e"].pose().point
 
     def test_what_can_not_be_done_ends_while_paused(self, paused):
-        """It needs no time to say so."""
+        """An impossible goal is aborted while paused."""
         log = paused((0.0, go(x=99.0)))
 
         assert (0.0, "ABORTED") == log.changes(GOAL)[-1]
 
     def test_a_goal_is_canceled_while_paused(self, paused):
-        """At once, too."""
+        """A goal is canceled at once while paused."""
         log = paused((0.0, go()), (0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL)))
 
         assert (0.0, "CANCELED") == log.changes(GOAL)[-1]
 
     @pytest.mark.parametrize("name", [name for name, service in registry().items() if not service.changes_world])
     def test_every_question_is_answered_while_paused(self, paused, name):
-        """And nothing moves."""
+        """All queries are answered while paused, without moving anything."""
         paused((0.0, go()))
 
         assert paused.ask(name, registry()[name].example) is not None
         assert 0.0 == paused.simulator.now
 
-    def test_to_stop_is_to_begin_anew_and_stand(self, run):
-        """Goals are aborted, and it is 0."""
+    def test_to_stop_is_to_reset_and_pause(self, run):
+        """Stopping aborts goals, and resets and pauses the simulation."""
         log = run((0.0, go()), until=1.5)
         become(run, STOPPED)
 
         assert (1.5, "ABORTED") == log.changes(GOAL)[-1]
         assert (0.0, True) == (run.simulator.now, run.simulator.paused)
 
-    def test_states_are_told(self, paused):
-        """An observer learns of them."""
+    def test_states_are_published(self, paused):
+        """A change of the state is published."""
         become(paused, PLAYING)
 
         assert [(0.0, {"state": PAUSED}), (0.0, {"state": PLAYING})] == paused.log.happened("simulation_state")
@@ -145,7 +145,7 @@ class TestSteps:
     """The service."""
 
     def test_steps_are_answered_at_their_end(self, paused):
-        """Three of 0.1 s; then it is paused again."""
+        """The request is answered after three steps of 0.1 s, when the simulation is paused again."""
         paused((0.0, go()))
         reply = paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
         before = paused.log.answers("steps")
@@ -157,7 +157,7 @@ class TestSteps:
         assert (pytest.approx(1.3), 2.0) == paused.simulator.robots["wall_e"].pose().point
 
     def test_one_is_the_default(self, paused):
-        """As ROS has it."""
+        """One step is the default, as in ROS."""
         paused.ask("step_simulation")
         paused.simulator.run()
 
@@ -171,7 +171,7 @@ class TestSteps:
         ],
     )
     def test_not_more_steps_are_made_than_time_can_count(self, number, why):
-        """Beyond that a float has no nanoseconds, and a stamp no seconds."""
+        """More steps are rejected than a time with nanoseconds can express."""
         run = simulate(step_size=10.0)
         run.ask("set_simulation_state", {"state": {"state": PAUSED}})
         answer = run.ask("step_simulation", {"steps": number})
@@ -180,12 +180,12 @@ class TestSteps:
         assert 0.0 == run.simulator.now
 
     def test_no_steps_are_made_at_once(self, paused):
-        """Nothing is to be waited for."""
+        """A request for no steps is answered at once."""
         assert OK == paused.ask("step_simulation", {"steps": 0}).result
 
     @pytest.mark.parametrize("state", [PLAYING, STOPPED])
     def test_only_a_paused_simulation_makes_steps(self, run, state):
-        """Otherwise it is in the wrong state."""
+        """A simulation that is not paused rejects steps."""
         become(run, state)
 
         assert Result(
@@ -203,7 +203,7 @@ class TestSteps:
         assert (0.3, OK) == (paused.simulator.now, paused.log.answer("steps").result)
 
     def test_the_size_of_a_step_is_settable(self, make_run):
-        """A quarter of a second here."""
+        """The step size is a setting: here a quarter of a second."""
         run = make_run(step_size=0.25)
         become(run, PAUSED)
         run.ask("step_simulation", {"steps": 2})
@@ -218,7 +218,7 @@ class TestSteps:
 
     @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
     def test_another_state_ends_the_steps(self, paused, state, word):
-        """The waiting client learns why not all of them were made."""
+        """The waiting client gets the reason why not all steps were made."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
         paused.simulator.process_events(0.1, 1)
         become(paused, state)
@@ -232,7 +232,7 @@ class TestSteps:
         assert state == state_of(paused)
 
     def test_steps_that_were_ended_do_not_end_those_after_them(self, paused):
-        """Three are halted after one, and others made."""
+        """After three steps are stopped at the first, later steps are complete."""
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
         paused.simulator.process_events(0.1, 1)
         become(paused, PAUSED)
@@ -243,7 +243,7 @@ class TestSteps:
         assert OK == paused.log.answer("more").result
 
     def test_what_ends_with_a_step_ends_before_its_answer(self, paused):
-        """A client that has the answer knows all of the step."""
+        """A client has all events of a step before the answer."""
         wait = actions()["wait"]
         paused.simulator.submit(SendGoal("eve", "wait", wait.goal.model_validate({"time": {"sec": 1}}), GOAL))
         paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=10), "steps"))
@@ -275,7 +275,7 @@ class TestSimulateSteps:
     """The action of the world."""
 
     def test_it_tells_of_each_step(self, paused):
-        """When it is done."""
+        """The action gives feedback after each step."""
         log = paused((0.0, steps(3)))
 
         assert [(0.1, 1, 2), (0.2, 2, 1), (0.3, 3, 0)] == [
@@ -285,7 +285,7 @@ class TestSimulateSteps:
         assert (OK, True) == (log.result(STEPS).result, paused.simulator.paused)
 
     def test_only_a_paused_simulation_accepts_it(self, run):
-        """Otherwise it is not ready."""
+        """A simulation that is not paused rejects the goal as not ready."""
         answer = run((0.0, steps(3))).answer(STEPS)
 
         assert (False, "not_ready", "the simulation is not paused; pause it first") == (
@@ -304,14 +304,14 @@ class TestSimulateSteps:
         assert Result.RESULT_OPERATION_FAILED == service.result
 
     def test_no_robot_serves_it(self, run):
-        """And the world serves nothing else."""
+        """Only the world serves the action, and it serves no other."""
         run((0.0, steps(3)._replace(robot="wall_e", reply_to="robot")), (0.0, go()._replace(robot="_world")))
 
         assert "unknown_action" == run.log.answer("robot").reason
         assert "_world has no action 'navigate_to_pose'; it has: simulate_steps" == run.log.answer(GOAL).error_msg
 
     def test_a_cancel_shuts_the_gate_where_it_is(self, paused):
-        """Between two steps."""
+        """A cancel pauses the simulation between two steps."""
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
@@ -321,7 +321,7 @@ class TestSimulateSteps:
         assert (1.25, True) == (paused.simulator.now, paused.simulator.paused)
 
     def test_steps_can_be_made_right_after_a_cancel(self, paused):
-        """At the same instant."""
+        """Further steps are possible at the instant of a cancel."""
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
@@ -331,7 +331,7 @@ class TestSimulateSteps:
         assert (1.45, "SUCCEEDED") == paused.log.changes(NEXT)[-1]
 
     def test_a_reset_aborts_it(self, paused):
-        """With the reason."""
+        """A reset aborts the goal with the reason."""
         paused.simulator.submit(steps(30))
         paused.simulator.submit(GetResult("_world", "simulate_steps", STEPS, "result"))
         paused.simulator.advance(1.25)
@@ -345,7 +345,7 @@ class TestSimulateSteps:
         assert (0.0, True) == (paused.simulator.now, paused.simulator.paused)
 
     def test_to_play_aborts_it(self, paused):
-        """Time moves freely then."""
+        """Playing aborts the goal."""
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         become(paused, PLAYING)
@@ -374,7 +374,7 @@ def story(run):
 
 @pytest.mark.parametrize("number", [1, 3, 1000])
 def test_stepping_is_running(number):
-    """The same happens at the same times, however many steps are made at once."""
+    """Steps of any number lead to the same events at the same times."""
     whole = simulate(SCRIPTED)
     whole.simulator.run(20.0)
     stepped = simulate(SCRIPTED)
@@ -387,6 +387,6 @@ def test_stepping_is_running(number):
 
 
 def test_a_request_of_another_kind_is_read_strictly():
-    """A state is a message, not a number."""
+    """A number instead of a state message is an error."""
     with pytest.raises(ValueError, match="should be an object"):
         SetSimulationState.Request.model_validate_json(json.dumps({"state": 2}))

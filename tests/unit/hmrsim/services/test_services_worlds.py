@@ -9,11 +9,11 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import shown
+from hmrsim.documents import yaml_text
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.settings.run import RunSettings
-from hmrsim.world import yaml_text
 from hmrsim.world_checks import load_world, world_hash
 from tests.simulation import simulate
 
@@ -40,12 +40,12 @@ def load(run, **request):
 
 
 def play(run):
-    """Let time move."""
+    """Play the simulation."""
     run.ask("set_simulation_state", {"state": {"state": 1}})
 
 
 def test_everything_is_replaced(run):
-    """Robots, items, ways, poses and the seed."""
+    """Robots, items, lanes, poses and the seed are those of the new world."""
     run.simulator.advance(3.0)
     answer = load(run, resource_string=OTHER)
 
@@ -55,8 +55,8 @@ def test_everything_is_replaced(run):
     assert (3, 0.0) == (run.simulator.seed, run.simulator.now)
 
 
-def test_a_world_that_an_overlay_makes_too_large_is_refused(run, monkeypatch):
-    """The world before goes on: what was written out could not be read again, which was a bug's report."""
+def test_a_world_that_an_overlay_makes_too_large_is_rejected(run, monkeypatch):
+    """The current world continues if the text of the new world would be too large to be read again."""
     monkeypatch.setattr(yaml_text, "MAX_NODES", 1_000)
     grown = "overlay: {each 1..400: {places.p$i: {at: [0, 0]}}}\n"
 
@@ -70,7 +70,7 @@ def test_a_world_that_an_overlay_makes_too_large_is_refused(run, monkeypatch):
 
 
 def test_a_loaded_world_is_stopped(run):
-    """It stays so until a client lets it play; then its robots run their scripts."""
+    """A loaded world is stopped until a client plays it; then its robots run their scripts."""
     load(run, resource_string=OTHER)
     run.simulator.advance(9.0)
     before = run.simulator.now, run.ask("get_simulation_state").state.state
@@ -82,7 +82,7 @@ def test_a_loaded_world_is_stopped(run):
 
 
 def test_goals_are_aborted_first(run):
-    """With the reason."""
+    """Goals of the old world are aborted with the reason."""
     run((0.0, go("wall_e", 9.0, 2.0)), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
     load(run, resource_string=OTHER)
 
@@ -94,7 +94,7 @@ def test_goals_are_aborted_first(run):
 
 
 def test_robots_drive_in_the_new_world(run):
-    """On its lanes, also one that has the name of an old one."""
+    """Robots of the new world use its lanes, also those with the name of an old robot."""
     load(run, resource_string=OTHER)
     play(run)
     log = run((0.0, go("wall_e", 4.0, 0.0)))
@@ -103,7 +103,7 @@ def test_robots_drive_in_the_new_world(run):
 
 
 def test_scripts_of_the_old_world_are_over():
-    """They wait for answers that never come."""
+    """Scripts of the old world wait for results that never come."""
     run = simulate({"waypoints": {"a": [0, 0]}, "robots": {"old": {"at": "a", "script": ["Wait 2", "Wait 3"]}}})
     run.simulator.advance(1.0)
     load(run, resource_string=OTHER)
@@ -115,7 +115,7 @@ def test_scripts_of_the_old_world_are_over():
 
 
 def test_subscribers_learn_of_a_loaded_world(run):
-    """Once; and the time counts anew."""
+    """A loaded world is announced once, and the time starts again."""
     load(run, resource_string=OTHER)
 
     assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
@@ -123,7 +123,7 @@ def test_subscribers_learn_of_a_loaded_world(run):
 
 
 def test_an_own_seed_stays(make_run):
-    """A seed that the user gave holds for every world."""
+    """A seed given by the user holds for every world."""
     run = make_run(seed=7)
     load(run, resource_string=OTHER)
 
@@ -131,7 +131,7 @@ def test_an_own_seed_stays(make_run):
 
 
 def test_by_name(run):
-    """Of a shipped world."""
+    """A shipped world is loaded by its name."""
     answer = load(run, uri="scenario1")
 
     assert (1, "scenario 1") == (answer.result.result, answer.world.name)
@@ -139,7 +139,7 @@ def test_by_name(run):
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with worlds, beside a file that is no client's business."""
+    """A folder with worlds, beside a file that clients must not read."""
     inside = tmp_path / "worlds"
     (inside / "deep").mkdir(parents=True)
     (inside / "other.yaml").write_text(OTHER)
@@ -154,7 +154,7 @@ def folder(tmp_path):
 
 @pytest.mark.parametrize("uri", ["other.yaml", "deep/../deep/other.yaml", "{}/other.yaml", "file://{}/other.yaml"])
 def test_a_file_of_the_folder_that_is_allowed(make_run, folder, uri):
-    """By a path relative to it, or by an absolute one."""
+    """A file of the allowed folder can be loaded by a relative or an absolute path."""
     answer = load(make_run(allow_files=folder), uri=uri.format(folder))
 
     assert (1, "other") == (answer.result.result, answer.world.name), answer.result.error_message
@@ -166,7 +166,7 @@ OUTSIDE += ["away/secret.yaml", "away/none.yaml", "file:///etc/passwd", "file://
 
 @pytest.mark.parametrize("uri", [*OUTSIDE, "{}/other.yaml", "other.yaml"])
 def test_no_file_is_read_unless_that_is_allowed(run, folder, uri):
-    """In the same words whether there is one or not."""
+    """The answer does not reveal whether a file exists."""
     uri = uri.format(folder)
     result = load(run, uri=uri).result
 
@@ -177,7 +177,7 @@ def test_no_file_is_read_unless_that_is_allowed(run, folder, uri):
 
 @pytest.mark.parametrize("uri", OUTSIDE)
 def test_no_file_outside_the_folder_is_read(make_run, folder, uri):
-    """In the same words whether there is one or not, also by a link that leads out of it."""
+    """The answer does not reveal whether a file outside the folder exists, not even by a link."""
     uri = uri.format(folder)
     result = load(make_run(allow_files=folder), uri=uri).result
 
@@ -187,7 +187,7 @@ def test_no_file_outside_the_folder_is_read(make_run, folder, uri):
 
 
 def test_no_file_of_the_folder_includes_one_outside(make_run, folder):
-    """As in any world."""
+    """A file of the folder can't include one outside, as with any world."""
     result = load(make_run(allow_files=folder), uri="wrong.yaml").result
 
     assert 103 == result.result
@@ -197,13 +197,13 @@ def test_no_file_of_the_folder_includes_one_outside(make_run, folder):
 
 
 def test_the_folder_has_to_be_there(tmp_path):
-    """When the simulator is started, not at the first request."""
+    """A missing folder is an error when the simulator starts."""
     with pytest.raises(ValidationError, match="none' is not a folder"):
         RunSettings(allow_files=tmp_path / "none")
 
 
 def test_what_is_loaded_can_be_loaded_again(run):
-    """The text of the current world is the world."""
+    """The text of the current world describes the same world."""
     load(run, uri="hospital")
     text = run.ask("get_current_world").world.world_resource.resource_string
     load(run, resource_string=OTHER)
@@ -225,7 +225,7 @@ def test_what_is_loaded_can_be_loaded_again(run):
     ],
 )
 def test_what_can_not_be_loaded(run, request_, code, why):
-    """The world that is there stays, and its goals go on."""
+    """If a world is invalid, the current world and its goals continue."""
     run((0.0, go("wall_e", 9.0, 2.0)), until=1.5)
     answer = load(run, **request_)
 
@@ -238,8 +238,8 @@ def test_what_can_not_be_loaded(run, request_, code, why):
     )
 
 
-def test_all_errors_are_told(run):
-    """One a line."""
+def test_all_errors_are_reported(run):
+    """All errors are reported, one per line."""
     text = "robots: {a: {at: nowhere}, b: {type: ghost, at: [1, 2]}}"
     result = load(run, resource_string=text).result
 
@@ -253,7 +253,7 @@ class TestAvailable:
     """Worlds that have a bare name."""
 
     def test_the_shipped_ones(self, run):
-        """Each can be loaded."""
+        """All available worlds can be loaded."""
         worlds = run.ask("get_available_worlds").worlds
 
         names = [world.world_resource.uri for world in worlds]
@@ -269,19 +269,19 @@ class TestAvailable:
         ],
     )
     def test_other_sources(self, run, request_, code, number):
-        """There are none, nor any tags."""
+        """Other sources and tags are not supported."""
         answer = run.ask("get_available_worlds", request_)
 
         assert (code, number) == (answer.result.result, len(answer.worlds))
 
 
 def test_a_world_of_json(run):
-    """It is YAML, too."""
+    """A world can be sent as JSON."""
     assert 1 == load(run, resource_string=json.dumps({"name": "plain", "robots": {"a": {"at": [1, 2]}}})).result.result
 
 
-def test_a_world_of_too_many_pairs_is_refused(run):
-    """Other clients would wait for its checks; the world before goes on."""
+def test_a_world_of_too_many_pairs_is_rejected(run):
+    """A world is rejected if its checks would make other clients wait."""
     docks = {f"d{i}": {"at": "a"} for i in range(2_100)}
     robots = {f"r{i}": {"at": [i, 1]} for i in range(2_100)}
     text = json.dumps({"name": "big", "waypoints": {"a": [0, 0]}, "docks": docks, "robots": robots})

@@ -15,7 +15,7 @@ from tools.settings import strangers
 
 @pytest.fixture
 def read():
-    """Return what reads a command line."""
+    """Return a function that reads a command line."""
 
     def read(*words, below=None):
         parser = CommandParser(prog="hmrsim run")
@@ -26,12 +26,12 @@ def read():
 
 
 def test_without_any_word_all_is_as_a_program_has_it(read):
-    """One default for each."""
+    """An empty command line has the same defaults as a program."""
     assert RunSettings() == read()
 
 
 def test_the_command_line_comes_before_the_environment_before_the_file_before_the_default(read, monkeypatch):
-    """Each says what those before it leave open."""
+    """Each source provides the settings that the earlier ones leave open."""
     monkeypatch.setenv("HMRSIM_SEED", "2")
     monkeypatch.setenv("HMRSIM_STEP_SIZE", "0.2")
     settings = read("--seed", "1", below={"seed": 3, "step_size": 0.3, "duration": 30.0})
@@ -40,7 +40,7 @@ def test_the_command_line_comes_before_the_environment_before_the_file_before_th
 
 
 def test_only_what_was_given_is_given():
-    """So that a file can say the rest."""
+    """Only given settings are returned, so that a file can provide the others."""
     parser = CommandParser()
     add_settings(parser, RunSettings)
 
@@ -58,7 +58,7 @@ def test_only_what_was_given_is_given():
     ],
 )
 def test_a_word_is_read_as_its_setting(read, words, field, value):
-    """By the type that the model has."""
+    """An argument is converted to the type of its setting."""
     assert value == getattr(read(*words), field)
 
 
@@ -76,8 +76,8 @@ def test_a_word_is_read_as_its_setting(read, words, field, value):
         (("--participants", "a b"), "'a b' is neither a number nor names such as nurses,porters"),
     ],
 )
-def test_a_word_that_makes_no_sense_is_wrong_use(read, capsys, words, told):
-    """One line says what is wrong."""
+def test_an_invalid_word_is_wrong_use(read, capsys, words, told):
+    """An invalid argument is reported in one line."""
     with pytest.raises(SystemExit, match="2"):
         read(*words)
 
@@ -85,7 +85,7 @@ def test_a_word_that_makes_no_sense_is_wrong_use(read, capsys, words, told):
 
 
 def test_an_option_of_no_model_is_found():
-    """What lint looks for: an option, or another text of one, that no model declares."""
+    """Lint finds an option, or a help text, that no model declares."""
 
     def configure(parser):
         add_settings(parser, RunSettings, only=("seed",))
@@ -99,7 +99,7 @@ def test_an_option_of_no_model_is_found():
 
 
 def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys):
-    """A line a mistake, exit code 2, before anything is served."""
+    """Each error of a settings file is a line, and the exit code is 2 before anything is served."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.yaml").write_text("seed: x\nlisten: [nowhere]\n")
 
@@ -110,8 +110,8 @@ def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys)
     ] == capsys.readouterr().err.splitlines()
 
 
-def test_options_that_do_not_go_together_are_told_also_of_a_file(tmp_path, monkeypatch, capsys):
-    """As of the command line."""
+def test_options_that_do_not_go_together_are_reported_also_of_a_file(tmp_path, monkeypatch, capsys):
+    """Conflicting settings of a file are reported like those of the command line."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.yaml").write_text("ros_domain_id: 3\n")
 
@@ -120,7 +120,7 @@ def test_options_that_do_not_go_together_are_told_also_of_a_file(tmp_path, monke
 
 
 def test_problems_of_a_settings_file_are_limited(tmp_path, capsys):
-    """A thousand of them are told, and how many more there are."""
+    """A thousand errors are reported, and the number of the others."""
     path = tmp_path / "settings.yaml"
     path.write_text("seed: 1\n" * 3_000)
     code = main(["run", "scenario1", "--settings", str(path)])

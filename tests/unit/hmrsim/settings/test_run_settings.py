@@ -34,32 +34,32 @@ from hmrsim_zenoh.settings import SERVED
         ({"hold": 1.0}, "not permitted"),
     ],
 )
-def test_a_setting_that_makes_no_sense_is_refused(fields, why):
-    """By name, with the value and what would do."""
+def test_an_invalid_setting_is_rejected(fields, why):
+    """An invalid setting is rejected with its name, its value and a remedy."""
     with pytest.raises(ValidationError, match=why):
         RunSettings(**fields)
 
 
 def test_settings_do_not_change():
-    """A run has what it began with."""
+    """The settings of a run are immutable."""
     with pytest.raises(ValidationError, match="frozen"):
         RunSettings().seed = 3
 
 
 @pytest.mark.parametrize("name", ["participant_timeout", "planner_timeout"])
 def test_minus_one_is_for_ever(name):
-    """As on the command line; so is infinity."""
+    """A timeout of -1 or infinity never ends, as on the command line."""
     assert math.inf == getattr(RunSettings(**{name: -1}), name) == getattr(RunSettings(**{name: math.inf}), name)
 
 
-def test_names_of_participants_are_told_once():
-    """A list will do."""
+def test_names_of_participants_are_unique():
+    """Names of participants can be a list, and duplicates are dropped."""
     assert ("nurses", "porters") == RunSettings(participants=["nurses", "porters", "nurses"]).participants
 
 
 @pytest.mark.parametrize("model", [*SERVED, SimulateSettings, DemoSettings])
 def test_every_setting_says_what_it_is(model):
-    """And has a default that its bounds allow."""
+    """Every setting has a description and a valid default."""
     for setting in settings_of(model).values():
         option = setting.option
         assert option.help
@@ -68,7 +68,7 @@ def test_every_setting_says_what_it_is(model):
 
 
 def test_no_setting_is_in_two_models():
-    """A settings file has one place for each."""
+    """No setting is declared twice, as a settings file has one key for each."""
     names = [name for model in SERVED for name in settings_of(model)]
 
     assert sorted(set(names)) == sorted(names)
@@ -76,7 +76,7 @@ def test_no_setting_is_in_two_models():
 
 @given(st.floats())
 def test_a_factor_is_what_its_bounds_say(value):
-    """Whatever number is asked for."""
+    """A real-time factor is valid exactly within its bounds."""
     allowed = value == 0 or 1e-6 <= value <= 1e6
     try:
         factor = RunSettings(real_time_factor=value).real_time_factor

@@ -15,7 +15,7 @@ from hmrsim_zenoh.settings import SERVED
 
 @pytest.fixture
 def read(tmp_path, monkeypatch):
-    """Return what reads a text as a settings file."""
+    """Return a function that reads a text as a settings file."""
     monkeypatch.chdir(tmp_path)
 
     def read(text):
@@ -26,7 +26,7 @@ def read(tmp_path, monkeypatch):
 
 
 def test_all_kinds_of_settings(read):
-    """Numbers, names, lists, paths, flags."""
+    """A settings file can have numbers, names, lists, paths and flags."""
     text = """\
 clock: lockstep
 participants: [a, b]
@@ -47,12 +47,12 @@ ros2: true
 
 
 def test_json_is_read_too(read):
-    """It is nearly YAML."""
+    """A settings file can be JSON."""
     assert {"seed": 3, "duration": 10.0} == read(json.dumps({"seed": 3, "duration": 10}, indent="\t"))
 
 
 def test_a_file_of_comments_is_an_error(read):
-    """As an empty one: it was meant to say something."""
+    """A file without settings is an error, as it was probably meant to have some."""
     with pytest.raises(SettingsError, match=r"s\.yaml: is empty"):
         read("# nothing\n")
 
@@ -83,16 +83,16 @@ def test_a_file_of_comments_is_an_error(read):
         (b"seed: \xff", "s.yaml:1: is not UTF-8"),
     ],
 )
-def test_a_mistake_is_told_with_its_line(read, text, told):
-    """And with the setting, its value and what would do."""
+def test_an_error_is_reported_with_its_line(read, text, told):
+    """An error has the line, the setting, its value and a remedy."""
     with pytest.raises(SettingsError) as error:
         read(text)
 
     assert str(error.value).startswith(told)
 
 
-def test_all_mistakes_are_told_at_once(read):
-    """In the order of the file."""
+def test_all_errors_are_reported_at_once(read):
+    """All errors are reported at once, in the order of the file."""
     with pytest.raises(SettingsError) as error:
         read("seed: x\nclok: lockstep\nclock: sundial\nseed: 3\n")
 
@@ -105,14 +105,14 @@ def test_all_mistakes_are_told_at_once(read):
     ("path", "told"), [("none.yaml", "none.yaml: no such file"), (".", ".: is a folder; expected a file")]
 )
 def test_a_file_that_is_none(tmp_path, monkeypatch, path, told):
-    """Is told as such."""
+    """A file that can't be read is an error."""
     monkeypatch.chdir(tmp_path)
 
     with pytest.raises(SettingsError, match=told):
         read_file(Path(path), SERVED)
 
 
-def test_a_huge_file_is_refused(read):
-    """Before it is parsed."""
+def test_a_huge_file_is_rejected(read):
+    """A huge file is rejected before it is parsed."""
     with pytest.raises(SettingsError, match="is larger than 16 MiB"):
         read(b"#" * (16 * 1024 * 1024 + 1))

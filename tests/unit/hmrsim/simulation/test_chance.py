@@ -8,9 +8,9 @@ import pytest
 
 from hmrsim.distributions import Distribution
 from hmrsim.engine.chance import Chance
-from hmrsim.events.docks import Docked
-from hmrsim.events.doors import DoorOpened, DoorOpening
+from hmrsim.events.facilities import DoorOpened, DoorOpening
 from hmrsim.events.faults import FaultBegan, FaultEnded
+from hmrsim.events.robots import Docked
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.reset import reset

@@ -50,7 +50,7 @@ SHAPES = {
 @pytest.mark.uncovered
 @pytest.mark.parametrize("shape", SHAPES)
 def test_many_parts_take_time_in_proportion(shape):
-    """To load, to begin, and to run for ten seconds."""
+    """Loading, starting and running for ten seconds take time in proportion to the number of parts."""
     began = time.process_time()
     simulator = Simulator(world_of(SHAPES[shape], "test"), RunSettings(), [])
     simulator.advance(10.0)
@@ -84,7 +84,7 @@ CHECKED = {
 @pytest.mark.uncovered
 @pytest.mark.parametrize("shape", CHECKED)
 def test_many_names_are_checked_without_a_look_at_all_others(shape):
-    """Each takes a second or two, and took a minute or more where all were compared with all."""
+    """Each world takes a second or two; comparing all names with all others would take a minute or more."""
     began = time.process_time()
     world_of(CHECKED[shape], "test")
 
@@ -92,7 +92,7 @@ def test_many_names_are_checked_without_a_look_at_all_others(shape):
 
 
 def test_a_lift_has_a_maximum_of_stops():
-    """One more is an error that says so."""
+    """One stop too many is an error."""
     stops = [f"w{i}" for i in range(MAX_STOPS + 1)]
     with pytest.raises(WorldError) as caught:
         world_of(_line(MAX_STOPS + 1) | {"lifts": {"lift": {"stops": stops}}}, "test")
@@ -103,14 +103,14 @@ def test_a_lift_has_a_maximum_of_stops():
 
 
 def test_all_lifts_have_a_maximum_of_rides():
-    """From stop to stop, of all together."""
+    """The rides between stops of all lifts together are limited."""
     lifts = {f"l{i}": {"stops": [f"w{j}" for j in range(MAX_STOPS)]} for i in range(3)}
     with pytest.raises(WorldError, match=f"rides from stop to stop are more than the maximum of {MAX_RIDES}"):
         world_of(_line(MAX_STOPS) | {"lifts": lifts}, "test")
 
 
 def test_lanes_through_a_door_are_those_that_cross_it():
-    """Found without a look at each lane: also where a door only touches one, is along one, or on none."""
+    """Lanes are found efficiently, also if a door only touches a lane, is along one, or on none."""
     at = [((1, -1), (1, 1)), ((2, 0), (2, 5)), ((0.5, 0), (9.5, 0)), ((4, 1), (6, 1)), ((3, -1e6), (3, 1e6))]
     world = world_of(
         _line(10) | {"doors": {f"d{i}": {"at": list(map(list, ends))} for i, ends in enumerate(at)}}, "test"
@@ -132,7 +132,7 @@ def test_long_names_are_cut_in_messages():
 
 
 def test_names_of_faults_are_given_again():
-    """The least number that is free, also after faults have ended."""
+    """A fault gets the least free number, also after others have ended."""
     world = world_of(_line(2) | {"faults": [_closing(["w0", "w1"], float(at)) for at in (1, 2, 9)]}, "test")
     simulator = Simulator(world, RunSettings(), [])
     before = [*simulator.fault_injector.known]

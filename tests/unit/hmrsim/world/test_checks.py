@@ -26,7 +26,7 @@ def problems(**fields):
 
 
 def test_nothing_is_wrong_with_the_map_itself():
-    """The map of these tests is fine."""
+    """The map of these tests has no problems."""
     assert problems() == []
 
 
@@ -156,7 +156,7 @@ WARNINGS = [
 
 @pytest.mark.parametrize(("fields", "path", "message"), WARNINGS, ids=[path for _, path, _ in WARNINGS])
 def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
-    """Odd values are reported, and do not stop the run."""
+    """Unusual values are warnings and don't prevent a run."""
     found = problems(**fields)
 
     assert {severity for severity, _, _ in found} == {"warning"}
@@ -164,7 +164,7 @@ def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
 
 
 def test_lanes_in_opposite_directions_are_no_duplicates():
-    """Two one-way lanes make one lane that goes both ways."""
+    """Two one-way lanes can lead in opposite directions."""
     lanes = [
         {"from": "home", "to": "door", "one_way": True},
         {"from": "door", "to": "home", "one_way": True},
@@ -175,14 +175,14 @@ def test_lanes_in_opposite_directions_are_no_duplicates():
 
 
 def test_lifts_join_what_lanes_do_not():
-    """Levels are no parts that nothing connects."""
+    """Levels connected by a lift are not disconnected parts."""
     attic = {"waypoints": {"attic": [5, 9]}, "lifts": {"lift": {"stops": ["shelf", "attic"]}}}
 
     assert problems(**attic) == []
 
 
-def test_robots_bad_setting_is_told_once():
-    """What is wrong with a type is not told again of each of its robots."""
+def test_robots_bad_setting_is_reported_once():
+    """An error of a type is not repeated for each of its robots."""
     kind = {"components": {"claw": {"reach": -1}}}
     robot = {"type": "nurse", "at": "home", "components": {"claw": {"max_weight": 1.0}}}
 
@@ -192,7 +192,7 @@ def test_robots_bad_setting_is_told_once():
 
 
 def test_problem_says_file_and_value():
-    """A program gets the parts of the message, too."""
+    """A problem has the parts of its message as attributes."""
     (problem,) = check_world(World.model_validate({**MAP, "lanes": [*MAP["lanes"], ["home", "x"]]}), "ward.yaml")
 
     assert (problem.file, problem.path, problem.value) == ("ward.yaml", "lanes.2.to", "x")
@@ -200,7 +200,7 @@ def test_problem_says_file_and_value():
 
 @pytest.mark.parametrize("fault", ["claw_misses", "sensor_blind", "slip"])
 def test_an_unknown_component_of_a_robot_with_a_fault_is_the_error(fault):
-    """Whether the fault is about components or not."""
+    """The unknown component is the error, whether the fault concerns components or not."""
     more = {"factor": 0.5} if fault == "slip" else {}
     with pytest.raises(WorldError) as error:
         world_of(
@@ -213,3 +213,39 @@ def test_an_unknown_component_of_a_robot_with_a_fault_is_the_error(fault):
         )
 
     assert ["robots.eve.components.clw"] == [problem.path for problem in error.value.problems]
+
+
+SCRIPTED = """\
+waypoints: {{home: [1, 2], shelf: [9, 2]}}
+lanes: [[home, shelf]]
+items: {{parcel: {{at: shelf}}}}
+robots:
+  wall_e:
+    at: home
+    type: fetcher
+    script:
+      - Go {place}
+      - {second}
+"""
+
+
+def test_every_order_is_checked_with_its_line(errors_of):
+    """All errors of a script are reported at once, each with a remedy."""
+    first, second = errors_of(SCRIPTED.format(place="shelv", second="Fly home"))
+
+    assert "9: robots.wall_e.script.0: no waypoint, place or dock 'shelv'; did you mean 'shelf'?" == first
+    assert second.startswith("10: robots.wall_e.script.1: no order begins with 'Fly'; there are: Back DISTANCE [SPEED]")
+
+
+def test_a_robot_needs_what_an_order_takes(errors_of):
+    """A carrier can't grab an item."""
+    text = SCRIPTED.format(place="shelf", second="Grab parcel").replace("fetcher", "carrier")
+
+    assert ["10: robots.wall_e.script.1: 'Grab parcel' takes a claw, which wall_e does not have"] == errors_of(text)
+
+
+def test_what_could_follow_from_another_error_is_not_told(errors_of):
+    """A waypoint that was left out may be the one that an order names."""
+    text = SCRIPTED.format(place="attic", second="Grab parcel").replace("shelf: [9, 2]", "shelf: [9, 2], attic: [x, 2]")
+
+    assert ["1: waypoints.attic.0"] == [error[: error.index(": expected")] for error in errors_of(text)]

@@ -14,7 +14,7 @@ def world(name):
 
 
 def test_it_is_computed_once_for_each_world():
-    """Worlds that are equal are two."""
+    """Two equal worlds are computed separately."""
     asked = []
     derived = Derived(lambda world: asked.append(world.name) or len(asked))
     one, other = world("one"), world("one")
@@ -23,7 +23,7 @@ def test_it_is_computed_once_for_each_world():
 
 
 def test_it_is_forgotten_with_its_world():
-    """Another world may have the same place in memory later."""
+    """The value is dropped with its world, whose address may be reused."""
     derived = Derived(lambda world: world.name)
     names = []
     for number in range(50):
@@ -35,7 +35,7 @@ def test_it_is_forgotten_with_its_world():
 
 
 def test_a_copy_with_the_same_parts_has_the_same_value():
-    """Also after the world that it was copied from is gone."""
+    """A copy keeps the value even after the original world is gone."""
     asked = []
     derived = Derived(lambda world: asked.append(world.name) or [*world.waypoints], "waypoints")
     first = world("first")

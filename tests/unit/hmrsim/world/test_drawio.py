@@ -36,12 +36,12 @@ def ward():
 
 
 def test_page_is_the_world(ward):
-    """The page's name and size; pixels."""
+    """The world has the page's name and size, in pixels."""
     assert (ward.name, ward.units, ward.bounds) == ("Ward", "px", (0, 0, 600, 400))
 
 
 def test_shapes_are_solids_and_text_is_none(ward):
-    """Walls, turned about their centre; three bars of a U; a table and a pillar; no text and no arrow."""
+    """Walls, a U, a table and a pillar are obstacles, rotated about their centers; text and arrows are not."""
     assert spans(ward) == [
         (0, 10, 600, 20),
         (295, 100, 305, 300),
@@ -53,14 +53,14 @@ def test_shapes_are_solids_and_text_is_none(ward):
     ]
 
 
-def test_things_are_at_their_centre(ward):
-    """Half of a size is rounded down: 12 px at 62.5 have their centre at 68.5."""
+def test_things_are_at_their_center(ward):
+    """Half of a size is rounded down: 12 px at 62.5 have their center at 68.5."""
     assert ward.items["syrup"].at == (68.5, 49.0)
     assert {name: place.at for name, place in ward.places.items()} == {"bed": (100, 350), "POI_1": (400, 80)}
 
 
 def test_robots_have_claw_script_and_name(ward):
-    """Components are settings of ours; robots without names are numbered."""
+    """Components become our settings, and robots without names are numbered."""
     eve, other = ward.robots["eve"], ward.robots["robot_1"]
 
     assert (eve.at, eve.components) == ((500, 80), {"claw": {"reach": 60, "max_weight": 2}})
@@ -68,7 +68,7 @@ def test_robots_have_claw_script_and_name(ward):
 
 
 def test_roads_are_waypoints_and_lanes(ward):
-    """Roads begin and end at the shapes that they are tied to, and connect where they cross or nearly touch."""
+    """Roads start and end at the shapes to which they are attached, and connect where they cross or nearly touch."""
     assert ward.waypoints == {
         "n1": (500, 80),
         "n2": (480, 80),
@@ -97,7 +97,7 @@ def test_roads_are_waypoints_and_lanes(ward):
 
 
 def test_old_map_has_ways_batteries_and_speeds():
-    """What maps of older versions say of their robots; saved on Windows."""
+    """The robots of maps of older versions are read, also if saved on Windows."""
     world, warnings = read("old_map")
     walter, other = world.robots.values()
 
@@ -121,7 +121,7 @@ def test_old_map_has_ways_batteries_and_speeds():
     ],
 )
 def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
-    """As the web editor saves it."""
+    """A drawing compressed by the web editor is read."""
     world, warnings = read("two_floors", page=page, rename={"robot_1": "wall_e"})
 
     assert warnings == []
@@ -131,7 +131,7 @@ def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
 
 
 def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
-    """A turned bay in a ward, a store, and hidden notes."""
+    """The plan has a rotated bay in a ward, a store, and hidden notes."""
     world, warnings = read("floor_plan")
 
     assert warnings == ["8: cell 'notes' (Notes): is a hidden layer; what is on it is read all the same"]
@@ -151,7 +151,7 @@ def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
     ],
 )
 def test_original_map_can_be_driven(name, start, goals):
-    """Its robot is where it was, and reaches what it reached."""
+    """The robot starts at the original place and reaches the original places."""
     world = load_world(REFERENCE / f"{name}.drawio").world
     (robot,) = world.robots.values()
     graph = WaypointGraph(world)
@@ -170,7 +170,7 @@ def test_original_map_can_be_driven(name, start, goals):
     ],
 )
 def test_original_map_has_its_robot(name, robot, components, orders):
-    """Nothing of it is left out."""
+    """No part of the original map is left out."""
     loaded = load_world(REFERENCE / f"{name}.drawio")
 
     assert [str(warning) for warning in loaded.warnings if "left out" in str(warning)] == []

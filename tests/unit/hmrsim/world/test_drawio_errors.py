@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.errors import WorldError
 from hmrsim.world import ReadOptions
-from hmrsim.world.formats import _xml
+from hmrsim.world.formats import _drawio_file
 from hmrsim.world_checks import load_world
 from tests.unit.hmrsim.world.drawings import diagram, drawing, file, model, packed, road, robot, shape, typed
 
@@ -16,8 +16,8 @@ LENIENT = ReadOptions(lenient=True)
 TYPES = "robot, pickable, POI, map-path, path, debug"
 
 
-def test_all_bad_cells_are_told_at_once(wrong):
-    """Each cell is named, whatever else is wrong."""
+def test_all_bad_cells_are_reported_at_once(wrong):
+    """Each invalid cell is reported, whatever other errors there are."""
     errors = wrong(
         road((0, 0), (1, 1), identifier="m", source="nobody"),
         shape("rounded=0;rotation=steep", 1, 1, 1, 1, id="s", value="&lt;b&gt;A &amp;amp; B&lt;/b&gt;"),
@@ -61,27 +61,27 @@ def test_all_bad_cells_are_told_at_once(wrong):
         ),
     ],
 )
-def test_object_without_a_cell_is_told(wrong, cell, error):
-    """It does not vanish."""
+def test_object_without_a_cell_is_reported(wrong, cell, error):
+    """An object without a cell is an error instead of being dropped."""
     assert [f"1: {error}"] == wrong(cell)
 
 
 def test_shape_without_geometry_is_warned_of(warned):
-    """It stands nowhere."""
+    """A shape without geometry has no position."""
     warnings = warned('<mxCell id="v" style="rounded=0" vertex="1" parent="1"/>')
 
     assert ["cell 'v': has no mxGeometry, so it is nowhere and left out"] == warnings
 
 
 def test_cell_in_a_group_that_is_nowhere_is_warned_of(warned):
-    """It is read as if it were on the page itself."""
+    """A cell in a group without position is placed on the page itself."""
     warnings = warned(typed("POI", 1, 1, id="p", parent="nope"))
 
     assert ["POI cell 'p': is in 'nope', which is not a cell of this page; it is placed on the page itself"] == warnings
 
 
-def test_all_numbers_of_a_cell_are_told(wrong):
-    """Not the first only."""
+def test_all_numbers_of_a_cell_are_reported(wrong):
+    """All invalid numbers of a cell are reported."""
     cell = shape("rounded=0;rotation=steep", 1, 2, 3, 4, id="s").replace('x="1"', 'x="NaN"').replace('"4"', '"tall"')
 
     assert [
@@ -102,30 +102,30 @@ def test_all_numbers_of_a_cell_are_told(wrong):
         (typed("pickable", 1, 1), None),
     ],
 )
-def test_problem_has_the_value_that_makes_no_sense(write, cell, value):
-    """Not the cell, which its path names."""
+def test_problem_has_the_value_that_is_invalid(write, cell, value):
+    """The problem has the invalid value, and its path names the cell."""
     with pytest.raises(WorldError, match="cell") as caught:
         load_world(write(drawing(cell), "map.drawio"))
 
     assert [value] == [problem.value for problem in caught.value.problems]
 
 
-def test_lines_are_told_in_plain_files(errors_of):
-    """Each cell has its own."""
+def test_lines_are_reported_in_plain_files(errors_of):
+    """Each cell of an uncompressed file has its line."""
     text = drawing(typed("drone", 1, 1, id="a"), typed("robo", 1, 1, id="b")).replace("<object", "\n<object")
 
     assert [error[:20] for error in errors_of(text, "map.drawio")] == ["2: drone cell 'a': h", "3: robo cell 'b': ha"]
 
 
 def test_slip_in_a_type_is_corrected(wrong):
-    """What was meant is said."""
+    """A misspelled type gets a suggestion."""
     (error,) = wrong(typed("robo", 1, 1, id="r"))
 
     assert error == "1: robo cell 'r': has the unknown type 'robo'; did you mean 'robot'?; --lenient leaves it out"
 
 
 def test_what_could_follow_from_a_bad_cell_is_not_spoken_of(write):
-    """A native file that names a robot that could not be read."""
+    """A native file may name a robot that could not be read."""
     write(drawing(robot(speed="x")), "map.drawio")
     world = write("include: [map.drawio]\nremap: {eve/grab: eve/pickup}\nlanes: [[a, b]]\n")
 
@@ -136,7 +136,7 @@ def test_what_could_follow_from_a_bad_cell_is_not_spoken_of(write):
 
 
 def test_unknown_types_are_left_out_when_asked(write):
-    """A warning each; they are no obstacles, and roads may still end there."""
+    """Each unknown type is a warning and no obstacle, and roads can still end there."""
     cells = (
         typed("drone", 100, 100, id="d"),
         typed("", 200, 200, id="t"),
@@ -161,16 +161,16 @@ def test_lenient_forgives_nothing_else(write):
 
 
 @pytest.mark.parametrize("number", ["nan", "inf", "-Infinity", "1e300", "1e8", "ten", "", "1e9999", "0x10", "1_0"])
-def test_absurd_coordinate_is_refused(wrong, number):
-    """NaN, infinity and absurd sizes."""
+def test_absurd_coordinate_is_rejected(wrong, number):
+    """NaN, infinity and absurd sizes are errors."""
     (error,) = wrong(typed("POI", 1, 2, id="p").replace('x="1"', f'x="{number}"'))
 
     assert error == f"1: POI cell 'p': x is {number!r}; expected a number of at most 1e+07"
 
 
 @pytest.mark.parametrize("attribute", ["pageWidth", "pageHeight"])
-def test_absurd_page_is_refused(errors_of, attribute):
-    """Its size is the world's bounds."""
+def test_absurd_page_is_rejected(errors_of, attribute):
+    """The page size must be valid, as it becomes the world's bounds."""
     (error,) = errors_of(file(diagram(f'<mxGraphModel {attribute}="wide"/>')), "map.drawio")
 
     assert error == f"1: bounds: {attribute} is 'wide'; expected a number of at most 1e+07"
@@ -209,7 +209,7 @@ def page(content: str | bytes) -> str:
     ids=lambda value: repr(value[:40]),
 )
 def test_hostile_or_broken_file_is_one_error(write, text, message):
-    """Entities, bombs and rubbish are refused, before they cost anything."""
+    """Entities, bombs and garbage are rejected before they cost anything."""
     with pytest.raises(WorldError, match=message) as caught:
         load_world(write(text, "map.drawio"))
 
@@ -217,8 +217,8 @@ def test_hostile_or_broken_file_is_one_error(write, text, message):
 
 
 def test_file_of_too_many_elements_is_one_error(write, monkeypatch):
-    """They are counted as they are read."""
-    monkeypatch.setattr(_xml, "MAX_ELEMENTS", 100)
+    """Elements are counted while they are read."""
+    monkeypatch.setattr(_drawio_file, "MAX_ELEMENTS", 100)
     with pytest.raises(WorldError, match="has more than 100 elements") as caught:
         load_world(write("<mxfile>" + "<a/>" * 101 + "</mxfile>", "map.drawio"))
 
@@ -237,7 +237,7 @@ CROWDS = {
 
 @pytest.mark.parametrize("cells", CROWDS.values(), ids=CROWDS)
 def test_crowd_is_read_in_bounded_time(write, cells):
-    """Some seconds of this process, at most, for half as many cells as a page may have."""
+    """Half of the allowed number of cells takes a few seconds of processor time at most."""
     path = write(drawing(*cells), "map.drawio")
     begun = time.process_time()
     try:

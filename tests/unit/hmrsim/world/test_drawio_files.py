@@ -1,12 +1,29 @@
-"""The forms in which draw.io's editors save a drawing."""
+"""The forms in which draw.io saves a drawing, its pages, and new names for its robots."""
 
 from __future__ import annotations
 
+import argparse
+
 import pytest
 
+from hmrsim.cli.options import add_world_options
+from hmrsim.cli.worlds import read_world
 from hmrsim.errors import WorldError
+from hmrsim.world import ReadOptions
 from hmrsim.world_checks import load_world
-from tests.unit.hmrsim.world.drawings import WALL, diagram, file, model, packed, road, robot, shape, typed
+from tests.unit.hmrsim.world.drawings import (
+    WALL,
+    diagram,
+    drawing,
+    file,
+    line,
+    model,
+    packed,
+    road,
+    robot,
+    shape,
+    typed,
+)
 
 CELLS = (
     shape(WALL, 0, 10, 600, 10),
@@ -37,7 +54,7 @@ FORMS = {
 
 
 def test_forms_are_the_same_world(write):
-    """However it is saved, it is the same drawing."""
+    """A drawing is the same in every form in which it can be saved."""
     hashes = {}
     for i, (name, text) in enumerate(FORMS.items()):
         path = write("", f"{i}.drawio")
@@ -49,7 +66,7 @@ def test_forms_are_the_same_world(write):
 
 @pytest.mark.parametrize("text", [model(*CELLS), file(f"<diagram>{PACKED}</diagram>")])
 def test_page_without_a_name_is_called_as_in_the_original(load, text):
-    """A bare model, or a diagram without a name."""
+    """A bare model and a diagram without a name have the original's default name."""
     world = load(text, "map.xml").world
 
     assert world.name == "Window 1"
@@ -57,7 +74,7 @@ def test_page_without_a_name_is_called_as_in_the_original(load, text):
 
 
 def test_page_without_a_size_is_500_px(load):
-    """As in the original."""
+    """The default size is that of the original."""
     assert load("<mxGraphModel/>", "map.drawio").world.bounds == (0, 0, 500, 500)
 
 
@@ -69,15 +86,15 @@ def test_page_without_a_size_is_500_px(load):
     ],
 )
 @pytest.mark.parametrize("name", ["map.drawio.svg", "map.drawio"])
-def test_svg_export_is_refused_with_what_would_do(write, text, name):
-    """It is a picture, whatever it is called."""
+def test_svg_export_is_rejected_with_a_remedy(write, text, name):
+    """An SVG export is a picture, whatever its file name."""
     with pytest.raises(WorldError, match=r"is an SVG picture; open it in draw\.io and save it as \.drawio"):
         load_world(write(text, name))
 
 
 @pytest.mark.parametrize("name", ["map.drawio.png", "map.PDF"])
-def test_picture_is_refused_with_what_would_do(tmp_path, name):
-    """Not as a text that can't be decoded."""
+def test_picture_is_rejected_with_a_remedy(tmp_path, name):
+    """A picture is reported as such instead of as undecodable text."""
     path = tmp_path / name
     path.write_bytes(b"\x89PNG\r\n")
 
@@ -86,6 +103,123 @@ def test_picture_is_refused_with_what_would_do(tmp_path, name):
 
 
 def test_picture_that_is_not_there_is_just_that(tmp_path):
-    """No such file."""
+    """A missing picture is reported as a missing file."""
     with pytest.raises(WorldError, match="no such file"):
         load_world(tmp_path / "map.png")
+
+
+PAGES = file(
+    diagram(model(typed("POI", 0, 0, tag="ground")), "Ground"),
+    diagram(packed(model(typed("POI", 0, 0, tag="upper"))), "Upper"),
+    diagram(model(typed("POI", 0, 0, tag="one")), "1"),
+)
+ROBOTS = drawing(robot(), typed("robot", 200, 100, id="r"), typed("robot", 300, 100, id="q"))
+
+
+def load(path, *, page=None, **rename):
+    """Return the world of a file, read so."""
+    return load_world(path, options=ReadOptions(page=page, rename=rename)).world
+
+
+@pytest.mark.parametrize(
+    ("page", "place"), [(None, "ground"), ("Upper", "upper"), ("2", "upper"), ("1", "one"), ("3", "one")]
+)
+def test_page_is_chosen_by_name_or_number(write, page, place):
+    """Names take precedence over numbers, and the first page is the default."""
+    assert list(load(write(PAGES, "map.drawio"), page=page).places) == [place]
+
+
+@pytest.mark.parametrize("page", ["4", "0", "-1", "upper", "", "9" * 5000])
+def test_unknown_page_is_an_error(write, page):
+    """The error lists the pages."""
+    with pytest.raises(WorldError, match=r"has no page '.*'; there are 1 \(Ground\), 2 \(Upper\), 3 \(1\)"):
+        load(write(PAGES, "map.drawio"), page=page)
+
+
+def test_page_of_an_included_drawing_is_chosen(write):
+    """The option also applies to included drawings."""
+    write(PAGES, "map.drawio")
+
+    assert list(load(write("include: [map.drawio]\n"), page="2").places) == ["upper"]
+
+
+def test_page_without_a_drawing_is_an_error(write):
+    """A native world has no pages."""
+    with pytest.raises(WorldError, match="--page 2: there are no pages; drawings have them, and levels and"):
+        load(write("name: x\n"), page="2")
+
+
+def test_robots_are_renamed(write):
+    """Named and numbered robots are renamed, with their paths, and names can be swapped."""
+    text = ROBOTS.replace("</root>", line("path", (200, 100), (200, 150), source="r") + "</root>")
+    world = load(write(text, "map.drawio"), robot_1="eve", eve="wall_e")
+
+    assert {name: robot.at[0] for name, robot in world.robots.items()} == {"wall_e": 100, "eve": 215, "robot_2": 315}
+    assert world.robots["eve"].script == ("Follow 200 100 200 150",)
+
+
+def test_robots_of_an_included_drawing_are_renamed(write):
+    """The including file uses the new names."""
+    write(ROBOTS, "map.drawio")
+    world = load(write("include: [map.drawio]\nremap: {x/y: wall_e/navigate_to_pose}\n"), robot_2="wall_e")
+
+    assert list(world.robots) == ["eve", "robot_1", "wall_e"]
+
+
+@pytest.mark.parametrize(
+    ("rename", "message"),
+    [
+        ({"robot_3": "x"}, "--rename robot_3=x: no robot 'robot_3' of a drawing to rename; did you mean 'robot_2'"),
+        ({"nobody": "x"}, "--rename nobody=x: no robot 'nobody' of a drawing to rename; there are eve, robot_1"),
+        ({"robot_1": "eve"}, "robot cell 'r': can't be renamed to 'eve', which another robot is called"),
+        ({"eve": "robot_1"}, "robot cell 'r': is another one named 'robot_1'; give it a name of its own"),
+        ({"eve": "9"}, "robots.9: "),
+    ],
+)
+def test_rename_that_is_invalid_is_an_error(write, rename, message):
+    """The old name is unknown; the new name is taken, or is not a valid name."""
+    with pytest.raises(WorldError, match=message.replace("(", r"\(")):
+        load(write(ROBOTS, "map.drawio"), **rename)
+
+
+def test_new_name_that_the_native_file_has_is_an_error(write):
+    """The error names both files."""
+    write(ROBOTS, "map.drawio")
+
+    with pytest.raises(WorldError, match=r"'wall_e' is in .*world.yaml already"):
+        load(write("include: [map.drawio]\nrobots: {wall_e: {at: [9, 9]}}\nunits: px\n"), robot_1="wall_e")
+
+
+def command(*arguments: str) -> argparse.Namespace:
+    """Return a command line with these arguments."""
+    parser = argparse.ArgumentParser()
+    add_world_options(parser)
+    return parser.parse_args(arguments)
+
+
+def test_command_line_has_the_options(write):
+    """The command line has --page, --rename and --lenient."""
+    pages = file(diagram(model(), "Ground"), diagram(model(typed("robot", 1, 1), typed("drone", 9, 9)), "Upper"))
+    loaded = read_world(
+        command(str(write(pages, "map.drawio")), "--page", "Upper", "--rename", "robot_1=wall_e", "--lenient")
+    )
+
+    assert list(loaded.world.robots) == ["wall_e"]
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["eve"], "--rename eve: expected OLD=NEW"),
+        (["=x"], "--rename =x: expected OLD=NEW"),
+        (["eve=9x"], "--rename eve=9x: expected OLD=NEW"),
+        (["eve=_x"], "--rename eve=_x: expected OLD=NEW"),
+        (["eve=a", "eve=b"], "--rename eve=b: 'eve' is renamed to 'a' already"),
+    ],
+)
+def test_bad_rename_on_the_command_line_is_an_error(write, texts, message):
+    """The error has a remedy."""
+    options = [part for text in texts for part in ("--rename", text)]
+
+    with pytest.raises(WorldError, match=message):
+        read_world(command(str(write(ROBOTS, "map.drawio")), *options))

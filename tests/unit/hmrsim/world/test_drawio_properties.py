@@ -63,7 +63,7 @@ def read(text: str) -> dict:
 @given(drawings)
 @examples(60)
 def test_compressed_is_plain(cells):
-    """A drawing is the same either way."""
+    """A compressed drawing is the same as the plain one."""
     content = model(*(cell(0, 0, "1") for cell in cells))
 
     assert read(file(diagram(content))) == read(file(diagram(packed(content))))
@@ -72,7 +72,7 @@ def test_compressed_is_plain(cells):
 @given(styles, numbers, numbers, sizes, sizes, turns)
 @examples(60)
 def test_full_turn_is_none(style, x, y, width, height, turn):
-    """360 degrees more are the same."""
+    """A rotation by further 360 degrees changes nothing."""
     once, again = (
         read(drawing(shape(f"{style};rotation={degrees}", x, y, width, height))) for degrees in (turn, turn + 360)
     )
@@ -83,7 +83,7 @@ def test_full_turn_is_none(style, x, y, width, height, turn):
 @given(drawings, numbers, numbers, turns)
 @examples(60)
 def test_group_is_its_children_moved(cells, x, y, turn):
-    """Quarters of a pixel add up exactly; how the group is turned is in its children already."""
+    """Quarters of a pixel add up exactly, and the rotation of the group is ignored."""
     group = shape(f"group;rotation={turn}", x, y, 50, 50, id="g")
     grouped = read(drawing(group, *(cell(0, 0, "g") for cell in cells)))
 
@@ -93,7 +93,7 @@ def test_group_is_its_children_moved(cells, x, y, turn):
 @given(st.text(max_size=100) | st.binary(max_size=100).map(packed))
 @examples(200)
 def test_any_text_is_read_or_refused(text):
-    """No text makes anything but a document or a WorldError."""
+    """Any text is a document or a WorldError."""
     for whole in (text, file(diagram(text)), f"<mxGraphModel><root>{text}</root></mxGraphModel>"):
         try:
             assert FORMAT.read(whole, "x", AS_IT_IS).pages
@@ -104,7 +104,7 @@ def test_any_text_is_read_or_refused(text):
 @given(st.dictionaries(st.sampled_from(["type", "id", "name", "battery", "speed", "component_Script"]), labels))
 @examples(100)
 def test_any_attribute_is_read_or_told(attributes):
-    """No attribute makes anything but a document."""
+    """Any attribute results in a document."""
     cell = typed("robot", 1, 1, **attributes)
 
     assert isinstance(FORMAT.read(drawing(cell), "x", AS_IT_IS).data["robots"], dict)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.world.formats import _lanes
+from hmrsim.world.formats import _drawio_roads
 from tests.unit.hmrsim.world.drawings import WALL, line, road, robot, shape, typed
 
 
@@ -14,7 +14,7 @@ def lanes(world):
 
 
 def test_crossing_roads_connect(draw):
-    """A waypoint stands where two roads cross."""
+    """There is a waypoint where two roads cross."""
     world = draw(road((0, 100), (200, 100)), road((100, 0), (100, 200)))
 
     assert lanes(world) == [
@@ -26,7 +26,7 @@ def test_crossing_roads_connect(draw):
 
 
 def test_overlapping_roads_are_one(draw):
-    """What is drawn twice is there once."""
+    """A road that is drawn twice is read once."""
     world = draw(road((0, 100), (200, 100)), road((150, 100), (300, 100)))
 
     assert lanes(world) == [((0, 100), (150, 100)), ((150, 100), (200, 100)), ((200, 100), (300, 100))]
@@ -34,7 +34,7 @@ def test_overlapping_roads_are_one(draw):
 
 @pytest.mark.parametrize(("end", "linked"), [(119, True), (120, True), (221, False)])
 def test_end_near_a_road_connects_there(draw, end, linked):
-    """Within 20 px of a road an end connects to the nearest point of it; beyond 100 px it does not."""
+    """An end within 20 px of a road connects to its nearest point, and one beyond 100 px does not."""
     world = draw(road((0, 100), (200, 100)), road((100, 300), (100, end)))
 
     assert (((100, end), (100, 100)) in lanes(world)) == linked
@@ -48,12 +48,12 @@ def test_parts_apart_are_linked_by_their_nearest_points(draw):
 
 
 def test_parts_farther_apart_are_not_linked(draw):
-    """Two roads 101 px apart remain so."""
+    """Two roads 101 px apart are not linked."""
     assert len(draw(road((0, 100), (200, 100)), road((301, 150), (301, 50))).lanes) == 2
 
 
 def test_parts_are_not_linked_through_a_wall(draw):
-    """A wall between two parts keeps them apart, and a link goes where there is none."""
+    """A wall between two parts prevents a link, which goes where there is no wall."""
     wall = shape(WALL, 245, 0, 10, 150)
     one, two = road((200, 20), (200, 130)), road((300, 20), (300, 130))
 
@@ -62,14 +62,14 @@ def test_parts_are_not_linked_through_a_wall(draw):
 
 
 def test_waypoints_take_no_name_of_a_place(draw):
-    """A POI that is called n1 keeps its name."""
+    """A POI with the name n1 keeps its name."""
     world = draw(typed("POI", 10, 10, 10, 10, tag="n1"), road((0, 100), (200, 100)))
 
     assert sorted(world.waypoints) == ["n2", "n3"]
 
 
 def test_road_joins_the_shapes_at_its_ends(draw):
-    """Also those that come later in the file; the points where it once was tied are kept, as in the original."""
+    """Shapes can follow in the file, and the points of former attachments are kept, as in the original."""
     way = road((110, 100), (190, 100), source="eve", target="bed")
     world = draw(way, robot(), typed("POI", 205, 95, 10, 10, tag="bed", id="bed"))
 
@@ -77,7 +77,7 @@ def test_road_joins_the_shapes_at_its_ends(draw):
 
 
 def test_points_that_are_not_there_are_left_out(draw):
-    """A road from shape to shape has no points of its own; an offset is not a point, and neither is an empty list."""
+    """A road between shapes needs no points; neither an offset nor an empty list is one."""
     cell = road((7, 7), (8, 8), source="eve", target="bed").replace('as="sourcePoint"', 'as="offset"')
     cell = cell.replace('<mxPoint x="8" y="8" as="targetPoint"/>', "")
     world = draw(robot(), typed("POI", 205, 95, 10, 10, tag="bed", id="bed"), cell)
@@ -86,12 +86,12 @@ def test_points_that_are_not_there_are_left_out(draw):
 
 
 def test_missing_coordinate_is_nought(draw):
-    """The editor leaves them out."""
+    """The editor omits coordinates of 0."""
     assert lanes(draw(road((0, 30), (50, 0)).replace(' x="0"', "").replace(' y="0"', ""))) == [((0, 30), (50, 0))]
 
 
-def test_road_without_points_is_told(warned):
-    """It leads nowhere."""
+def test_road_without_points_is_reported(warned):
+    """A road without points leads nowhere."""
     assert warned(road((5, 5), (5, 5), identifier="r")) == [
         "map-path cell 'r': has fewer than two points, so it is not a road"
     ]
@@ -107,8 +107,8 @@ def test_road_without_points_is_told(warned):
         ([typed("map-path", 1, 1)], "is a shape; a map-path is a line"),
     ],
 )
-def test_road_that_makes_no_sense_is_an_error(wrong, cells, message):
-    """The cell is named."""
+def test_road_that_is_invalid_is_an_error(wrong, cells, message):
+    """The error names the cell."""
     cells = [cell.replace("map-path1-1", "r") for cell in cells]
     (error,) = wrong(road((50, 50), (60, 60), identifier="r") if "'r'" in message else "", *cells)
 
@@ -117,7 +117,7 @@ def test_road_that_makes_no_sense_is_an_error(wrong, cells, message):
 
 
 def test_road_to_a_bad_shape_is_not_spoken_of(wrong):
-    """One error, not two."""
+    """There is one error, not two."""
     bed = typed("POI", 1, 1, tag="bed", id="bed").replace('x="1"', 'x="?"')
 
     assert wrong(road((0, 0), (1, 1), target="bed"), bed) == [
@@ -125,16 +125,16 @@ def test_road_to_a_bad_shape_is_not_spoken_of(wrong):
     ]
 
 
-def test_too_many_roads_are_refused(wrong):
-    """All pieces are compared with all others, so there is a limit."""
+def test_too_many_roads_are_rejected(wrong):
+    """The number of pieces is limited, as each is compared with all others."""
     (error,) = wrong(road(*((i % 2, i % 300) for i in range(2002))))
 
     assert error == "1: lanes: 2001 pieces of road; at most 2000"
 
 
-def test_too_many_links_between_walls_are_refused(wrong, monkeypatch):
-    """Each would have to be tested against the walls."""
-    monkeypatch.setattr(_lanes, "_MAX_COMPARISONS", 10_000)
+def test_too_many_links_between_walls_are_rejected(wrong, monkeypatch):
+    """The number of links that are checked against walls is limited."""
+    monkeypatch.setattr(_drawio_roads, "_MAX_COMPARISONS", 10_000)
     walls = [shape(WALL, 0, y / 5, 600, 0.04, id=f"w{y}") for y in range(1000)]
     roads = [road((x * 2, y), (x * 2, y + 1), identifier=f"r{x}-{y}") for x in range(30) for y in (5, 95)]
 
@@ -144,6 +144,6 @@ def test_too_many_links_between_walls_are_refused(wrong, monkeypatch):
 
 
 def test_way_of_a_robot_is_no_road(draw):
-    """It is followed and connects nothing."""
+    """A path of a robot connects nothing."""
     assert draw(typed("POI", 1, 1, tag="bed"), road((0, 0), (9, 0))).lanes != ()
     assert draw(robot(), line("path", (100, 100), (100, 150), source="eve")).lanes == ()

@@ -21,18 +21,18 @@ def read(*cells: str) -> dict:
 
 
 def test_script_becomes_orders():
-    """The second element, a number, counts for nothing."""
+    """The second element of a script, a number, is ignored."""
     assert read(robot(component_Script=SCRIPT))["eve"]["script"] == ["Go bed", "Wait 2"]
 
 
 @pytest.mark.parametrize("script", ["[]", "[[], 5]", "[[]]"])
 def test_script_without_orders_is_none(script):
-    """Nothing is done."""
+    """An empty script has no orders."""
     assert read(robot(component_Script=script))["eve"]["script"] == []
 
 
 def test_way_is_followed_before_the_script():
-    """From the first point that is drawn, not from the robot; to the centre of the shape where it ends."""
+    """The robot follows the drawn points, then the center of the shape at the end."""
     way = line("path", (110.5, 100), (200, 0.125), (200, 150), source="eve", target="bed")
     bed = typed("POI", 245, 145, 10, 10, tag="bed", id="bed")
 
@@ -44,7 +44,7 @@ def test_way_is_followed_before_the_script():
 
 
 def test_several_ways_are_followed_in_the_order_of_the_file():
-    """One order each; every robot has its own."""
+    """Each path is one order of its robot."""
     ways = [
         line("path", (i, 0), (i, 9), source=name, identifier=f"p{i}")
         for i, name in enumerate(["eve", "wall_e", "eve"])
@@ -64,14 +64,14 @@ def test_several_ways_are_followed_in_the_order_of_the_file():
     ],
 )
 def test_path_without_a_robot_is_an_error(wrong, source, message):
-    """The cell is named."""
+    """The error names the cell."""
     cells = (line("path", (0, 0), (9, 9), source=source, identifier="p"), typed("POI", 9, 9, tag="bed", id="bed"))
 
     assert wrong(*cells) == [f"1: path cell 'p': {message}"]
 
 
 def test_path_of_a_bad_robot_is_not_reported(wrong):
-    """One error, not two."""
+    """There is one error, not two."""
     cells = (line("path", (0, 0), (9, 9), source="eve", identifier="p"), robot(component_Claw="80"))
 
     assert wrong(*cells) == ["1: robot cell 'eve': component_Claw is 80; expected a JSON list such as [80, 1]"]
@@ -105,19 +105,19 @@ def test_path_of_a_bad_robot_is_not_reported(wrong):
     ],
 )
 def test_components_are_settings_of_ours(draw, attributes, components):
-    """Arguments become settings by their places, batteries of old maps by their names."""
+    """Arguments become settings by position, and batteries of old maps by name."""
     assert draw(robot(**attributes)).robots["eve"].components == components
 
 
 def test_speed_of_old_maps_is_a_frame(draw):
-    """5 px a frame at 60 frames a second; the footprint is what is drawn."""
+    """A speed of 5 px per frame is converted at 60 frames per second, and the footprint is the drawn size."""
     base = draw(robot(speed="5")).robots["eve"].base
 
     assert (base.speed, base.radius) == (300, 15)
 
 
-def test_all_errors_of_a_robot_are_told_at_once(wrong):
-    """Each attribute by itself, and where it is."""
+def test_all_errors_of_a_robot_are_reported_at_once(wrong):
+    """Each invalid attribute is reported with its position."""
     bad = robot(
         component_Claw="[80",
         component_Script="[[1], 0]",
@@ -151,8 +151,8 @@ def test_all_errors_of_a_robot_are_told_at_once(wrong):
         ("battery", "{", "is '{'; expected JSON such as {"),
     ],
 )
-def test_attribute_that_makes_no_sense_is_an_error(wrong, attribute, text, message):
-    """Its value, and what would do."""
+def test_attribute_that_is_invalid_is_an_error(wrong, attribute, text, message):
+    """The error has the value and a remedy."""
     (error,) = wrong(robot(**{attribute: text}))
 
     assert error.startswith(f"1: robot cell 'eve': {attribute} {message}")
@@ -170,19 +170,19 @@ def test_attribute_that_makes_no_sense_is_an_error(wrong, attribute, text, messa
     ],
 )
 def test_settings_are_checked_as_in_any_world(wrong, attributes, error):
-    """At the robot's line."""
+    """Errors of settings have the robot's line."""
     assert wrong(robot(**attributes)) == [f"1: {error}"]
 
 
 def test_charge_above_the_capacity_is_an_error(wrong):
-    """Nothing holds more than it holds."""
+    """A charge can't exceed the capacity."""
     (error,) = wrong(robot(battery='{"initialCharge":9}', component_Battery="[5]"))
 
     assert "initial_charge 9 is more than the capacity 5" in error
 
 
 def test_what_is_left_out_is_a_warning(warned):
-    """A component that we don't know, a robot that can't move, a way without points."""
+    """Unknown components, immovable robots and empty paths are warnings."""
     way = line("path", (0, 0), (1, 1), source="eve", identifier="p")
     empty = way[: way.index("<mxPoint")] + way[way.index("</mxGeometry>") :]
 
@@ -194,14 +194,14 @@ def test_what_is_left_out_is_a_warning(warned):
 
 
 def test_robots_without_a_name_are_numbered(draw):
-    """From 1, in the order of the file, past names that are taken."""
+    """Numbers start at 1, in the order of the file, and skip names that are taken."""
     world = draw(*(typed("robot", x, 50, id=f"r{x}", name=name) for x, name in ((10, ""), (60, "robot_2"), (110, ""))))
 
     assert {name: robot.at[0] for name, robot in world.robots.items()} == {"robot_1": 25, "robot_2": 75, "robot_3": 125}
 
 
-def test_illegal_name_is_told_where_it_is(wrong):
-    """As in any world."""
+def test_illegal_name_is_reported_where_it_is(wrong):
+    """An invalid name is reported with its line."""
     (error,) = wrong(robot("wall e"))
 
     assert error.startswith("1: robots.wall e: ")

@@ -40,7 +40,7 @@ def spans(world):
     ],
 )
 def test_shape_covers_its_bars(draw, style, boxes):
-    """Each shape of the floor plan library, and whatever else is drawn."""
+    """All shapes of the floor plan library, and others, become the right obstacles."""
     assert boxes == spans(draw(shape(style, 100, 100, 100, 60)))
 
 
@@ -53,13 +53,13 @@ def test_shape_covers_its_bars(draw, style, boxes):
         ("direction=up", "direction is 'up'; expected one of east, south, west, north"),
     ],
 )
-def test_walls_that_make_no_sense_are_told(wrong, style, error):
-    """The cell, the value and what would do."""
+def test_walls_that_are_invalid_are_reported(wrong, style, error):
+    """The error has the cell, the value and a remedy."""
     assert [f"1: cell 'w': {error}"] == wrong(shape(f"{ROOM};{style}", 100, 100, 100, 60, id="w"))
 
 
 def test_walls_thicker_than_their_box_are_warned_of(warned):
-    """Nothing is left inside, so it is probably a mistake."""
+    """A shape without an inside is probably a mistake."""
     (warning,) = warned(shape(f"{ROOM};wallThickness=500", 100, 100, 100, 60, id="w"))
 
     assert "cell 'w': wallThickness is 500, more than its size of 100 x 60, so it is solid" == warning
@@ -69,12 +69,12 @@ def test_walls_thicker_than_their_box_are_warned_of(warned):
     "style", ["text;html=1", "shape=text", "edgeLabel", "group", "swimlane;startSize=23", "rounded=0;container=1", ""]
 )
 def test_decoration_is_no_obstacle(draw, style):
-    """Text, labels, and the frames around what is in them."""
+    """Text, labels and frames are no obstacles."""
     assert draw(shape(style, 100, 100, 100, 60)).walls == ()
 
 
 def test_untyped_line_is_decoration(draw):
-    """An arrow, and the label on it."""
+    """An arrow and its label are no obstacles."""
     arrow = (
         '<mxCell id="a" style="edgeStyle=none" edge="1" parent="1"><mxGeometry relative="1" as="geometry"/></mxCell>'
     )
@@ -113,14 +113,14 @@ def ways_out(world):
     ],
 )
 def test_gap_that_is_drawn_is_passable(draw, style, gaps):
-    """A robot leaves a shape through its gaps and not through its bars, however it is turned and flipped."""
+    """A robot can leave a shape through its gaps only, however the shape is rotated and flipped."""
     shapes = {turn: draw(shape(f"{style};rotation={turn}", 100, 100, 100, 100)) for turn in gaps}
 
     assert gaps == {turn: ways_out(world) for turn, world in shapes.items()}
 
 
 def test_oblique_u_opens_between_the_sides(draw):
-    """Turned by 45 degrees a U opens to the lower left."""
+    """A U rotated by 45 degrees opens to the lower left."""
     world = draw(shape(f"{WALL_U};rotation=45", 100, 100, 100, 100))
     obstacles = Obstacles([], [wall.solid for wall in world.walls])
 
@@ -129,17 +129,17 @@ def test_oblique_u_opens_between_the_sides(draw):
 
 
 def test_bars_are_no_thicker_than_their_box(draw):
-    """A U of 6 px by 4 px covers just that."""
+    """A U of 6 px by 4 px covers exactly its box."""
     assert spans(draw(shape(WALL_U, 100, 100, 6, 4))) == [(100, 100, 106, 104)] * 3
 
 
 def test_turned_wall_is_where_the_original_has_it(draw):
-    """A wall of 212.5 px, turned upright about its centre."""
+    """A wall of 212.5 px is rotated upright about its center."""
     assert spans(draw(shape(f"{WALL};rotation=90;", -81.25, 218.75, 212.5, 10))) == [(20, 117.5, 30, 330)]
 
 
 def test_oblique_wall_is_turned_clockwise(draw):
-    """30 degrees clockwise on screen: the right end of the wall goes down."""
+    """A rotation of 30 degrees moves the right end of a wall down."""
     (wall,) = draw(shape(f"{WALL};rotation=30", 100, 100, 200, 0)).walls
 
     assert [(round(x, 2), round(y, 2)) for x, y in wall.solid] == [
@@ -159,7 +159,7 @@ def test_ellipse_is_about_its_exact_middle(draw):
 
 
 def test_ellipse_is_turned(draw):
-    """Turned by 30 degrees its end is 50 px away in that direction."""
+    """The end of an ellipse rotated by 30 degrees is 50 px away in that direction."""
     (wall,) = draw(shape("ellipse;rotation=30", 100, 100, 100, 20)).walls
     end = (150 + 50 * math.cos(math.pi / 6), 110 + 50 * math.sin(math.pi / 6))
 
@@ -167,19 +167,19 @@ def test_ellipse_is_turned(draw):
 
 
 def test_missing_numbers_are_nought_and_a_wall_is_1_px_thin(draw):
-    """Geometry without x, y and height."""
+    """Geometry can lack x, y and height."""
     cell = shape(WALL, 0, 0, 60, 0).replace(' x="0" y="0"', "").replace(' height="0"', "")
 
     assert spans(draw(cell)) == [(0, 0, 60, 1)]
 
 
-def test_shape_without_a_size_is_told(warned):
-    """It can't be an obstacle."""
+def test_shape_without_a_size_is_reported(warned):
+    """A shape without a size can't be an obstacle."""
     assert warned(shape("rounded=0", 1, 1, 0, 5, id="s")) == ["cell 's': has the size 0 x 5, so it is not an obstacle"]
 
 
 def test_named_point_is_where_the_original_has_it(draw):
-    """Half of a size is rounded down: 12 px at 512.5 have their centre at 518.5, 13 px at 10 theirs at 16."""
+    """Half of a size is rounded down: 12 px at 512.5 have their center at 518.5, 13 px at 10 at 16."""
     world = draw(typed("POI", 512.5, 10, 12, 13, tag="a"))
 
     assert world.places["a"].at == (518.5, 16)

@@ -21,7 +21,7 @@ NOTHING = {
 @pytest.mark.parametrize("name", ["world.json", "world.yaml", "world.map", "world.geojson", "world.txt"])
 @pytest.mark.parametrize("kind", NOTHING)
 def test_what_is_in_a_file_says_what_it_is(kind, name):
-    """Whatever it is called."""
+    """The content decides on the format, whatever the file name."""
     assert kind == choose(name, NOTHING[kind]).name
 
 
@@ -38,20 +38,20 @@ def test_what_is_in_a_file_says_what_it_is(kind, name):
     ],
 )
 def test_the_longest_suffix_says_what_the_text_does_not(name, kind):
-    """Nothing in it tells; the errors are then those of what it is called."""
+    """If no format matches the content, the suffix decides on the reported errors."""
     assert kind == choose(name, "?").name
 
 
 def test_native_file_is_not_taken_for_another(load):
-    """Words of other formats may be in it, and its name may be like theirs."""
+    """A native file can contain words of other formats, and have a similar name."""
     text = "name: levels\nplaces: {FeatureCollection: {at: [0, 0]}, layouts: {at: [1, 1]}}\n"
 
     assert "levels" == load(text, "office.building.yaml").world.name
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "latin-1"])
-def test_other_encodings_are_told_what_would_do(tmp_path, encoding):
-    """Some editors save UTF-16 unasked."""
+def test_other_encodings_are_reported_with_a_remedy(tmp_path, encoding):
+    """Some editors save UTF-16 by default."""
     path = tmp_path / "world.yaml"
     path.write_bytes("name: \u00e4".encode(encoding))
 
@@ -59,7 +59,7 @@ def test_other_encodings_are_told_what_would_do(tmp_path, encoding):
         load_world(path)
 
 
-def test_empty_name_is_told():
-    """It is no folder."""
+def test_empty_name_is_reported():
+    """An empty name is not the current folder."""
     with pytest.raises(WorldError, match=r"^the name of the world is empty; expected a file, or the name of a shipped"):
         load_world("")

@@ -42,24 +42,24 @@ def crossing():
 
 
 def test_nodes_are_waypoints(crossing):
-    """Called by their metadata or after their ids, wherever they come in the file."""
+    """Waypoints are named by metadata or id, wherever the nodes are in the file."""
     assert {"home": (0, 0), "node_2": (4, 0), "node_3": (4, 3)} == crossing.world.waypoints
 
 
 def test_edges_are_lanes(crossing):
-    """Two that are alike but for their direction are one; a limit in percent is one of the default speed."""
+    """Two edges that differ in direction only are one lane; a limit in percent refers to the default speed."""
     lanes = [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in crossing.world.lanes]
 
     assert [("home", "node_2", False, 0.5), ("node_2", "node_3", True, 0.85)] == lanes
 
 
 def test_an_edge_is_straight_whatever_its_line(crossing):
-    """So it is for Nav2, which only looks at the ends."""
+    """Only the ends of an edge count, as for Nav2."""
     assert 4.0 == WaypointGraph(crossing.world).plan((0.0, 0.0), (4.0, 0.0), 1.0).length
 
 
-def test_what_means_nothing_here_is_told(crossing):
-    """Once for each kind, with the line of the first."""
+def test_what_means_nothing_here_is_reported(crossing):
+    """Each kind of ignored data is reported once, with the line of the first."""
     assert [
         (6, "costs other than the length: 1 left out"),
         (7, "further metadata: 1 left out"),
@@ -87,14 +87,14 @@ def test_what_means_nothing_here_is_told(crossing):
     ],
 )
 def test_speed_limits_are_as_nav2_takes_them(load, metadata, limit):
-    """The absolute one counts; one in percent may be a fraction, as in Nav2's sample graph."""
+    """The absolute limit takes precedence; one in percent can be a fraction, as in Nav2's sample graph."""
     (lane,) = load(text(HOME, SHELF, edge(1, 2, **metadata)), "g.geojson").world.lanes
 
     assert limit == lane.speed_limit
 
 
 def test_the_faster_of_two_edges_counts(load):
-    """Nav2 allows them, and a robot may choose."""
+    """Nav2 allows several edges, of which a robot can choose the fastest."""
     features = [edge(1, 2, abs_speed_limit=0.5), edge(1, 2, abs_speed_limit=0.8), edge(1, 2, abs_speed_limit=0.1)]
     (lane,) = load(text(HOME, SHELF, *features), "g.geojson").world.lanes
 
@@ -102,14 +102,14 @@ def test_the_faster_of_two_edges_counts(load):
 
 
 def test_a_name_that_looks_like_a_number_of_another_node_is_its_own(load):
-    """Names that are said come before names that are made up."""
+    """Given names take precedence over generated ones."""
     named = {**HOME, "properties": {"id": 5, "metadata": {"name": "node_2"}}}
 
     assert ["node_2_", "node_2"] == list(load(text(SHELF, named), "g.geojson").world.waypoints)
 
 
-def test_all_mistakes_are_told_with_their_lines(errors_of):
-    """Nodes without id or place, ids that are there twice, edges to nowhere, numbers that are none."""
+def test_all_errors_are_reported_with_their_lines(errors_of):
+    """Missing ids and points, duplicate ids, dangling edges and invalid numbers are all reported."""
     nowhere = {"type": "Feature", "properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}
     nameless = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}
     bad = [
@@ -138,14 +138,14 @@ def test_all_mistakes_are_told_with_their_lines(errors_of):
 
 
 def test_what_is_found_later_has_its_line(errors_of):
-    """A coordinate beyond all maps."""
+    """A coordinate out of range is reported with its line."""
     far = {**SHELF, "geometry": {"type": "Point", "coordinates": [3e8, 0]}}
 
     assert ["3: waypoints.node_2.0: must be at most 1e+07, got 300000000.0"] == errors_of(text(HOME, far), "g.geojson")
 
 
 def test_an_edge_to_its_own_start_is_left_out(load):
-    """Nav2 reads such graphs, and ships one; each is told with its line."""
+    """Nav2 accepts such edges and ships one; each is a warning with its line."""
     loaded = load(text(HOME, SHELF, edge(1, 1), edge(1, 2), edge(2, 2)), "g.geojson")
 
     assert [("node_1", "node_2")] == [(lane.from_, lane.to) for lane in loaded.world.lanes]
@@ -158,7 +158,7 @@ def test_an_edge_to_its_own_start_is_left_out(load):
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Nav2's graph is not here")
 def test_nav2s_own_graph():
-    """All nodes and edges; its ids begin at 1, and an edge is there twice."""
+    """All nodes and edges are read, although ids begin at 1 and one edge is duplicated."""
     loaded = load_world(REFERENCE / "turtlebot3_graph.geojson")
 
     assert (20, 32) == (len(loaded.world.waypoints), len(loaded.world.lanes))
@@ -170,12 +170,12 @@ def test_nav2s_own_graph():
 
 @pytest.mark.parametrize("graph", nav2_files(".geojson"), ids=lambda path: path.name)
 def test_every_graph_of_nav2_loads(graph):
-    """Also the one with an edge from a node to itself."""
+    """All graphs load, including one with an edge from a node to itself."""
     assert load_world(graph).world.waypoints
 
 
 def test_a_native_file_adds_what_a_graph_lacks(write, load):
-    """Robots, by the names of its nodes."""
+    """A native file can add robots at the nodes of a graph."""
     write(text(HOME, SHELF, edge(1, 2)), "floor.geojson")
     world = load("include: [floor.geojson]\nrobots: {eve: {at: node_2}}\n").world
 
@@ -183,7 +183,7 @@ def test_a_native_file_adds_what_a_graph_lacks(write, load):
 
 
 def test_nav2_gets_limits_as_floats():
-    """It takes a whole number for something else, and stops."""
+    """Nav2 fails on integers."""
     world = World.model_validate(
         {"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [{"from": "a", "to": "b", "speed_limit": 2}]}
     )
@@ -193,7 +193,7 @@ def test_nav2_gets_limits_as_floats():
 
 @pytest.mark.parametrize(("closed", "ends", "number"), [(("b", "a"), (0, 1), 2), (("a", "b"), (1, 0), 3)])
 def test_closed_lanes_are_not_written(closed, ends, number):
-    """One direction may be closed alone; the other one keeps its id."""
+    """One direction can be closed alone, and the other keeps its id."""
     world = World.model_validate({"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [["a", "b"]]})
     (way,) = to_geojson(world, closed={closed})["features"][2:]
 
@@ -232,7 +232,7 @@ def graphs(draw):
 @given(graphs())
 @examples(200)
 def test_a_graph_written_and_read_is_the_same(world):
-    """Names, points, directions, limits and capacities, in the same order."""
+    """Names, points, directions, limits and capacities are kept, in the same order."""
     data = FORMAT.read(json.dumps(to_geojson(world)), "g.geojson").data
     again = World.model_validate(data)
 

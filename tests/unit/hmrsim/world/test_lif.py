@@ -49,13 +49,13 @@ def depot():
 
 
 def test_nodes_are_waypoints(depot):
-    """Called by their ids; the second level is 5 m beside the first."""
+    """Waypoints are named by node id, and the second level is 5 m beside the first."""
     assert "depot" == depot.name
     assert {"N1": (0, 0), "N2": (5, 0), "N3": (5, 5), "N4": (14, 0), "N5": (10, 0)} == depot.waypoints
 
 
 def test_edges_are_lanes(depot):
-    """One way each; two that are alike are one; the limit is that of the faster vehicle type."""
+    """Edges are one-way lanes, two that match are one lane, and the limit is that of the faster vehicle type."""
     assert [
         ("N1", "N2", False, 1.5),
         ("N2", "N3", True, None),
@@ -64,7 +64,7 @@ def test_edges_are_lanes(depot):
 
 
 def test_a_vehicle_type_without_a_limit_drives_as_fast_as_it_can(tmp_path):
-    """So the lane has none, whatever others may drive at most."""
+    """The lane has no limit if one vehicle type has none."""
     whole = layout("one", {"A": 0, "B": 5}, [("A", "B")])
     whole["edges"][0]["vehicleTypeEdgeProperties"] += [{"vehicleTypeId": "slow", "maxSpeed": 0.5}]
     path = tmp_path / "one.lif.json"
@@ -75,7 +75,7 @@ def test_a_vehicle_type_without_a_limit_drives_as_fast_as_it_can(tmp_path):
 
 
 def test_stations_are_where_vehicles_interact(depot):
-    """A station whose node can charge is a dock; the position of others is for pictures only."""
+    """A station with a charging node is a dock; the position of a station is only for pictures."""
     assert ({"S1": (5, 0)}, {"N3": ((5, 5), "charger")}) == (
         {name: place.at for name, place in depot.places.items()},
         {name: (dock.at, dock.type) for name, dock in depot.docks.items()},
@@ -83,12 +83,12 @@ def test_stations_are_where_vehicles_interact(depot):
 
 
 def test_an_edge_to_another_level_is_a_lift(depot):
-    """There and back it is one."""
+    """Edges in both directions are one lift."""
     assert {"UP": ("N2", "N4")} == {name: lift.stops for name, lift in depot.lifts.items()}
 
 
-def test_what_means_nothing_here_is_told():
-    """Once for each kind, with the line of the first."""
+def test_what_means_nothing_here_is_reported():
+    """Each kind of ignored data is reported once, with the line of the first."""
     assert [
         (9, "theta: 1 left out"),
         (12, "actions of nodes: 1 left out"),
@@ -101,7 +101,7 @@ def test_what_means_nothing_here_is_told():
 
 @pytest.mark.parametrize("page", ["2", "upper"])
 def test_one_layout_alone(page):
-    """It is where the file has it; edges to others are left out."""
+    """A single layout keeps its position, and edges to others are left out."""
     loaded = load_world(DEPOT, options=ReadOptions(page=page))
 
     assert {"N4": (5, 0), "N5": (1, 0)} == loaded.world.waypoints
@@ -109,13 +109,13 @@ def test_one_layout_alone(page):
 
 
 def test_no_such_layout():
-    """The layouts that there are are told."""
+    """The error lists the layouts."""
     with pytest.raises(WorldError, match=r"has no layout 'attic'; there are 1 \(Ground floor\), 2 \(upper\)$"):
         load_world(DEPOT, options=ReadOptions(page="attic"))
 
 
 def test_layouts_of_one_level_stay_together(load):
-    """They share their origin, and edges lead from one to the other."""
+    """Layouts of one level share their origin, and edges connect them."""
     halls = layout("a", {"A": 0}, [("A", "B")], layoutLevelId="0"), layout("b", {"B": 3}, layoutLevelId="0")
     world = load(text(*halls), "halls.lif.json").world
 
@@ -124,7 +124,7 @@ def test_layouts_of_one_level_stay_together(load):
 
 
 def test_a_lift_serves_all_levels_that_are_connected(load):
-    """From the first level of the file to the last."""
+    """The stops are in the order of the levels in the file."""
     levels = (
         layout("0", {"A": 0}),
         layout("1", {"B": 0}, [("B", "C"), ("B", "A")]),
@@ -136,15 +136,15 @@ def test_a_lift_serves_all_levels_that_are_connected(load):
 
 
 def test_a_station_may_be_called_as_another_node(load):
-    """Ids are unique among their kind only."""
+    """Ids are unique within their kind only."""
     station = {"stationId": "A", "interactionNodeIds": ["B"]}
     world = load(text(layout("a", {"A": 0, "B": 3}, [("A", "B")], [station])), "a.lif.json").world
 
     assert ["station A"] == [*world.places]
 
 
-def test_all_mistakes_are_told(errors_of):
-    """Ids that are there twice or not at all, nodes nowhere, edges from nowhere, stations without nodes."""
+def test_all_errors_are_reported(errors_of):
+    """Duplicate and missing ids, nodes without position, dangling edges and stations without nodes are reported."""
     bad = layout("a", {"A": 0, "B": "x"}, [("A", "Z")], [{"stationId": "S", "interactionNodeIds": []}])
     twice = layout("b", {"A": 1}, (), [{"stationId": "T", "interactionNodeIds": ["A"]}] * 2)
     errors = errors_of(text(bad, twice, {"nodes": []}, version="2.0.0"), "bad.lif.json")

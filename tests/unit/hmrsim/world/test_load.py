@@ -11,7 +11,7 @@ import yaml
 
 from hmrsim.errors import Problem, WorldError
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import load_world, world_hash
 from hmrsim.world_checks.schema import world_schema
 from tests.paths import ROOT
@@ -34,8 +34,8 @@ seed: 8
 KEYS = "name, units, bounds, include, overlay, waypoints, lanes, walls"
 
 
-def test_all_errors_are_told_at_once_with_their_lines(errors_of):
-    """Errors of every kind, in file order; none that only follows from another."""
+def test_all_errors_are_reported_at_once_with_their_lines(errors_of):
+    """Errors of every kind are reported in file order, without errors that follow from others."""
     assert errors_of(MANY) == [
         f"2: colour: unknown key 'colour'; there are {KEYS} and 12 more",
         "3: waypoints.door.1: expected a number, got 'x'",
@@ -79,7 +79,7 @@ def test_all_errors_are_told_at_once_with_their_lines(errors_of):
     ],
 )
 def test_error_is_in_our_words(write, text, error):
-    """No error speaks of pydantic."""
+    """No error mentions pydantic."""
     path = write(text)
     try:
         load_world(path)
@@ -96,7 +96,7 @@ def test_error_is_in_our_words(write, text, error):
 @pytest.mark.uncovered
 @pytest.mark.parametrize("name", sorted(shipped_maps()))
 def test_shipped_world_is_fine(name):
-    """Every shipped world loads by its bare name, without a warning, and is valid by the schema."""
+    """Every shipped world loads by its bare name without a warning, and is valid by the schema."""
     loaded = shipped(name)
 
     assert loaded.warnings == ()
@@ -118,14 +118,14 @@ def test_unknown_name_tells_the_shipped_worlds():
     ],
 )
 def test_a_name_that_is_neither_a_file_nor_a_shipped_world(name, told):
-    """The name, and the shipped world that was meant."""
+    """The error has the name, and suggests a shipped world."""
     with pytest.raises(WorldError) as error:
         load_world(name)
     assert told == str(error.value)
 
 
 def test_file_that_cannot_be_read_is_one_problem(tmp_path):
-    """A missing file, a folder, a pipe, wrong bytes and unknown contents."""
+    """A missing file, a folder, a pipe, wrong bytes and unknown contents are one problem each."""
     (tmp_path / "bytes.yaml").write_bytes(b"name: a\nx: \xff\n")
     (tmp_path / "unknown.txt").write_text("hello", encoding="utf-8")
     os.mkfifo(tmp_path / "pipe.yaml")
@@ -146,8 +146,8 @@ def test_file_that_cannot_be_read_is_one_problem(tmp_path):
     }
 
 
-def test_file_that_is_too_large_is_refused(tmp_path):
-    """16 MiB are enough."""
+def test_file_that_is_too_large_is_rejected(tmp_path):
+    """A file of more than 16 MiB is rejected."""
     path = tmp_path / "large.yaml"
     with path.open("wb") as stream:
         stream.truncate(16 * 1024 * 1024 + 1)
@@ -157,7 +157,7 @@ def test_file_that_is_too_large_is_refused(tmp_path):
 
 
 def test_equal_worlds_have_one_hash(load):
-    """The hash is of what a world says, not of how; another seed is another world."""
+    """The hash depends on the world, not on its spelling; another seed is another world."""
     one = load("seed: 1\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "one.yaml").hash
     same = load('{"waypoints": {"b": [1.0, 0], "a": [0, 0]}, "seed": 1}', "same.json").hash
     other = load("seed: 2\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "other.yaml").hash
@@ -180,7 +180,7 @@ def test_the_hash_depends_on_faults(load):
 
 
 def test_included_files_are_united(write):
-    """Maps are united, lists joined, and what stands alone is the including file's."""
+    """Mappings are united, lists joined, and single values are those of the including file."""
     write("name: floor\nseed: 1\nwaypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n", "parts/floor.yaml")
     path = write("seed: 2\ninclude: [parts/floor.yaml]\nwaypoints: {c: [2, 0]}\nlanes: [[b, c]]\n")
 
@@ -191,7 +191,7 @@ def test_included_files_are_united(write):
 
 
 def test_error_in_an_included_file_names_that_file_and_its_line(write):
-    """The path of the error is the one in the included file, too."""
+    """The path of the error refers to the included file, too."""
     floor = write("waypoints: {a: [0, 0]}\nlanes:\n  - [a, nowhere]\n", "floor.yaml")
     path = write("include: [floor.yaml]\nwaypoints: {b: [1, 1]}\nlanes: [[a, b]]\n")
 
@@ -217,8 +217,8 @@ def test_error_in_an_included_file_names_that_file_and_its_line(write):
         ("broken.yaml", "is not valid YAML"),
     ],
 )
-def test_include_that_cannot_be_is_refused(write, name, message):
-    """Loops, files outside the folder, names that are there twice, units that differ."""
+def test_include_that_cannot_be_is_rejected(write, name, message):
+    """Loops, files outside the folder, duplicate names and different units are errors."""
     outside = write("name: outside\n", "outside.yaml")
     write("include: [world.yaml]\n", "inside/loop.yaml")
     write("waypoints: {a: [0, 0]}\n", "inside/twice.yaml")
@@ -234,7 +234,7 @@ def test_include_that_cannot_be_is_refused(write, name, message):
 
 
 def test_a_shipped_world_is_included_by_its_name(write):
-    """What the file says is laid over it; a file of that name comes first."""
+    """The file extends the shipped world, and a file of that name takes precedence."""
     path = write("include: [cafe]\nrobots: {flat_white: {type: waiter, at: hall}}\n")
 
     assert ["flat_white", "mocha", "latte", "chai"] == [*load_world(path).world.robots]
@@ -262,7 +262,7 @@ def test_a_world_includes_100_files_at_most(write):
 
 
 def test_1000_problems_are_told_at_most(write):
-    """The first line says how many there are."""
+    """The first line gives the number of all problems."""
     keys = "".join(f"wrong{number}: 1\n" for number in range(1002))
 
     with pytest.raises(WorldError) as caught:
@@ -273,7 +273,7 @@ def test_1000_problems_are_told_at_most(write):
     assert len(f"w: {'x' * 1000}…") == len(str(Problem("w", "", "x" * 2000)))
 
 
-def test_include_that_is_not_there_is_told_with_who_asks_for_it(write):
+def test_include_that_is_not_there_is_reported_with_who_asks_for_it(write):
     """One line has the including file, its line, and the file that is missing."""
     path = write("units: m\ninclude: [missing.yaml]\n", "inside/world.yaml")
 
@@ -284,7 +284,7 @@ def test_include_that_is_not_there_is_told_with_who_asks_for_it(write):
 
 
 def test_missing_include_makes_no_other_errors(errors_of):
-    """What may have been in a file that can't be read is not missed."""
+    """Names that a missing file might define are not reported as missing."""
     errors = errors_of("include: [floor.yaml]\nlanes: [[a, b]]\nrobots: {eve: {at: a, type: nurse}}\n")
 
     assert [error.endswith("floor.yaml: no such file") for error in errors] == [True]
@@ -316,7 +316,7 @@ def test_robots_and_items_can_be_added(write):
         ("e-v@1,2", "--robot e-v@1,2: robots.e-v: 'e-v' is not a ROS name"),
     ],
 )
-def test_robot_that_cannot_be_added_is_refused(write, robot, message):
+def test_robot_that_cannot_be_added_is_rejected(write, robot, message):
     """The error names the option as it was given."""
     path = write("robots: {wall_e: {at: [0, 0]}}\n")
 
@@ -368,7 +368,7 @@ def test_hospital_can_be_driven():
 
 
 def test_schema_in_the_repository_is_the_models():
-    """schemas/world.schema.json is what the models say."""
+    """schemas/world.schema.json is generated from the models."""
     path = ROOT / "schemas" / "world.schema.json"
 
     assert json.loads(path.read_text(encoding="utf-8")) == world_schema()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world import ReadOptions
-from hmrsim.world.formats import _grid, movingai
+from hmrsim.world.formats import movingai
 from hmrsim.world_checks import load_world
 
 ARENA = Path(__file__).parent / "data" / "arena.map"
@@ -37,37 +37,37 @@ def arena():
 
 
 def test_cells_are_waypoints(arena):
-    """Terrain and swamp; called by column and row as in the file, a metre wide, row 0 at the top."""
+    """Terrain and swamp are waypoints, named by column and row, 1 m wide, with row 0 at the top."""
     assert (18, (0, 0, 6, 4)) == (len(arena.waypoints), arena.bounds)
     assert ((0.5, 3.5), (3.5, 2.5), (5.5, 0.5)) == tuple(arena.waypoints[cell] for cell in ("0_0", "3_1", "5_3"))
 
 
-def test_neighbours_are_joined(arena):
-    """Across corners only where both cells beside are open."""
+def test_neighbors_are_joined(arena):
+    """Cells are joined across corners only if both cells beside are open."""
     assert {frozenset(pair) for pair in (("2_0", "3_0"), ("2_0", "3_1"), ("3_2", "4_3"))} <= pairs(arena)
     assert frozenset(("3_1", "4_2")) not in pairs(arena)
 
 
-def test_four_neighbours():
-    """None across corners."""
+def test_four_neighbors():
+    """With 4 neighbors, cells are not joined across corners."""
     world = load_world(ARENA, options=ReadOptions(neighbours=4)).world
 
     assert {1.0} == {math.dist(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes}
 
 
 def test_closed_cells_are_obstacles(arena):
-    """Merged where they make a rectangle."""
+    """Closed cells that form a rectangle are one obstacle."""
     assert [((4, 2), (6, 4)), ((1, 1), (2, 3))] == [(wall.solid[0], wall.solid[2]) for wall in arena.walls]
 
 
 def test_a_way_is_as_long_as_the_benchmark_says(arena):
-    """Straight steps cost 1, diagonal ones the root of 2."""
+    """Straight steps cost 1, diagonal ones the square root of 2."""
     route = WaypointGraph(arena).plan(arena.point("0_0"), arena.point("5_3"), 1.0)
 
     assert pytest.approx(4.0 + 2.0 * math.sqrt(2.0), abs=1e-9) == route.length
 
 
-def test_water_is_told():
+def test_water_is_reported():
     """It is traversable in the benchmarks, but not from terrain."""
     assert ["map: cells of water: 1; nothing drives there"] == [
         f"{warning.path}: {warning.message}" for warning in load_world(ARENA).warnings
@@ -92,7 +92,7 @@ def test_lines_may_end_as_on_windows(load):
         ("?", ["1: expected the lines `type octile`, `height …`, `width …` and `map`"]),
     ],
 )
-def test_mistakes_are_told_with_their_lines(errors_of, content, errors):
+def test_errors_are_reported_with_their_lines(errors_of, content, errors):
     """All at once."""
     found = errors_of(content, "m.map")
 
@@ -100,14 +100,14 @@ def test_mistakes_are_told_with_their_lines(errors_of, content, errors):
     assert all(line.startswith(error) for line, error in zip(found, errors, strict=True))
 
 
-def test_a_grid_beyond_all_benchmarks_is_refused(errors_of, monkeypatch):
+def test_a_grid_beyond_all_benchmarks_is_rejected(errors_of, monkeypatch):
     """Before anything is made of it."""
     monkeypatch.setattr(movingai, "_MAX_OPEN", 3)
 
     assert ["4: map: has 4 cells to drive on; at most 3"] == errors_of(text("..", ".."), "m.map")
 
 
-def test_neighbours_of_no_grid_are_an_error(write):
+def test_neighbors_of_no_grid_are_an_error(write):
     """The option has no use."""
     with pytest.raises(WorldError, match=r"--neighbours 4: there is no grid; only MovingAI maps are grids"):
         load_world(write("name: x\n"), options=ReadOptions(neighbours=4))
@@ -121,7 +121,7 @@ grids = st.integers(1, 6).flatmap(
 @given(grids)
 def test_blocks_cover_just_what_is_closed(rows):
     """Each cell once."""
-    covered = [(x, y) for (x0, y0), (x1, y1) in _grid.blocks(rows) for x, y in product(range(x0, x1), range(y0, y1))]
+    covered = [(x, y) for (x0, y0), (x1, y1) in movingai.blocks(rows) for x, y in product(range(x0, x1), range(y0, y1))]
 
     assert sorted((x, y) for y, row in enumerate(rows) for x, is_open in enumerate(row) if not is_open) == sorted(
         covered
@@ -139,8 +139,8 @@ def test_steps_are_those_of_the_benchmarks(rows, diagonal):
         for dx, dy in around
         if {(x + dx, y + dy), (x + dx, y), (x, y + dy)} <= cells
     }
-    numbers = _grid.numbered(rows)
+    numbers = movingai.numbered(rows)
     cell = {number: (x, y) for y, row in enumerate(numbers) for x, number in enumerate(row) if number >= 0}
-    found = [frozenset((cell[a], cell[b])) for a, b in zip(*_grid.steps(numbers, diagonal=diagonal), strict=True)]
+    found = [frozenset((cell[a], cell[b])) for a, b in zip(*movingai.steps(numbers, diagonal=diagonal), strict=True)]
 
     assert (expected, len(expected)) == (set(found), len(found))

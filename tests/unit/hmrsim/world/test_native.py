@@ -8,8 +8,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from hmrsim.documents import yaml_text
 from hmrsim.errors import WorldError
-from hmrsim.world import yaml_text
 from hmrsim.world.formats.native import FORMAT
 from tests.profiles import examples
 
@@ -113,7 +113,7 @@ def test_text_of_too_many_values_is_one_error(monkeypatch):
 
 
 @pytest.mark.parametrize("text", [".nan", "-.inf", ".INF", "1e999", "9" * 5000])
-def test_number_that_is_none_is_refused(errors_of, text):
+def test_number_that_is_none_is_rejected(errors_of, text):
     """NaN, infinity and absurd sizes are errors where they are."""
     (error,) = errors_of(f"waypoints:\n  a: [{text}, 0]\n")
 

@@ -77,7 +77,7 @@ def test_a_file_may_add_lanes_to_a_grid(tmp_path, grid_first):
     assert [(lane.from_, lane.to) for lane in both.world.lanes] == (own + added if grid_first else added + own)
 
 
-def test_a_problem_is_told_of_its_file(tmp_path):
+def test_a_problem_names_its_file(tmp_path):
     """Also where an included grid comes first."""
     (tmp_path / "room.map").write_text(ROOM)
     (tmp_path / "all.yaml").write_text("include: [room.map]\nwalls: [[[0, 0], [1, 3]]]\nplaces: {p: {at: [50, 1]}}\n")

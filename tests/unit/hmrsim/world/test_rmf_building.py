@@ -38,25 +38,25 @@ def hall(load):
     return lambda more="elevation: 0", before="": load(before + ONE_LANE.format(more=more), "hall.building.yaml")
 
 
-def test_pixels_become_metres_with_y_up(clinic):
-    """The measurement says that 200 px are 10 m."""
+def test_pixels_become_meters_with_y_up(clinic):
+    """By the measurement, 200 px are 10 m."""
     assert ((2.0, -5.0), (8.0, -5.0)) == (clinic.waypoints["L1/lobby"], clinic.waypoints["charger_1"])
 
 
 def test_levels_are_side_by_side(clinic):
-    """The fiducials lay the second one onto the first, turned and scaled; then it is 5 m beside it."""
+    """Fiducials align the second level with the first, rotated and scaled, and it is placed 5 m beside it."""
     assert ((18.0, -2.0), (15.0, -2.0)) == (clinic.waypoints["L2/v0"], clinic.waypoints["ward"])
 
 
 def test_names_are_told_apart_by_their_level(clinic):
-    """Where two levels use one, and where there is none; vertices that only walls touch are no waypoints."""
+    """Names used on two levels and missing names get the level; vertices of walls only are no waypoints."""
     expected = ["L1/lobby", "L1/v5", "charger_1", "L1/v7", "L2/v0", "ward", "L2/lobby"]
 
     assert expected == [*clinic.waypoints]
 
 
 def test_lanes(clinic):
-    """Both ways or one, with their limits; those of several graphs are united."""
+    """Lanes have their directions and limits, and those of several graphs are united."""
     assert [
         ("L1/lobby", "L1/v5", False, None),
         ("L1/v5", "charger_1", False, 0.5),
@@ -67,7 +67,7 @@ def test_lanes(clinic):
 
 
 def test_walls(clinic):
-    """Between their vertices."""
+    """Walls connect their vertices."""
     assert (((0, 0), (10, 0)), ((10, 0), (10, -10))) == clinic.walls
 
 
@@ -77,33 +77,33 @@ def test_a_named_vertex_that_no_lane_touches_is_a_place(clinic):
 
 
 def test_chargers_and_docks(clinic):
-    """A charger is called as its vertex, a dock as it says."""
+    """A charger has the name of its vertex, and a dock its own name."""
     docks = {name: (dock.at, dock.type) for name, dock in clinic.docks.items()}
 
     assert {"charger_1": ((8.0, -5.0), "charger"), "platform": ((5.0, -2.0), "dock")} == docks
 
 
 def test_doors(clinic):
-    """From jamb to jamb."""
+    """A door leads from jamb to jamb."""
     door = clinic.doors["main_door"]
 
     assert (((6.0, -4.5), (6.0, -5.5)), "hinged") == (door.at, door.type)
 
 
 def test_a_lift_stops_at_the_waypoints_in_its_cabin(clinic):
-    """From below, however its doors are listed."""
+    """Stops are listed from the lowest level up, in whatever order its doors are listed."""
     assert {"Lift1": ("L1/v7", "L2/v0")} == {name: lift.stops for name, lift in clinic.lifts.items()}
 
 
 def test_spawned_robots(clinic):
-    """Facing along the first lane, or backwards if it says so; names become those of ROS."""
+    """Robots face along the first lane, or backwards if the file says so, and get ROS names."""
     robot = clinic.robots["tiny_1"]
 
     assert ("charger_1", "carrier", 3.141592653589793) == (robot.at, robot.type, robot.yaw)
 
 
-def test_what_means_nothing_here_is_told():
-    """Once for each kind, with the line of the first."""
+def test_what_means_nothing_here_is_reported():
+    """Each kind of ignored data is reported once, with the line of the first."""
     warnings = [(warning.line, warning.message) for warning in load_world(CLINIC).warnings if warning.line]
 
     assert [
@@ -120,48 +120,48 @@ def test_what_means_nothing_here_is_told():
 
 
 def test_one_level_alone():
-    """It is where it is in the building, and names need no level."""
+    """A single level keeps its position in the building, and names need no level."""
     world = load_world(CLINIC, options=ReadOptions(page="L2")).world
 
     assert {"v0": (5.0, -2.0), "ward": (2.0, -2.0), "lobby": (8.0, -2.0)} == world.waypoints
 
 
 def test_no_such_level():
-    """The levels that there are are told."""
+    """The error lists the levels."""
     with pytest.raises(WorldError, match=r"has no level 'L3'; there are 1 \(L1\), 2 \(L2\)$"):
         load_world(CLINIC, options=ReadOptions(page="L3"))
 
 
 def test_a_robot_is_renamed():
-    """By the name that it has here."""
+    """A robot is renamed by its name in the world."""
     world = load_world(CLINIC, options=ReadOptions(rename={"tiny_1": "eve"})).world
 
     assert ["eve"] == [*world.robots]
 
 
 def test_the_scale_is_the_mean_of_the_measurements(hall):
-    """One says 1 m a pixel, one 2 m."""
+    """One measurement gives 1 m per pixel, another 2 m."""
     length = 14.142135623730951
     more = f"measurements: [[0, 1, {{distance: [3, {length}]}}], [1, 0, {{distance: [3, {2 * length}]}}]]"
 
     assert (15.0, -15.0) == hall(more).world.waypoints["b"]
 
 
-def test_without_measurements_a_pixel_is_a_metre(hall):
-    """As Open-RMF has it; it is told."""
+def test_without_measurements_a_pixel_is_a_meter(hall):
+    """The default is that of Open-RMF, with a warning."""
     loaded = hall()
 
     assert (10.0, -10.0) == loaded.world.waypoints["b"]
     assert "levels.L1: has no measurements, so that a pixel of its drawing counts as a metre" in str(loaded.warnings[0])
 
 
-def test_metres_are_metres(hall):
-    """Then y points up in the file, too."""
+def test_meters_are_meters(hall):
+    """In meters y points up in the file, too."""
     assert (10.0, 10.0) == hall(before="coordinate_system: cartesian_meters\n").world.waypoints["b"]
 
 
-def test_degrees_become_metres(load):
-    """A thousandth of a degree is 111.3 m east and 110.6 m north at the equator."""
+def test_degrees_become_meters(load):
+    """At the equator, a thousandth of a degree is 111.3 m east and 110.6 m north."""
     text = ONE_LANE.format(more="elevation: 0").replace("[10, 10, 0, b]", "[0.001, 0.001, 0, b]")
     waypoints = load(f"coordinate_system: wgs84\n{text}", "campus.building.yaml").world.waypoints
 
@@ -169,8 +169,8 @@ def test_degrees_become_metres(load):
     assert pytest.approx((55.6597, 55.2871), abs=1e-3) == waypoints["b"]
 
 
-def test_degrees_all_over_the_world_are_refused(errors_of):
-    """They are hardly degrees."""
+def test_degrees_all_over_the_world_are_rejected(errors_of):
+    """Points all over the world are hardly degrees."""
     text = "coordinate_system: wgs84\n" + ONE_LANE.format(more="elevation: 0")
 
     assert ["3: levels: is not around one place; expected longitudes and latitudes"] == errors_of(
@@ -179,7 +179,7 @@ def test_degrees_all_over_the_world_are_refused(errors_of):
 
 
 def test_a_name_that_is_there_twice_is_told_apart(load):
-    """First by its level, then by its number."""
+    """Duplicate names get their level, then their number."""
     text = ONE_LANE.format(more="elevation: 0").replace("0, b]", "0, a], [5, 5, 0, a], [6, 6, 0, a]")
     world = load(text, "x.building.yaml").world
 
@@ -187,14 +187,14 @@ def test_a_name_that_is_there_twice_is_told_apart(load):
 
 
 def test_a_lift_without_waypoints_is_left_out(hall):
-    """It leads nowhere."""
+    """A lift without stops leads nowhere."""
     lift = "lifts: {L: {x: 90, y: 0, width: 2, depth: 2, yaw: 0, level_doors: {L1: [d]}}}\n"
 
     assert {} == hall(before=lift).world.lifts
 
 
-def test_all_mistakes_are_told_with_their_lines(errors_of):
-    """Whatever is wrong on a level, each by itself."""
+def test_all_errors_are_reported_with_their_lines(errors_of):
+    """Each error of a level is reported separately."""
     text = """\
         name: bad
         coordinate_system: mercator
@@ -236,14 +236,14 @@ def test_all_mistakes_are_told_with_their_lines(errors_of):
     ] == errors_of(text, "bad.building.yaml")
 
 
-def test_a_building_without_levels_is_told(errors_of):
-    """There is nothing in it."""
+def test_a_building_without_levels_is_reported(errors_of):
+    """A building needs levels."""
     assert ["1: has no levels"] == errors_of("levels: {}\n", "empty.building.yaml")
 
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Open-RMF's building is not here")
 def test_open_rmfs_own_building():
-    """Its robots find their way, and nothing but what robots don't need is left out."""
+    """Its robots find their routes, and only data that robots don't need is left out."""
     loaded = load_world(REFERENCE / "office.building.yaml")
     world = loaded.world
     route = WaypointGraph(world).plan(world.point("tinyRobot1_charger"), world.point("coe"), 1.0)

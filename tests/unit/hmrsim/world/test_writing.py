@@ -41,7 +41,7 @@ def load(tmp_path):
 @pytest.mark.parametrize("source", ["hospital", "scenario1", "scenario2", "tests/unit/hmrsim/world/data/ward.drawio"])
 @pytest.mark.parametrize(("write", "suffix"), [(to_yaml, ".yaml"), (to_json, ".json")])
 def test_a_written_world_has_the_same_hash(source, write, suffix, load):
-    """What is written is complete: read again it is the same world."""
+    """A written world is the same world when it is read again."""
     loaded = load_world(source)
 
     assert loaded.hash == load(write(loaded.world), suffix).hash
@@ -49,7 +49,7 @@ def test_a_written_world_has_the_same_hash(source, write, suffix, load):
 
 @pytest.mark.parametrize(("write", "suffix"), [(to_yaml, ".yaml"), (to_json, ".json")])
 def test_odd_names_and_numbers_survive(write, suffix, load):
-    """Names that look like something else, minus zero, and settings that are none of the default's type."""
+    """Names that look like other values, minus zero, and unusual settings survive."""
     loaded = load(TRICKY)
 
     again = load(write(loaded.world), suffix)
@@ -76,7 +76,7 @@ def test_defaults_are_left_out(load):
 
 
 def test_yaml_reads_like_a_persons(load):
-    """A thing a line, points in flow style, a blank line between sections."""
+    """There is one entity per line, points are in flow style, and blank lines separate sections."""
     world = load(
         "name: two rooms\nbounds: [0, 0, 20, 10.5]\nwaypoints: {door: [5, 2], home: [1.0, 2]}\n"
         "lanes: [[home, door]]\nwalls: [{solid: [[1, 5], [2, 5], [2, 6]]}]\n"
@@ -115,7 +115,7 @@ def test_no_line_is_too_long(load):
 
 
 def test_json_has_a_thing_a_line(load):
-    """It is JSON that a person can read, too."""
+    """JSON has one entity per line, too."""
     text = to_json(load("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n").world)
 
     assert {"name", "units", "waypoints", "lanes"} == set(json.loads(text))

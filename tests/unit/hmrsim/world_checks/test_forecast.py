@@ -76,7 +76,7 @@ class TestCorridors:
     """Two robots that meet in one block each other."""
 
     def test_under_reserve_both_lose_their_goals(self):
-        """So it is told, at the first lane of the corridor, and so it happens."""
+        """The warning is at the first lane of the corridor, and the simulation confirms it."""
         text = (
             "m - n is a single track without a way around: two robots that meet in it block each other for good, and"
             " lose their goals; make room for two at every other waypoint (capacity: 2), or have one of them go back"
@@ -86,7 +86,7 @@ class TestCorridors:
         assert ["ABORTED", "ABORTED"] == ends(H, "reserve")
 
     def test_under_priority_one_goes_back(self):
-        """Nothing is told, and both arrive."""
+        """There is no warning, and both robots arrive."""
         assert [] == warnings(H, "priority")
         assert ["SUCCEEDED", "SUCCEEDED"] == ends(H, "priority")
 
@@ -99,19 +99,19 @@ class TestCorridors:
         ids=["room for two", "a way around"],
     )
     def test_what_would_do_does(self, world):
-        """Nothing is told, and both arrive."""
+        """After the suggested remedy there is no warning, and both robots arrive."""
         assert [] == warnings(world)
         assert ["SUCCEEDED", "SUCCEEDED"] == ends(world, "reserve")
 
     @pytest.mark.parametrize("robots", [{"ann": {"at": "a"}}, {"ann": {"at": "a"}, "bob": {"at": "e"}}])
     def test_a_robot_alone_meets_no_other_one(self, robots):
-        """Nor does one whose lanes lead nowhere else."""
+        """There is no warning for a single robot, or one whose lanes lead nowhere else."""
         waypoints = {**H["waypoints"], "e": [50, 0], "f": [60, 0]}
 
         assert [] == paths({**H, "waypoints": waypoints, "lanes": [*H["lanes"], ["e", "f"]], "robots": robots})
 
     def test_where_no_two_can_pass_it_is_told_under_priority_too(self):
-        """There is no place to go back to."""
+        """Without a place to go back to, there is a warning under `priority`, too."""
         text = (
             "a - b - c is a single track without a way around: two robots that meet in it block each other for good,"
             " and lose their goals; make room for two at every other waypoint (capacity: 2), or add a waypoint beside"
@@ -121,7 +121,7 @@ class TestCorridors:
 
     @pytest.mark.parametrize(("count", "named"), [(4, "a - b - c - d"), (5, "a - … - e")])
     def test_a_long_one_is_named_by_its_ends(self, count, named):
-        """One of up to four waypoints is named by all of them."""
+        """A corridor of up to four waypoints is named by all of them, a longer one by its ends."""
         names = "abcde"[:count]
         row = {
             "waypoints": {name: [10 * i, 0] for i, name in enumerate(names)},
@@ -138,7 +138,7 @@ class TestDocks:
 
     @pytest.mark.parametrize("policy", ["reserve", "priority"])
     def test_a_dock_in_the_only_way(self, policy):
-        """No robot gets past it, and a docked robot does not yield."""
+        """No robot can pass a docked robot, which does not yield."""
         waypoints = {**H["waypoints"], "n": {"at": [20, 0], "capacity": 2}}
         text = (
             "is at m, in the only way to a, b, west: no robot gets past one that is docked; move it aside, or make room"
@@ -147,7 +147,7 @@ class TestDocks:
         assert [(("docks", "charger", "at"), text)] == warnings({**H, "waypoints": waypoints}, policy, docks=DOCK)
 
     def test_a_dock_on_a_lane(self):
-        """Likewise."""
+        """A dock on a lane blocks it for other robots."""
         waypoints = {**H["waypoints"], "n": {"at": [20, 0], "capacity": 2}}
         docks = {"charger": {"at": [15, 0]}}
 
@@ -164,7 +164,7 @@ class TestDocks:
         ids=["at an end", "beside the way", "a way around", "room for one more"],
     )
     def test_docks_that_are_in_no_ones_way(self, fields):
-        """Robots get past."""
+        """There is no warning for docks that robots can pass."""
         assert [] == paths(H, "priority", **fields)
 
 
@@ -173,14 +173,14 @@ class TestRoom:
 
     @pytest.mark.parametrize("policy", ["reserve", "priority"])
     def test_no_place_is_left(self, policy):
-        """None can move."""
+        """There is a warning if no robot can move."""
         text = (
             "are 3 on the lanes around 'a', where 3 have room: none can move; add waypoints, or room at them (capacity)"
         )
         assert (("robots",), text) in warnings(ROW, policy, robots=FULL)
 
     def test_no_place_to_wait_out_of_the_way(self):
-        """Of the ends of the lanes there are four, and one robot more."""
+        """There is a warning for one robot more than the four ends of the lanes."""
         robots = {name: {"at": name} for name in ("a", "b", "c", "d", "m")}
         text = (
             "are 5 on the lanes around 'a', where 4 can stand without being in the only way of others; add waypoints,"
@@ -199,19 +199,19 @@ class TestRoom:
         ids=["a dock", "a place", "a robot"],
     )
     def test_what_is_beside_the_lanes_has_room_of_its_own(self, fields):
-        """Robots that are there are in no robot's way."""
+        """Robots beside the lanes are in no robot's way."""
         assert ("robots",) not in paths(ROW, **{"robots": FULL, **fields})
 
 
 @pytest.mark.parametrize("fields", [{"waypoints": {}, "lanes": [], "robots": {}}, {"lanes": []}])
 def test_worlds_without_lanes(fields):
-    """Nothing is to be told."""
+    """A world without lanes has no warnings."""
     assert [] == warnings(H, **fields)
 
 
 @pytest.mark.parametrize("world", [H, ROW])
-def test_under_free_nothing_is_foretold(world):
-    """Robots pass through each other."""
+def test_under_free_nothing_is_forecast(world):
+    """Under `free` robots pass through each other, so that there are no warnings."""
     assert [] == warnings(world, "free", docks=DOCK if world is H else {})
 
 
@@ -222,12 +222,12 @@ ZOO = ["charger_queue", "corridor_swap", "crossing", "dead_end", "door", "lift",
     "name", ["hospital", "hospital_fleet", "scenario1", "scenario2", "warehouse", *(f"zoo/{name}" for name in ZOO)]
 )
 def test_shipped_worlds_come_to_no_harm(name):
-    """They were made so that robots get along."""
+    """The shipped worlds have no warnings."""
     assert [] == [*forecast(shipped(name).world)]
 
 
-def test_it_is_told_with_its_line_if_asked_for(tmp_path, capsys):
-    """By a flag, as it is no mistake."""
+def test_it_is_reported_with_its_line_if_asked_for(tmp_path, capsys):
+    """A flag enables the warnings, each with its line."""
     path = tmp_path / "row.yaml"
     path.write_text(
         "waypoints: {a: [0, 0], b: [1, 0]}\n"
@@ -248,7 +248,7 @@ def test_it_is_told_with_its_line_if_asked_for(tmp_path, capsys):
 
 
 def test_a_world_with_errors_is_not_asked(tmp_path, capsys):
-    """They come first."""
+    """A world with errors is not checked further."""
     path = tmp_path / "wrong.yaml"
     path.write_text("waypoints: {a: [0, 0]}\nlanes: [[a, b]]\ntraffic: {policy: reserve}\n")
 

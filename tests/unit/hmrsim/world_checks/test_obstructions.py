@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.world import World
-from hmrsim.world.shipped import shipped_maps
+from hmrsim.world.files import shipped_maps
 from hmrsim.world_checks import check_world
 from hmrsim.world_checks.obstructions import check_obstructions
 from tests.shipped import shipped
@@ -47,7 +47,7 @@ class TestDistances:
     """Places, docks and starts beside the lanes."""
 
     def test_a_place_too_near_to_a_waypoint(self):
-        """The warning has the waypoint, the distance, and the one that two robots need."""
+        """The warning has the waypoint, the distance, and the distance that two robots need."""
         text = (
             "(4, 0.5) is 0.5 m from waypoint 'b', and two robots need 0.6 m: one that stands here keeps others out of"
             " the waypoint; move it away to 0.6 m or more"
@@ -55,7 +55,7 @@ class TestDistances:
         assert [(("places", "shelf", "at"), text)] == warnings(places={"shelf": {"at": [4, 0.5]}})
 
     def test_a_place_too_near_to_a_lane(self):
-        """The warning names the lane where no waypoint is too near."""
+        """The warning names the lane if no waypoint is too near."""
         text = (
             "(2, 0.4) is 0.4 m from lane 'a'-'b', and two robots need 0.6 m: one that stands here keeps others out of"
             " the lane; move it away to 0.6 m or more"
@@ -68,7 +68,7 @@ class TestDistances:
 
     @pytest.mark.parametrize("at", [[4, 0], [2, 0], "b"], ids=["at a waypoint", "on a lane", "a name"])
     def test_what_is_on_the_lanes_is_not_too_near_to_them(self, at):
-        """A robot there holds the waypoint or lane itself, and the policy knows."""
+        """A robot on a waypoint or lane occupies it, which the policy takes into account."""
         assert [] == warnings(docks={"pad": {"at": at}})
 
     def test_a_dock_counts_the_robots_that_may_dock(self):
@@ -108,7 +108,7 @@ class TestDistances:
         assert [("places", "shelf", "at")] == paths(robots=robots, places=places)
 
     def test_waypoints_with_room_for_any_number_are_left_out(self):
-        """The policy keeps no robot out of them."""
+        """There is no warning for waypoints without a limit, as the policy keeps no robot out of them."""
         waypoints = {**ROAD["waypoints"], "stop": [4, 5]}
         lifts = {"lift": {"stops": ["b", "stop"]}}
 
@@ -116,7 +116,7 @@ class TestDistances:
 
     @pytest.mark.parametrize(("units", "at"), [("m", [4, 5.5]), ("px", [4, 401])], ids=["5 m", "400 px"])
     def test_a_place_far_from_the_lanes(self, units, at):
-        """Robots drive there without lanes, and so without regard to each other."""
+        """Robots drive there off the lanes, without regard to each other."""
         (warning,) = warnings(units=units, places={"shed": {"at": at}})
 
         limit = {"m": "5 m", "px": "400 px"}[units]
@@ -127,7 +127,7 @@ class TestDistances:
         assert (("places", "shed", "at"), text) == warning
 
     def test_a_lane_behind_a_wall_does_not_lead_to_a_place(self):
-        """The lane at 2 m is behind it, and around its end the way is longer than 5 m."""
+        """The lane at 2 m is behind the wall, and the route around it is longer than 5 m."""
         wall = [[-20, 1], [20, 1]]
         far = {"waypoints": {**ROAD["waypoints"], "d": [30, 0]}, "lanes": [*ROAD["lanes"], ["c", "d"]]}
 
@@ -142,7 +142,7 @@ class TestStarts:
     """Robots that start where others have to go for orders."""
 
     def test_a_robot_at_a_place_of_orders_under_reserve(self):
-        """An idle robot does not make room there, and the default policy would move it."""
+        """An idle robot does not make room there, unlike under the default policy."""
         text = (
             "(8, 0) is in the way to c, where orders begin or end: under 'reserve' a robot without a goal does not make"
             " room; start it elsewhere, or use the policy 'planned'"
@@ -163,13 +163,13 @@ class TestStarts:
         assert text.startswith("(8, 0) is in the way to shelf, where orders begin or end: ")
 
     def test_a_robot_on_a_lane_to_a_place_of_orders(self):
-        """Nothing gets past it."""
+        """Other robots can't pass it."""
         robots = {**FORK["robots"], "bob": {"type": "r", "at": [6, 0]}}
 
         assert [("robots", "bob", "at")] == paths(FORK, "reserve", robots=robots, demand=demand("e"))
 
     def test_a_robot_at_a_place_of_orders_beside_the_lanes(self):
-        """It has the spot."""
+        """The robot occupies the spot."""
         robots = {**FORK["robots"], "bob": {"type": "r", "at": "shelf"}}
         places = {"shelf": {"at": [6, 1]}}
 
@@ -179,12 +179,12 @@ class TestStarts:
 
     @pytest.mark.parametrize("policy", ["priority", "planned"])
     def test_policies_that_have_idle_robots_make_room(self, policy):
-        """The robot goes aside."""
+        """There is no warning if the policy moves the robot aside."""
         assert [] == warnings(FORK, policy, demand=demand("e"))
 
     @pytest.mark.parametrize("policy", ["reserve", "priority"])
     def test_a_docked_robot_at_a_place_of_orders(self, policy):
-        """It makes no room under any policy."""
+        """A docked robot does not make room under any policy."""
         text = (
             "(8, 0) is in the way to c, where orders begin or end: a docked robot does not make room; start it"
             " elsewhere, or move the dock 'pad'"
@@ -193,39 +193,39 @@ class TestStarts:
         assert (("robots", "bob", "at"), text) in warnings(FORK, policy, docks=docks, demand=demand("e"))
 
     def test_a_place_of_orders_on_the_larger_side(self):
-        """Most of the lanes are there, and others get to it without passing the robot."""
+        """Other robots reach the place, on the larger side of the lanes, without passing the robot."""
         robots = {"ann": {"type": "r", "at": "d"}, "bob": {"type": "r", "at": "c"}}
 
         assert [] == warnings(FORK, "reserve", robots=robots, demand=demand("e", "a"))
 
     def test_a_place_with_room_for_two(self):
-        """The robot that starts there is in no one's way."""
+        """The robot that starts there is in no robot's way."""
         waypoints = {**FORK["waypoints"], "c": {"at": [8, 0], "capacity": 2}}
 
         assert [] == warnings(FORK, "reserve", waypoints=waypoints, demand=demand("e"))
 
     def test_a_robot_alone(self):
-        """It is in no other's way."""
+        """A single robot is in no robot's way."""
         assert [] == warnings(FORK, "reserve", robots={"bob": {"type": "r", "at": "c"}}, demand=demand("e"))
 
 
 @pytest.mark.parametrize("fields", [{"robots": {}}, {"lanes": []}, {"robots": {"ann": {"type": "r", "at": "a"}}}])
 def test_worlds_in_which_no_two_robots_meet_on_lanes(fields):
-    """There is nothing to warn of."""
+    """There are no warnings if no two robots can meet."""
     assert [] == warnings(places={"shelf": {"at": [4, 0.5]}}, **fields)
 
 
 def test_robots_without_a_radius_are_points():
-    """No distance is too small for them."""
+    """Robots without a radius need no distance."""
     assert [] == warnings(robot_types={"r": {}}, places={"shelf": {"at": [4, 0.5]}})
 
 
 def test_under_free_no_robot_keeps_others_out():
-    """Robots pass through each other."""
+    """There are no warnings under `free`, where robots pass through each other."""
     assert [] == warnings(policy="free", places={"shelf": {"at": [4, 0.5]}}, demand=demand("a"))
 
 
 @pytest.mark.parametrize("name", shipped_maps())
 def test_shipped_worlds(name):
-    """No robot of theirs is in the way where it stands."""
+    """The shipped worlds have no warnings."""
     assert [] == list(check_obstructions(shipped(name).world))

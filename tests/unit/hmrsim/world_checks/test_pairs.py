@@ -68,7 +68,7 @@ def _errors(data: dict[str, Any]) -> list[str]:
 
 @pytest.mark.parametrize("most", TOO_LARGE)
 def test_a_world_of_too_many_pairs_is_an_error(most):
-    """It names what most of the pairs are of."""
+    """The error names the parts that form most of the pairs."""
     (message,) = _errors(TOO_LARGE[most])
 
     assert f"of them {most}, and the limit is {MAX_PAIRS:,}; start a simulator with it as a file" in message
@@ -97,7 +97,7 @@ def _lattice(side: int, robots: int) -> dict[str, Any]:
 
 
 def test_a_large_fleet_is_no_error():
-    """1,000 robots on 625 waypoints with 2,400 lanes, 25 docks and 1,500 walls."""
+    """1,000 robots on 625 waypoints with 2,400 lanes, 25 docks and 1,500 walls are allowed."""
     data = _lattice(25, 1_000)
 
     assert (625, 2_400, 1_000) == (len(data["waypoints"]), len(data["lanes"]), len(data["robots"]))
@@ -106,7 +106,7 @@ def test_a_large_fleet_is_no_error():
 
 @pytest.mark.parametrize("name", ["hospital_fleet", "hospital_logistics", "warehouse_orders", "cafe"])
 def test_shipped_worlds_with_300_robots_are_no_error(name):
-    """They are at the waypoints, several at each if there are fewer."""
+    """The shipped worlds are allowed with 300 robots at their waypoints."""
     world = load_world(name).world
     points = [*world.waypoints]
     robots = {f"r{i}": {"at": points[i % len(points)]} for i in range(300)}
@@ -116,12 +116,12 @@ def test_shipped_worlds_with_300_robots_are_no_error(name):
 
 
 def test_files_have_no_such_limit():
-    """A user who starts a simulator with a world waits for it, and no one else."""
+    """A world in a file has no limit, as only its user waits for it."""
     world_of(TOO_LARGE["robots with docks"], "test")
 
 
 def test_pairs_of_lanes_are_those_that_are_compared(monkeypatch):
-    """The estimate is the number of comparisons that follow."""
+    """The estimate equals the number of comparisons."""
     compared: list[int] = []
     compare = _nearness._compare
     monkeypatch.setattr(

@@ -32,34 +32,34 @@ def world():
 
 
 def test_names_are_looked_up(world):
-    """Docks, items, lifts and robots are where their waypoints are."""
+    """Docks, items, lifts and robots have the coordinates of their waypoints."""
     assert [[0, 0], [10, 10], [0, 0]] == [world[kind][0]["at"] for kind in ("docks", "items", "robots")]
     assert [[10, 10], [110, 10]] == world["lifts"][0]["points"]
     assert "c" == world["lifts"][0]["at"]
 
 
 def test_capacities_are_those_of_the_traffic_unless_there_are_others(world):
-    """Lanes take four as the policy's settings say, a waypoint takes one as the policy does by itself."""
+    """Capacities come from the policy's settings or its defaults, unless the world has others."""
     assert [4, 2] == [lane["capacity"] for lane in world["lanes"]]
     assert [1, 3, 1, 1] == [waypoint["capacity"] for waypoint in world["waypoints"]]
 
 
 def test_nothing_counts_where_traffic_is_free():
-    """Any number of robots fits everywhere."""
+    """Under `free` there are no capacities."""
     world = resolved(World.model_validate(WORLD | {"traffic": {}}))
 
     assert [None, 2] == [lane["capacity"] for lane in world["lanes"]]
 
 
 def test_demands_are_named():
-    """So that a program can say that there are none."""
+    """The names of demands are listed."""
     world = resolved(World.model_validate(WORLD | {"demand": [{"name": "food", "at": "a", "to": "b", "arrives": 9}]}))
 
     assert ["food"] == world["demand"]
 
 
 def test_defaults_are_applied(world):
-    """Of a robot of which nothing is said, too; in pixels its speed is another."""
+    """Robots have default settings, with another speed in pixels."""
     eve = world["robots"][1]
     pixels = resolved(World.model_validate({**WORLD, "units": "px"}))
 
@@ -69,17 +69,17 @@ def test_defaults_are_applied(world):
 
 
 def test_a_door_knows_the_lanes_through_it(world):
-    """In the directions in which there are some."""
+    """A door lists the lanes through it in their directions."""
     assert [["a", "b"]] == world["doors"][0]["lanes"]
 
 
 def test_types_of_robots_that_there_are_come_first():
-    """Then those of the file, then built-in ones: all that can be spawned."""
+    """Types of the world's robots come first, then the others of the file, then built-in types."""
     assert ["nurse", "carrier", "spare", "fetcher"] == type_order(World.model_validate(WORLD))
 
 
 def test_forms_come_with_the_world():
-    """Each field of one has a title and a type; the schema is nested as the message is."""
+    """Each field of a form has a title and a type, nested like the message."""
     forms = shown(World.model_validate(WORLD))
 
     back_up, slip = forms["actions"]["back_up"], forms["faults"]["slip"]

@@ -17,7 +17,7 @@ def walk(part, path=()):
 
 
 def test_every_key_has_a_text():
-    """Its own, or that of what it refers to."""
+    """Every key has a description, or refers to a definition with one."""
     schema = world_schema()
     lacking = []
     for path, part in walk(schema):
@@ -29,7 +29,7 @@ def test_every_key_has_a_text():
 
 
 def test_it_has_a_name_and_no_names_of_classes():
-    """An editor would show a title in place of the text."""
+    """The schema has no titles except its own, as editors would show them instead of descriptions."""
     schema = world_schema()
 
     assert "urn:hmrsim:schema:world" == schema["$id"]

@@ -19,7 +19,7 @@ WAYPOINTS = {"a": (0.0, 0.0), "b": (1.0, 0.0)}
     ],
 )
 def test_a_capacity_where_robots_pass_through_each_other_by_default(fields, path):
-    """There is one warning for the world: its author thinks that robots wait for each other."""
+    """There is one warning per world, whose author expects robots to wait for each other."""
     world = World.model_validate({"waypoints": WAYPOINTS, **fields})
 
     (found,) = check_traffic(world)
@@ -32,7 +32,7 @@ def test_a_capacity_where_robots_pass_through_each_other_by_default(fields, path
 
 @pytest.mark.parametrize("policy", ["free", "priority"])
 def test_a_capacity_with_traffic(policy):
-    """Also under a policy that has no use for it: it was chosen, perhaps for one run."""
+    """There is no warning under a policy that was chosen, even if it ignores capacities."""
     lanes = [{"from": "a", "to": "b", "capacity": 2}]
     world = World.model_validate({"waypoints": WAYPOINTS, "lanes": lanes, "traffic": {"policy": policy}})
 
@@ -50,7 +50,7 @@ def errors(**fields):
 
 
 def test_robots_that_overlap_at_the_start_under_the_default_policy():
-    """The error says how to let them pass through each other, as before there was a default."""
+    """The error explains how to let robots pass through each other."""
     text = (
         "starts 0.5 from 'ann'; under 'planned' keep 0.6 away (the default; traffic: {policy: free} lets robots pass"
         " through each other)"
@@ -59,7 +59,7 @@ def test_robots_that_overlap_at_the_start_under_the_default_policy():
 
 
 def test_settings_of_the_default_policy():
-    """A world with bodies may set what `planned` takes, without naming it."""
+    """A world can set options of the default policy without naming it."""
     assert [] == errors(traffic={"patience": 30.0, "most_states": 1000})
 
 
@@ -70,7 +70,7 @@ def test_a_setting_that_the_default_policy_does_not_take():
 
 
 def test_nothing_is_said_of_a_default_that_may_be_another_one():
-    """A robot was left out because of an error; with it the default would be `planned`."""
+    """There are no errors of a default policy that could be another one without the errors of robots."""
     robots = {"ann": {"at": "a", **WIDE}}
     world = World.model_validate({"waypoints": WAYPOINTS, "robots": robots, "traffic": {"lane_capacity": 2}})
 

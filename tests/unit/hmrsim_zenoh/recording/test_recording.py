@@ -11,8 +11,7 @@ from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from hmrsim.events.items import ItemPicked
-from hmrsim.events.robots import Stopped
+from hmrsim.events.robots import ItemPicked, Stopped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import CallService, SendGoal

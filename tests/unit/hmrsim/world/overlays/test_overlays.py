@@ -40,20 +40,20 @@ def problems(*changes: dict[str, object]) -> list[str]:
 
 
 def test_a_path_changes_one_value_and_a_pattern_several() -> None:
-    """A path changes one value and a pattern several."""
+    """A path changes one value, and a pattern changes several."""
     world = laid({"robots.eve.base.speed": 0.5, "robots.*.yaw": 1.5})
     assert (world.robots["eve"].base.speed, world.robots["wall_e"].base.speed) == (0.5, None)
     assert {robot.yaw for robot in world.robots.values()} == {1.5}
 
 
-def test_mappings_go_on_with_the_path_and_keep_what_is_beside() -> None:
-    """Mappings go on with the path and keep what is beside."""
+def test_mappings_continue_with_the_path_and_keep_what_is_beside() -> None:
+    """A mapping continues the path and keeps the other entries."""
     world = laid({"robots": {"eve": {"components": {"battery.initial_charge": 0.3}}}})
     assert world.robot_type(world.robots["eve"]).components["battery"] == {"capacity": 100, "initial_charge": 0.3}
 
 
-def test_entries_are_added_and_taken_away() -> None:
-    """Entries are added and taken away."""
+def test_entries_are_added_and_removed() -> None:
+    """Entries can be appended and removed."""
     world = laid(
         {
             "items.second": {"at": "home", "weight": 1.0},
@@ -70,14 +70,14 @@ def test_entries_are_added_and_taken_away() -> None:
 
 
 def test_short_forms_are_written_out_where_a_path_leads_into_them() -> None:
-    """Short forms are written out where a path leads into them."""
+    """A path can lead into entries in short form, such as a lane [from, to]."""
     world = laid({"lanes.*.speed_limit": 0.4, "waypoints.home.capacity": 3, "waypoints.'ward.1'.capacity": 1})
     assert {lane.speed_limit for lane in world.lanes} == {0.4}
     assert (world.lanes[1].from_, world.points["ward.1"]) == ("shelf", (20.0, 0.0))
 
 
 def test_a_later_overlay_wins_and_the_base_stays_as_it_was() -> None:
-    """A later overlay wins and the base stays as it was."""
+    """A later overlay takes precedence, and the base is unchanged."""
     assert laid({"seed": 1}, {"seed": 2}).seed == 2
     laid({"robots.*.yaw": 1.0, "faults.0.factor": 0.1})
     assert TWO["robots"] == {"eve": {"at": "home", "type": "nurse"}, "wall_e": {"at": "shelf"}}
@@ -85,7 +85,7 @@ def test_a_later_overlay_wins_and_the_base_stays_as_it_was() -> None:
 
 
 def test_each_repeats_what_is_below_it() -> None:
-    """Each repeats what is below it."""
+    """`each` repeats the entries below it."""
     world = laid(
         {
             "each 1..3": {"items.box$i": {"at": "home", "weight": "${i / 2}"}},
@@ -97,7 +97,7 @@ def test_each_repeats_what_is_below_it() -> None:
 
 
 def test_a_distribution_replaces_another_value_as_a_whole() -> None:
-    """A distribution replaces another value as a whole."""
+    """A distribution replaces a value as a whole."""
     world = world_of(
         {"doors": {"d": {"at": [[0, 0], [1, 0]]}}},
         "doors.yaml",
@@ -131,21 +131,21 @@ def test_a_distribution_replaces_another_value_as_a_whole() -> None:
         ({"items.box.at": "nowhere"}, "items.box.at: no waypoint, place or dock 'nowhere'"),
     ],
 )
-def test_what_is_wrong_is_told_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
-    """What is wrong is told with the overlay that says it."""
+def test_what_is_wrong_is_reported_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
+    """Errors name the overlay that causes them."""
     found = problems({"name": "fine"}, change)
     assert len(found) == 1
     assert found[0].startswith("overlay 1: ")
     assert said in found[0]
 
 
-def test_all_mistakes_are_told_at_once() -> None:
-    """All mistakes are told at once."""
+def test_all_errors_are_reported_at_once() -> None:
+    """All errors are reported at once."""
     assert len(problems({"robots.evv.yaw": 1, "seed": "x"}, {"~items.vase": None})) == 3
 
 
 def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
-    """A file takes values from tables."""
+    """A file can use values of tables."""
     (tmp_path / "levels.csv").write_text("level,charge,skills\nlow,0.2,a\nhigh,0.9,b\n", encoding="utf-8")
     (tmp_path / "places.json").write_text('["shelf", "home"]', encoding="utf-8")
     (tmp_path / "over.yaml").write_text(
@@ -171,8 +171,8 @@ def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
         (None, "levels.csv: no such file"),
     ],
 )
-def test_what_is_wrong_with_a_table_is_told_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
-    """What is wrong with a table is told with its line."""
+def test_what_is_wrong_with_a_table_is_reported_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
+    """Errors of a table have its line."""
     if table is not None:
         (tmp_path / "levels.csv").write_text(table, encoding="utf-8")
     (tmp_path / "over.yaml").write_text("seed: 1\ntables: {levels: levels.csv}\n", encoding="utf-8")
@@ -182,23 +182,23 @@ def test_what_is_wrong_with_a_table_is_told_with_its_line(tmp_path: Path, table:
     assert said in str(error.value)
 
 
-def test_an_option_sets_or_takes_away_one_entry() -> None:
-    """An option sets or takes away one entry."""
+def test_an_option_sets_or_removes_one_entry() -> None:
+    """An option sets or removes one entry."""
     changes = [setting("robots.eve.base={speed: 0.5, radius: 0.2}"), setting("~robots.wall_e"), setting("name=x=y")]
     world = world_of(TWO, "two.yaml", changes)
     assert (world.robots["eve"].base.speed, [*world.robots], world.name) == (0.5, ["eve"], "x=y")
 
 
 @pytest.mark.parametrize("text", ["", "seed", "=3", "~seed=3", "seed=[1", "seed={a: 1, a: 2}"])
-def test_an_option_that_is_none_is_refused_and_so_are_all_others(text: str) -> None:
-    """An option that is none is refused and so are all others."""
+def test_an_option_that_is_none_is_rejected_and_so_are_all_others(text: str) -> None:
+    """All invalid options are reported at once."""
     with pytest.raises(WorldError) as error:
         overlays_of(["/nowhere/over.yaml"], ["seed=1", text])
     assert [problem.file for problem in error.value.problems] == ["/nowhere/over.yaml", f"--set {text}"]
 
 
 def test_a_file_lays_its_own_overlay_over_what_it_includes(tmp_path: Path) -> None:
-    """Those of included files come first, and those of the command line last; mistakes have its line."""
+    """Overlays of included files come first, those of the command line last, and errors have their lines."""
     (tmp_path / "base.yaml").write_text(str(TWO).replace("'", '"'), encoding="utf-8")
     (tmp_path / "mid.yaml").write_text("include: [base.yaml]\noverlay: {seed: 1, name: mid}\n", encoding="utf-8")
     (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay:\n  name: top\n  ~items.*:\n", encoding="utf-8")
@@ -234,14 +234,14 @@ WIDE = {f"places.p{i}": {"at": [i, 0], "tags": ["a"] * 20} for i in range(1_000)
     ids=["each", "nothing", "errors", "pattern", "remove", "nested", "copies", "append", "text", "names", "keys"],
 )
 def test_all_overlays_of_a_world_have_one_limit(change: dict[str, object]) -> None:
-    """A client may send a hundred bytes that ask for a hundred million waypoints."""
+    """A client could send a hundred bytes that ask for a hundred million waypoints."""
     *_, problem = problems(change)
 
     assert "the overlays of a world ask for more than 1,000,000 changes in all" in problem
 
 
 def test_the_limit_counts_what_several_overlays_ask_for_together() -> None:
-    """Each of these is below it."""
+    """Each overlay is below the limit."""
     many = {f"places.p{i}": {"at": [i, 0]} for i in range(1_000)}
     half = {"each i in 1..150": {"places.*.at": [0, "$i"]}}
 
@@ -250,7 +250,7 @@ def test_the_limit_counts_what_several_overlays_ask_for_together() -> None:
 
 
 def test_a_path_has_a_maximum_of_steps() -> None:
-    """In one key, or in keys below each other."""
+    """The steps of one key or of nested keys count."""
     deep: dict[str, object] = {"x": 1}
     for _ in range(50):
         deep = {"x": deep}
@@ -268,7 +268,7 @@ def test_a_path_has_a_maximum_of_steps() -> None:
     ],
 )
 def test_a_path_through_a_value_without_entries_replaces_it(path: str, why: str) -> None:
-    """What is wrong with the file then is told as for any other file."""
+    """Errors of the file are then reported as for any other file."""
     flat = {**TWO, "lanes": [5, ["home", "shelf"]], "faults": [True]}
     with pytest.raises(WorldError) as error:
         world_of(flat, "flat.yaml", [overlay_of({path: "home"}, "overlay")])
@@ -277,14 +277,14 @@ def test_a_path_through_a_value_without_entries_replaces_it(path: str, why: str)
 
 
 def test_expressions_make_no_text_that_is_very_long() -> None:
-    """The name of an index may be, and be put into it often."""
+    """A long name of an index could be inserted many times."""
     assert (
         "becomes a text of more than 10,000 characters" in problems({f"each i in {'x' * 600}": {"name": "$i" * 20}})[0]
     )
 
 
 def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
-    """So errors name that one."""
+    """Errors name the last change."""
     inner, outer = {"robots.eve.yaw": "north"}, {"robots.eve": {"at": "home", "yaw": "north"}}
     assert [["overlay 1"], ["overlay 1"]] == [
         [problem.split(":")[0] for problem in problems(*order)] for order in ((inner, outer), (outer, inner))
@@ -300,7 +300,7 @@ def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
     ],
 )
 def test_an_expression_that_has_no_value_is_an_error_with_its_place(text: str, why: str) -> None:
-    """Whatever people write, and whatever bytes a shell passes on."""
+    """Any text, and any bytes from a shell, are either valid or an error with a place."""
     with pytest.raises(WorldError) as error:
         world_of(TWO, "two.yaml", [setting(text)])
     (problem,) = error.value.problems
@@ -308,7 +308,7 @@ def test_an_expression_that_has_no_value_is_an_error_with_its_place(text: str, w
 
 
 def test_a_wrong_step_of_a_path_is_an_error_of_the_change() -> None:
-    """And not of the file, which does not have it."""
+    """The error is of the overlay, not of the file that lacks the step."""
     assert problems({"robots.eve.bse.speed": 2}) == [
         "overlay 0: robots.eve.bse: unknown key 'bse'; did you mean 'base'?"
     ]

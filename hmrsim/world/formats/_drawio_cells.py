@@ -1,0 +1,224 @@
+"""The cells of a draw.io page, before they are interpreted."""
+
+from __future__ import annotations
+
+import html
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from hmrsim.geometry import MAX_COORDINATE
+from hmrsim.safe_xml import XmlError
+from hmrsim.world.formats._drawio_file import Element
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
+
+_NUMBER = re.compile(r"\s*[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]{1,3})?\s*")
+
+_TAG = re.compile(r"<[^<>]*>")
+
+_LABEL = 1_000
+"""Maximum characters of a label that are read."""
+
+_SHOWN = 40
+
+
+MAX_CELLS = 10_000
+"""Maximum number of cells on a page."""
+
+
+class BadCell(Exception):
+    """A cell that can't be interpreted; the message gives the reason.
+
+    Attributes:
+        value: The invalid value; None if there is none in particular.
+    """
+
+    def __init__(self, message: str, value: object = None) -> None:
+        super().__init__(message)
+        self.value = value
+
+
+class Box(NamedTuple):
+    """A rectangle: its corner with the least x and y before rotation, and its clockwise rotation."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    rotation: float = 0.0
+
+    @property
+    def centre(self) -> Point:
+        """The center as in the original: half the size, rounded down."""
+        return (self.x + self.width // 2, self.y + self.height // 2)
+
+    @property
+    def middle(self) -> Point:
+        """The exact center, about which it is rotated."""
+        return (self.x + self.width / 2, self.y + self.height / 2)
+
+
+_QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+"""Exact cosine and sine of quarter turns."""
+
+_NOWHERE = Box(0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class Cell:
+    """A shape, a line or a layer.
+
+    Attributes:
+        id: The id by which lines and groups refer to it.
+        kind: The ``type`` of an object, "" if it has none; None for a bare cell.
+        label: Its text, which may be HTML.
+        attributes: The attributes of the object.
+        own: The attributes of the ``mxCell``.
+        style: Keys and values; a word alone has the value "".
+        geometry: Its ``mxGeometry``.
+        line: Its line in the file.
+        origin: The origin of its group on the page.
+        box: The box of a shape on the page.
+        failed: Whether it has an error that was reported.
+    """
+
+    id: str
+    kind: str | None
+    label: str
+    attributes: dict[str, str]
+    own: dict[str, str]
+    style: dict[str, str]
+    geometry: Element | None
+    line: int
+    origin: Point = (0.0, 0.0)
+    box: Box = _NOWHERE
+    failed: bool = False
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether it is a line."""
+        return self.own.get("edge") == "1"
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it is neither a line nor a layer."""
+        return not self.is_edge and self.geometry is not None
+
+    @property
+    def is_layer(self) -> bool:
+        """Whether it only contains other cells."""
+        return self.geometry is None and {"vertex", "edge"}.isdisjoint(self.own)
+
+    @property
+    def is_relative(self) -> bool:
+        """Whether its position is a share of its parent, or it is the label of its parent."""
+        return self.geometry is not None and self.geometry.attributes.get("relative") == "1"
+
+    @property
+    def parent(self) -> str:
+        """The id of its group or layer."""
+        return self.own.get("parent", "")
+
+    @property
+    def title(self) -> str:
+        """The name in errors: type, id and label."""
+        words = " ".join(html.unescape(_TAG.sub(" ", html.unescape(self.label[:_LABEL]))).split())
+        label = f" ({words if len(words) <= _SHOWN else words[: _SHOWN - 1] + '…'})" if words else ""
+        return f"{f'{self.kind[:_SHOWN]} ' if self.kind else ''}cell {self.id[:_SHOWN]!r}{label}"
+
+    def points(self) -> Iterator[Point]:
+        """Yield the points of a line, without those of the shapes at its ends.
+
+        Raises:
+            BadCell: A number is invalid.
+        """
+        if self.geometry is None:
+            return
+        named = {point.attributes.get("as", ""): point for point in self.geometry.all("mxPoint")}
+        array = next((part for part in self.geometry.all("Array") if part.attributes.get("as") == "points"), None)
+        way = [named.get("sourcePoint"), *(array.all("mxPoint") if array else ()), named.get("targetPoint")]
+        for point in way:
+            if point is not None:
+                yield (number(point, "x") + self.origin[0], number(point, "y") + self.origin[1])
+
+
+def turn(point: Point, box: Box) -> Point:
+    """Return a point of a box after the box was rotated about its center, clockwise if y points down."""
+    degrees = box.rotation % 360
+    angle = math.radians(degrees)
+    cos, sin = _QUARTERS.get(degrees) or (math.cos(angle), math.sin(angle))
+    x, y = box.middle
+    dx, dy = point[0] - x, point[1] - y
+    # Rounded, so that files mean the same wherever sine and cosine differ in their last digit.
+    return (round(x + dx * cos - dy * sin, 6), round(y + dx * sin + dy * cos, 6))
+
+
+def number(element: Element, key: str, default: float = 0.0) -> float:
+    """Return a number of an element, *default* when it is not there.
+
+    Raises:
+        BadCell: It is not a number, or too large to be one of a map.
+    """
+    return default if key not in element.attributes else read_number(element.attributes[key], key)
+
+
+def style_number(style: dict[str, str], key: str, default: float = 0.0) -> float:
+    """Return a number of a style, *default* when it is not there.
+
+    Raises:
+        BadCell: It is not a number.
+    """
+    return read_number(style[key], key) if style.get(key) else default
+
+
+def read_number(text: str, key: str) -> float:
+    """Return the number that the attribute *key* holds.
+
+    Raises:
+        BadCell: It is not a number, or too large to be one of a map.
+    """
+    if not _NUMBER.fullmatch(text) or abs(float(text)) > MAX_COORDINATE:
+        raise BadCell(f"{key} is {text[:_SHOWN]!r}; expected a number of at most {MAX_COORDINATE:g}", text)
+    return float(text)
+
+
+def read_cells(model: Element) -> Iterator[Cell]:
+    """Yield the cells of a page, in its order.
+
+    Raises:
+        XmlError: They are too many.
+    """
+    root = model.find("root")
+    if root and len(root.children) > MAX_CELLS:
+        raise XmlError(f"has {len(root.children)} cells on a page; at most {MAX_CELLS}", root.line)
+    for element in root.children if root else ():
+        if element.tag == "mxCell":
+            yield _cell(element, element, None, element.attributes.get("value", ""))
+        elif element.tag in ("object", "UserObject"):
+            kind, inner = element.attributes.get("type", ""), element.find("mxCell")
+            drawn = inner or Element("mxCell", {}, element.line)
+            cell = _cell(element, drawn, kind, element.attributes.get("label", ""))
+            # A layer may have data, too, and needs no type.
+            yield replace(cell, kind=None) if inner and cell.is_layer and not kind else cell
+
+
+def _cell(element: Element, inner: Element, kind: str | None, label: str) -> Cell:
+    return Cell(
+        id=element.attributes.get("id") or inner.attributes.get("id", ""),
+        kind=kind,
+        label=label,
+        attributes=element.attributes if element is not inner else {},
+        own=inner.attributes,
+        style=_style(inner.attributes.get("style", "")),
+        geometry=inner.find("mxGeometry"),
+        line=element.line,
+    )
+
+
+def _style(text: str) -> dict[str, str]:
+    pairs = (part.partition("=") for part in text.split(";"))
+    return {key.strip(): value.strip() for key, _, value in pairs if key.strip()}
