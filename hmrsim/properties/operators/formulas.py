@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from hmrsim.properties.observing.observations import Observations
     from hmrsim.properties.results import Ended, Tell, Verdict
-    from hmrsim.properties.temporal.nodes import Changes
+    from hmrsim.properties.robustness import Changes
 
 _ALL_TIME: Final = (0, math.inf)
 
