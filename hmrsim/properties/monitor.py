@@ -5,22 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.events.properties import PropertyViolated
 from hmrsim.events.robots import MotionBegan
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
-from hmrsim.properties.built_in import GoalsEnd, NoVainGoals
-from hmrsim.properties.built_in import watchers_of as built_in
-from hmrsim.properties.compiling import watchers_of
+from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
+from hmrsim.properties.compiler import built_in_watchers, watchers_of
 from hmrsim.properties.observing.observations import Observations
 from hmrsim.properties.observing.timeline import GoalSeen, Timeline
-from hmrsim.report.occurrence import SceneSeen
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.topics import Topic
+from hmrsim.report.occurrence import BatterySeen, Occurrence, SceneSeen
+from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
-    from hmrsim.properties.reference import Reference
-    from hmrsim.properties.results import Ended, Verdict, Violation
+    from hmrsim.properties.results import Ended, Reference, Verdict, Violation
     from hmrsim.properties.watcher import Watcher
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
 
@@ -43,7 +50,7 @@ class Monitor:
         self.timeline = Timeline()
         self._told: Callable[[Violation], object] = lambda _violation: None
         self.observations = Observations(world, self.timeline, reference)
-        self._built_in = built_in(properties.built_in, world, self.timeline, self._tell)
+        self._built_in = built_in_watchers(properties.built_in, world, self.timeline, self._tell)
         self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._tell), *self._built_in]
         self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self._wants_status = GoalStatusChanged in self.timeline.handlers
@@ -149,3 +156,89 @@ class Monitor:
         seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
         for handler in self.timeline.handlers.get(GoalSeen, ()):
             handler(at, seen)
+
+
+class MonitorSink:
+    """A sink that feeds a monitor.
+
+    Args:
+        simulator: The simulator; it has not started.
+        on_violation: Called with each violation as soon as it is found, in the thread of the simulation.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        monitor: Monitor,
+        on_violation: Callable[[Violation], object] = lambda _violation: None,
+    ) -> None:
+        self._simulator = simulator
+        self._monitor = monitor
+        self._handlers = monitor.timeline.handlers
+        self._motion = monitor.wants_motion
+        self._weighed = -1
+        self._statuses = monitor.wants_status
+        monitor.listen(on_violation)
+        now = stamp(simulator.now)
+        monitor.begin(now)
+        self._powered = monitor.powered
+        if simulator.now:
+            # What a world begins with is known.
+            self._see(now)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it wants a topic: events, and motions if a property speaks of what robots do."""
+        return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
+
+    def emit(self, output: Output) -> None:
+        """Pass on what the monitor wants."""
+        if isinstance(output, EventStamped):
+            event = output.event
+            if isinstance(event, PropertyViolated):
+                # It is told in the middle of an instant, in which time must not go on.
+                return
+            handlers = self._handlers.get(type(event))
+            if handlers is None:
+                self._monitor.timeline.look(output.stamp)
+                return
+            self._weigh(output.stamp)
+            self._monitor.timeline.give(output.stamp, event, handlers)
+            if isinstance(event, SimulationReset | WorldLoaded):
+                self._see(output.stamp)
+        elif isinstance(output, GoalChanged):
+            self._change(output)
+        elif isinstance(output, TimeRestarted):
+            self._monitor.timeline.restart(output.ended)
+
+    def weigh(self) -> None:
+        """Pass on the charge of the batteries that are asked for, as at the end of a run."""
+        self._weigh(stamp(self._simulator.now))
+
+    def _change(self, change: GoalChanged) -> None:
+        at, robot, action, goal_id, status, asked, _, cause = change
+        self._weigh(at)
+        if self._statuses:
+            if asked is not None:
+                self._monitor.request(robot, action, asked)
+            self._monitor.take(Occurrence(at, change.event()))
+        else:
+            self._monitor.goal(at, GoalSeen(robot, action, goal_id, int(status), cause), asked)
+
+    def _see(self, at: int) -> None:
+        if self._monitor.wants_scene:
+            self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
+
+    def _weigh(self, at: int) -> None:
+        """Pass on the charge of the batteries that are asked for, once an instant."""
+        if not self._powered or at == self._weighed:
+            return
+        self._weighed = at
+        for name in [*self._powered]:
+            robot = self._simulator.robots.get(name)
+            if robot is not None and robot.energy is not None:
+                self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))
+
+    def commanded(self, command: Command, _by: str, _now: float) -> None:
+        """Take note of what a goal asks for, as it may be rejected."""
+        if isinstance(command, SendGoal):
+            self._monitor.request(command.robot, command.action, command.goal)

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError, WorldError
-from hmrsim.properties.model.checking import check_properties
-from hmrsim.properties.monitor import Monitor
+from hmrsim.properties.model.checks import check_properties
+from hmrsim.properties.monitor import Monitor, MonitorSink
 from hmrsim.properties.results import Ended
-from hmrsim.properties.sink import MonitorSink
 from hmrsim.report.occurrence import LATEST, Malformed
 from hmrsim.report.reading import sampled
 from hmrsim.report.written import header_of, occurrence_in

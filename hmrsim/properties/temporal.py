@@ -34,6 +34,19 @@ class Formula:
         """How far ahead one has to look to know its value at a time."""
         return max((part.horizon for part in self.parts), default=0)
 
+    @property
+    def has_windows(self) -> bool:
+        """Whether it looks ahead."""
+        return any(part.has_windows for part in self.parts)
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample, if it has no windows.
+
+        Args:
+            signals: The names of signals, in the order of their values in samples.
+        """
+        raise NotImplementedError
+
     def signals(self) -> Iterator[str]:
         """Yield its signals, each as often as it occurs."""
         for part in self.parts:
@@ -54,10 +67,20 @@ class _Comparison(Formula):
 class Above(_Comparison):
     """A signal is greater than a bound; its robustness is by how much."""
 
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        i, bound = signals.index(self.signal), self.bound
+        return (lambda values: values[i] - bound or -JUST) if bound else lambda values: values[i] or -JUST
+
 
 @dataclass(frozen=True)
 class Below(_Comparison):
     """A signal is less than a bound; its robustness is by how much."""
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        i, bound = signals.index(self.signal), self.bound
+        return lambda values: bound - values[i] or -JUST
 
 
 @dataclass(frozen=True)
@@ -65,6 +88,11 @@ class Not(Formula):
     """A formula does not hold."""
 
     part: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        return lambda values: -part(values)
 
 
 @dataclass(frozen=True)
@@ -74,6 +102,11 @@ class And(Formula):
     left: Formula
     right: Formula
 
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: min(left(values), right(values))
+
 
 @dataclass(frozen=True)
 class Or(Formula):
@@ -82,6 +115,11 @@ class Or(Formula):
     left: Formula
     right: Formula
 
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: max(left(values), right(values))
+
 
 @dataclass(frozen=True)
 class Implies(Formula):
@@ -89,6 +127,11 @@ class Implies(Formula):
 
     left: Formula
     right: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: max(-left(values), right(values))
 
 
 @dataclass(frozen=True)
@@ -111,6 +154,11 @@ class _Windowed(Formula):
     def horizon(self) -> float:
         """The end of the window, and what is beyond it."""
         return self.end + super().horizon
+
+    @property
+    def has_windows(self) -> bool:
+        """Whether it looks ahead: it does."""
+        return True
 
 
 @dataclass(frozen=True)
@@ -142,6 +190,18 @@ class Previous(Formula):
     part: Formula
     initially: bool = False
 
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        last = math.inf if self.initially else -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            before, last = last, part(values)
+            return before
+
+        return value
+
 
 @dataclass(frozen=True)
 class Since(Formula):
@@ -154,12 +214,36 @@ class Since(Formula):
     right: Formula
     initially: bool = False
 
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        last = math.inf if self.initially else -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            last = max(right(values), min(left(values), last))
+            return last
+
+        return value
+
 
 @dataclass(frozen=True)
 class Once(Formula):
     """A formula without windows holds, or held at some sample before."""
 
     part: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        last = -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            last = max(last, part(values))
+            return last
+
+        return value
 
 
 class OnlineMonitor:
@@ -177,7 +261,10 @@ class OnlineMonitor:
     """
 
     def __init__(self, formula: Formula, signals: Sequence[str]) -> None:
-        self._node = _node(formula, _checked(formula, signals))
+        unknown = next((name for name in formula.signals() if name not in signals), None)
+        if unknown is not None:
+            raise ValueError(f"there is no signal {unknown!r}; there are {', '.join(signals)}")
+        self._node = _node(formula, signals)
         self._at: Any = None
 
     @property
@@ -209,30 +296,9 @@ class OnlineMonitor:
         return copy.deepcopy(self._node).close(self._at, -1.0), copy.deepcopy(self._node).close(self._at, 1.0)
 
 
-def value_of(formula: Formula, signals: Sequence[str]) -> Value:
-    """Return the function that computes the robustness of a formula without windows at each sample.
-
-    Raises:
-        ValueError: It has windows, or another signal.
-    """
-    value = _value(formula, _checked(formula, signals))
-    if value is None:
-        raise ValueError(f"{formula} has windows")
-    return value
-
-
-def _checked(formula: Formula, signals: Sequence[str]) -> list[str]:
-    """Return the signals, if they include those of a formula."""
-    unknown = next((name for name in formula.signals() if name not in signals), None)
-    if unknown is not None:
-        raise ValueError(f"there is no signal {unknown!r}; there are {', '.join(signals)}")
-    return [*signals]
-
-
-def _node(formula: Formula, signals: list[str]) -> Node:
-    value = _value(formula, signals)
-    if value is not None:
-        return Instant(value)
+def _node(formula: Formula, signals: Sequence[str]) -> Node:
+    if not formula.has_windows:
+        return Instant(formula.value(signals))
     parts = [_node(part, signals) for part in formula.parts]
     match formula:
         case Not():
@@ -253,64 +319,3 @@ def _delayed(until: Node, left: Node, start: Any) -> Node:
     """Return an until whose window begins later: the left formula holds up to there, and from there the whole does."""
     before = Extremum(left, 0, start, greatest=False)
     return Combination(before, Extremum(until, start, start, greatest=True), least=True)
-
-
-def _value(formula: Formula, signals: list[str]) -> Value | None:
-    """Return the function of samples that computes a formula; None if it has windows."""
-    if isinstance(formula, _Comparison):
-        return _compared(signals.index(formula.signal), formula.bound, above=isinstance(formula, Above))
-    inner = [_value(part, signals) for part in formula.parts]
-    known = [value for value in inner if value is not None]
-    if len(known) < len(inner) or isinstance(formula, _Windowed):
-        return None
-    match formula, known:
-        case Previous(initially=initially), [part]:
-            return _previous(part, initially=initially)
-        case Since(initially=initially), [left, right]:
-            return _since(left, right, initially=initially)
-        case Once(), [part]:
-            return _since(lambda _values: math.inf, part, initially=False)
-    return _combined(formula, known)
-
-
-def _combined(formula: Formula, parts: list[Value]) -> Value:
-    match formula, parts:
-        case Not(), [part]:
-            return lambda values: -part(values)
-        case And(), [left, right]:
-            return lambda values: min(left(values), right(values))
-        case Or(), [left, right]:
-            return lambda values: max(left(values), right(values))
-        case Implies(), [left, right]:
-            return lambda values: max(-left(values), right(values))
-    raise TypeError(formula)
-
-
-def _compared(i: int, bound: float, *, above: bool) -> Value:
-    if not above:
-        return lambda values: bound - values[i] or -JUST
-    if bound:
-        return lambda values: values[i] - bound or -JUST
-    return lambda values: values[i] or -JUST
-
-
-def _previous(part: Value, *, initially: bool) -> Value:
-    last = math.inf if initially else -math.inf
-
-    def value(values: Sequence[float]) -> float:
-        nonlocal last
-        before, last = last, part(values)
-        return before
-
-    return value
-
-
-def _since(left: Value, right: Value, *, initially: bool) -> Value:
-    last = math.inf if initially else -math.inf
-
-    def value(values: Sequence[float]) -> float:
-        nonlocal last
-        last = max(right(values), min(left(values), last))
-        return last
-
-    return value

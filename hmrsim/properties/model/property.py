@@ -1,16 +1,79 @@
-"""The 22 patterns of Menghi et al., "Specification Patterns for Robotic Missions", by their names."""
+"""The kinds of properties: temporal operators, formulas, and the 22 patterns of Menghi et al., by their names.
+
+Claudio Menghi, Christos Tsigkanos, Patrizio Pelliccione, Carlo Ghezzi, Thorsten Berger: Specification Patterns for
+Robotic Missions. IEEE Transactions on Software Engineering 47 (10), 2021.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Final
 
 from pydantic import Field
 
 from hmrsim.properties.model.conditions import Condition
-from hmrsim.properties.model.part import Count, Name, Part, Seconds
+from hmrsim.properties.model.formulas import Formula
+from hmrsim.properties.model.part import Count, Identifier, Name, Part, Seconds, one_of
 
 Places = Annotated[tuple[Name, ...], Field(min_length=1, max_length=100)]
 """Places, docks or waypoints, in order."""
+
+
+class Always(Part):
+    """A condition holds at each instant of the run."""
+
+    always: Condition
+
+
+class Never(Part):
+    """A condition holds at no instant of the run."""
+
+    never: Condition
+
+
+class Eventually(Part):
+    """A condition holds at some instant.
+
+    Attributes:
+        within: Simulated seconds from the start of the run; None for any time.
+    """
+
+    eventually: Condition
+    within: Seconds | None = None
+
+
+class Sometimes(Part):
+    """A condition should hold at some instant of some run: this is never violated, but told if it never does."""
+
+    sometimes: Condition
+
+
+class Whenever(Part):
+    """Each time that a condition begins to hold, another one holds then or later.
+
+    Attributes:
+        whenever: The trigger: an event, or a condition that begins to hold.
+        then: What has to hold; ``$robot`` stands for the field ``robot`` of the trigger's event, and so on.
+        within: Simulated seconds from the trigger; None for any time.
+    """
+
+    whenever: Condition
+    then: Condition
+    within: Seconds | None = None
+
+
+class Reports(Part):
+    """If the controller reports an outcome, a condition holds then.
+
+    Attributes:
+        reports: The outcome: ``succeeded`` or ``failed`` as the controller ends, or the label that it gives to
+            ``end_run``.
+        then: What has to hold at that instant.
+    """
+
+    reports: Identifier
+    then: Condition
 
 
 class VisitPattern(Part):
@@ -181,3 +244,46 @@ class BoundDelay(Part):
 
     bound_delay: Condition
     then: Condition
+
+
+KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
+    {
+        "always": Always,
+        "never": Never,
+        "eventually": Eventually,
+        "sometimes": Sometimes,
+        "whenever": Whenever,
+        "reports": Reports,
+        "formula": Formula,
+        "visit": Visit,
+        "sequenced_visit": SequencedVisit,
+        "ordered_visit": OrderedVisit,
+        "strict_ordered_visit": StrictOrderedVisit,
+        "fair_visit": FairVisit,
+        "patrolling": Patrolling,
+        "sequenced_patrolling": SequencedPatrolling,
+        "ordered_patrolling": OrderedPatrolling,
+        "strict_ordered_patrolling": StrictOrderedPatrolling,
+        "fair_patrolling": FairPatrolling,
+        "past_avoidance": PastAvoidance,
+        "global_avoidance": GlobalAvoidance,
+        "future_avoidance": FutureAvoidance,
+        "upper_restricted_avoidance": UpperRestrictedAvoidance,
+        "exact_restricted_avoidance": ExactRestrictedAvoidance,
+        "lower_restricted_avoidance": LowerRestrictedAvoidance,
+        "wait": Wait,
+        "instantaneous_reaction": InstantaneousReaction,
+        "delayed_reaction": DelayedReaction,
+        "prompt_reaction": PromptReaction,
+        "bound_reaction": BoundReaction,
+        "bound_delay": BoundDelay,
+    }
+)
+"""Properties by the key that tells the kind."""
+
+if TYPE_CHECKING:
+    Property = Part
+else:
+    _keys = f"has a key of {', '.join([*KINDS][:7])} or the name of a pattern, such as ordered_visit"
+    Property = one_of(KINDS, "property", "a property such as {never: {robot: eve, at: lab}}", _keys)
+"""A property of runs."""

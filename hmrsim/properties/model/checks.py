@@ -29,7 +29,7 @@ from hmrsim.properties.model.conditions import (
     RobotCondition,
 )
 from hmrsim.properties.model.part import BOUND, EACH, walk
-from hmrsim.properties.model.patterns import PatrollingPattern, VisitPattern
+from hmrsim.properties.model.property import PatrollingPattern, VisitPattern
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:

@@ -13,13 +13,11 @@ from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import Problem, PropertyError, WorldError
 from hmrsim.events import EventPattern, registry
-from hmrsim.properties.model.built_in import BuiltIn
 from hmrsim.properties.model.conditions import CONDITIONS
-from hmrsim.properties.model.file import KINDS, Properties, kind_of
+from hmrsim.properties.model.file import BuiltIn, Properties
 from hmrsim.properties.model.formulas import FORMULAS
-from hmrsim.properties.model.operators import Whenever
-from hmrsim.properties.model.part import BOUND, EACH, walk
-from hmrsim.properties.model.patterns import DelayedReaction, InstantaneousReaction
+from hmrsim.properties.model.part import BOUND, EACH, key_of, walk
+from hmrsim.properties.model.property import KINDS, DelayedReaction, InstantaneousReaction, Whenever
 from hmrsim.world.files import read_text
 from hmrsim.world.yaml_text import Unreadable, line_of, read
 from hmrsim.world_checks.explain import explain
@@ -94,7 +92,7 @@ def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
     found: dict[Any, type[BaseModel]] = {(): Properties, ("built_in",): BuiltIn}
     properties = data.get("properties")
     for name, value in properties.items() if isinstance(properties, dict) else ():
-        kind = kind_of(value)
+        kind = key_of(value, KINDS)
         if kind is not None:
             path = ("properties", name)
             found[path] = KINDS[kind]

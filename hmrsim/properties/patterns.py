@@ -1,0 +1,396 @@
+"""The patterns of Menghi et al., *Specification Patterns for Robotic Missions*, as formulas of the temporal engine.
+
+What must not happen is a clause, a formula of the past that has to hold at each instant; what has to happen is an
+obligation. The published formulas are on http://roboticpatterns.com.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import accumulate, pairwise
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.properties.model.conditions import RobotCondition
+from hmrsim.properties.observing.signal import FAILS, HOLDS
+from hmrsim.properties.operators import A, B, Clause, Clauses, Instance, Invariant, Temporal, begins
+from hmrsim.properties.temporal import Above, And, Formula, Implies, Not, Once, Or, Previous, Since
+from hmrsim.properties.terms import Term
+from hmrsim.properties.watcher import Obligation, Obligations, cut_off
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.properties.results import Ended, Verdict
+
+_NOT_BEFORE: Final = Clause(Or(Not(A), Once(B)), "{a} before {b}", "{a} before {b}")
+_UP_TO: Final = Clause(Or(A, Once(B)), "{a} no longer, before {b}", "{a} no longer, before {b}")
+_NOT_AFTER: Final = Clause(Not(begins(And(Once(B), A))), "{a} after {b}", "{a} after {b}")
+
+
+class HeldUntil(Invariant):
+    """A condition holds, or does not, until another one holds: a U b, or (not a) U b. Only the first violation counts.
+
+    Args:
+        field: The field with the first condition.
+        avoided: Whether it must not hold.
+    """
+
+    def __init__(self, of: Instance, field: str, *, avoided: bool) -> None:
+        super().__init__(of, [_NOT_BEFORE if avoided else _UP_TO], field, "until")
+        self._avoided = avoided
+
+    def step(self, at: int) -> None:
+        """Check the first condition, and whether the other one has come."""
+        super().step(at)
+        self.over = self.terms[1].holds or self.first is not None
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that the other condition has never come."""
+        if not (self.over or cut_off(ended)):
+            until = self.terms[1]
+            self.violate(at, self.subject, f"never: {until.words}", f"it was never so that {until.text}")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the other condition has come."""
+        held, until = self.terms
+        if not self.over:
+            return self._is("undecided", 0.0, f"it was not so by the end that {until.text}")
+        return self._is("holds", 1.0, f"until {until.text} it was {'not ' * self._avoided}so that {held.text}")
+
+
+class AvoidedAfter(Invariant):
+    """A condition does not hold any more once another one has held: G (b -> G not a)."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, [_NOT_AFTER], "future_avoidance", "after")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the other condition has held at all."""
+        avoided, after = self.terms
+        if not after.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {after.text}")
+        return self._is("holds", 1.0, f"since {after.text} it was not so that {avoided.text}")
+
+
+class Counted(Temporal):
+    """A condition begins to hold a number of times at least, and a number of times at most."""
+
+    def __init__(self, of: Instance, field: str, *, least: bool = False, most: bool = False) -> None:
+        super().__init__(of, field)
+        self._least: int = of.part.count if least else 0
+        self._most: float = of.part.count if most else math.inf
+
+    def step(self, at: int) -> None:
+        """Check whether it has begun to hold too often."""
+        term = self.terms[0]
+        if term.times - term.hits <= self._most < term.times:
+            text = f"it is so for the {term.times}. time that {term.text}"
+            self.violate(at, self.subject, f"more than {self._most:g} times: {term.words}", text)
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that it has not begun to hold often enough."""
+        term = self.terms[0]
+        if term.times < self._least and not cut_off(ended):
+            text = f"it was so {term.times} times, and not {self._least} times, that {term.text}"
+            self.violate(at, self.subject, f"less than {self._least} times: {term.words}", text)
+
+    def unless_violated(self) -> Verdict:
+        """Return how often it has begun to hold; the robustness is the share of *most* that was left."""
+        term = self.terms[0]
+        text = f"it was so {term.times} times that {term.text}"
+        if term.times < self._least:
+            return self._is("undecided", 0.0, text)
+        bounded = self._least == 0 and not math.isinf(self._most)
+        return self._is("holds", (self._most - term.times) / self._most if bounded else 1.0, text)
+
+
+_NOT_AT_ONCE: Final = Clause(Implies(A, B), "not at once: {b}", "{a}, and not at once {b}")
+_NOT_NEXT: Final = Clause(Implies(Previous(A), B), "not next: {b}", "{a}, and not next {b}")
+
+REACTIONS: Final[Mapping[str, Sequence[Clause]]] = MappingProxyType(
+    {
+        "instantaneous_reaction": [_NOT_AT_ONCE],
+        "bound_reaction": [_NOT_AT_ONCE, Clause(Implies(B, A), "without cause: {b}", "{b}, and not {a}")],
+        "prompt_reaction": [_NOT_NEXT],
+        "bound_delay": [
+            _NOT_NEXT,
+            Clause(Implies(B, Previous(A, initially=True)), "without cause: {b}", "{b}, and not before {a}"),
+        ],
+    }
+)
+"""The clauses of reactions at an instant, by the field with the stimulus: *a*; the reaction is *b*."""
+
+
+class Reaction(Invariant):
+    """A reaction holds at the instant of a stimulus, or at the next one."""
+
+    def __init__(self, of: Instance, field: str) -> None:
+        super().__init__(of, REACTIONS[field], field, "then")
+        self._next = _NOT_NEXT in REACTIONS[field]
+
+    def unless_violated(self) -> Verdict:
+        """Return whether there was a stimulus, that was followed by another instant if the reaction is to be there."""
+        stimulus = self.terms[0]
+        if not stimulus.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+        if self._next and stimulus.holds and stimulus.times == 1:
+            return self._is("undecided", 0.0, f"nothing has followed since {stimulus.text}")
+        return self._is("holds", 1.0, f"{stimulus.times} times {stimulus.text}")
+
+
+class DelayedReaction(Temporal):
+    """A reaction holds at the time of a stimulus or later: G (a -> F[0, within] b)."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, "delayed_reaction", "then")
+        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+        self._undecided = False
+
+    def step(self, at: int) -> None:
+        """Check whether a reaction is to come, or has come."""
+        stimulus, reaction = self.terms
+        if reaction.holds:
+            self._missing.meet(at, None)
+        elif stimulus.holds and not self._missing:
+            self._missing.add(Obligation(at, None))
+
+    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+        stimulus, reaction = self.terms
+        late = f"not within {self.part.within:g} s"
+        self.violate(at, self.subject, f"{late}: {reaction.words}", f"{stimulus.text}, and {late} {reaction.text}")
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that a reaction has never come."""
+        if not self._missing:
+            return
+        if self.part.within is None and not cut_off(ended):
+            stimulus, reaction = self.terms
+            self.violate(at, self.subject, f"never: {reaction.words}", f"{stimulus.text}, and never {reaction.text}")
+        else:
+            self._undecided = True
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all reactions have come; the robustness is the least share of the time that was left."""
+        stimulus, reaction = self.terms
+        if self._undecided:
+            return self._is("undecided", 0.0, f"it was not so by the end that {reaction.text}")
+        if not stimulus.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+        return self._is("holds", self._missing.least, f"{stimulus.times} times {stimulus.text}")
+
+
+Order = Callable[[Sequence[Formula]], list[Clause]]
+"""Returns the clauses about the order of arrivals at some places."""
+
+
+def in_any_order(_places: Sequence[Formula]) -> list[Clause]:
+    """Return no clauses."""
+    return []
+
+
+def in_order(places: Sequence[Formula]) -> list[Clause]:
+    """No place is reached before the one that precedes it: (not l2) U l1, and so on."""
+    return [Clause(Implies(b, before), "too early") for b, before in zip(places[1:], _reached(places), strict=False)]
+
+
+def in_strict_order(places: Sequence[Formula]) -> list[Clause]:
+    """No place is reached twice before the one that follows it, either: (not l1) U (l1 and X ((not l1) U l2))."""
+    again = [
+        Implies(And(place, Previous(before)), after)
+        for place, (before, after) in zip(places, pairwise(_reached(places)), strict=False)
+    ]
+    return [*in_order(places), *(Clause(formula, "again too early") for formula in again)]
+
+
+def _reached(places: Sequence[Formula]) -> list[Formula]:
+    """Return for each place that it was reached after those before it."""
+    return [*accumulate(places[1:], lambda before, place: Once(And(place, before)), initial=Once(places[0]))]
+
+
+def fair(places: Sequence[Formula]) -> list[Clause]:
+    """After a place the next one in a circle is reached before it is reached again: G (l1 -> X ((not l1) W l2))."""
+    return [_not_again(a, b) for a, b in _circle(places)]
+
+
+def in_rounds(places: Sequence[Formula]) -> list[Clause]:
+    """Each place is reached after the one that precedes it in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
+
+    The until is a weak one, as a patrol goes on when a run ends.
+    """
+    # Before the first arrival all places but the first one wait for another one.
+    return [
+        Clause(
+            Not(And(b, Previous(Since(Not(a), b, initially=b is not places[0]), initially=b is not places[0]))),
+            "too early",
+        )
+        for a, b in _circle(places)
+    ]
+
+
+def in_strict_rounds(places: Sequence[Formula]) -> list[Clause]:
+    """Each place but the last is followed by the next one, too: G (l1 -> X ((not l1) U l2))."""
+    return [*(_not_again(a, b) for a, b in pairwise(places)), *in_rounds(places)]
+
+
+def _circle(places: Sequence[Formula]) -> list[tuple[Formula, Formula]]:
+    """Return each place with the next one in a circle; none if there is only one place."""
+    return [*pairwise([*places, places[0]])] if len(places) > 1 else []
+
+
+def _not_again(a: Formula, b: Formula) -> Clause:
+    return Clause(Not(And(a, Previous(Since(Not(b), a)))), "again too early")
+
+
+class Arrivals(Temporal):
+    """A pattern of the places that a robot reaches; of those that it reaches at one instant the first comes first.
+
+    Args:
+        field: The field with the places.
+        order: The order in which they may be reached.
+
+    Attributes:
+        places: Their names.
+    """
+
+    def __init__(self, of: Instance, field: str, order: Order) -> None:
+        super().__init__(of)
+        self.places: Sequence[str] = getattr(of.part, field)
+        self.terms = [
+            Term(RobotCondition(robot=self.subject, at=place), of.observations, self.mark) for place in self.places
+        ]
+        signals = [str(i) for i in range(len(self.places))]
+        self._clauses = Clauses(order([Above(signal) for signal in signals]), signals)
+
+    def settled(self, at: int) -> None:
+        """Take the arrivals and departures of an instant."""
+        for i, term in enumerate(self.terms):
+            was_there = term.holds
+            term.look()
+            if term.hits:
+                broken = self._clauses.broken([HOLDS if i == j else FAILS for j in range(len(self.places))])
+                if broken is not None:
+                    reason = f"{self.places[i]} {broken.reason}"
+                    self.violate(at, self.subject, reason, f"{self.subject} reaches {reason}")
+                self.arrive(at, i)
+            elif was_there and not term.holds:
+                self.leave(at, i)
+
+    def arrive(self, at: int, place: int) -> None:
+        """Take an arrival at a place."""
+        raise NotImplementedError
+
+    def leave(self, at: int, place: int) -> None:
+        """Take the departure from a place."""
+
+
+class Round:
+    """The places that are still to be reached: all of them, in sequence or in any order.
+
+    Attributes:
+        done: How often all were reached.
+    """
+
+    def __init__(self, count: int, *, in_sequence: bool) -> None:
+        self._count, self._in_sequence = count, in_sequence
+        self._left: set[int] = {*range(count)}
+        self.done = 0
+
+    @property
+    def next(self) -> int:
+        """The first place that is still to be reached."""
+        return min(self._left)
+
+    def arrive(self, place: int) -> bool:
+        """Take an arrival; return whether all places are reached now, and the next round begins."""
+        if self._in_sequence and place != self.next:
+            return False
+        self._left.discard(place)
+        if self._left:
+            return False
+        self.done += 1
+        self._left = {*range(self._count)}
+        return True
+
+
+class Visit(Arrivals):
+    """A robot reaches all places, in sequence if *in_sequence*: F (l1 and F (l2 and ...)), or F l1 and F l2 and ..."""
+
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, field, order)
+        self._round = Round(len(self.places), in_sequence=in_sequence)
+        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+
+    def begin(self, at: int) -> None:
+        """Begin to wait for arrivals."""
+        super().begin(at)
+        self._missing.add(Obligation(at, None))
+
+    def arrive(self, at: int, place: int) -> None:
+        """Check whether all places are reached."""
+        if not self._round.done and self._round.arrive(place):
+            self._missing.meet(at, None)
+
+    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+        missing, late = self.places[self._round.next], f"within {self.part.within:g} s"
+        self.violate(at, self.subject, f"{missing} not {late}", f"{self.subject} did not reach {missing} {late}")
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report a place that was never reached."""
+        if self._missing and self.part.within is None and not cut_off(ended):
+            missing = self.places[self._round.next]
+            self.violate(at, self.subject, f"{missing} never", f"{self.subject} did not reach {missing} by the end")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all places were reached; the robustness is the share of the time that was left."""
+        if self._missing:
+            missing = self.places[self._round.next]
+            return self._is("undecided", 0.0, f"{self.subject} had not reached {missing} by the end")
+        text = f"{self.subject} reached all places after {self._missing.seconds:.1f} s"
+        return self._is("holds", self._missing.least, text)
+
+
+class Patrol(Arrivals):
+    """A robot reaches places again and again: each of them in time, or all in sequence if *in_sequence*."""
+
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, field, order)
+        self._round = Round(len(self.places), in_sequence=True) if in_sequence else None
+        self._missing: Obligations[str] = Obligations(self.timeline, of.part.every, self._expired)
+        self._visits = [0] * len(self.places)
+
+    def begin(self, at: int) -> None:
+        """Begin to wait for arrivals."""
+        super().begin(at)
+        for place in self.places[:1] if self._round else self.places:
+            self._missing.add(Obligation(at, place))
+
+    def arrive(self, at: int, place: int) -> None:
+        """Stop waiting for the place, or begin to wait for the next round."""
+        self._visits[place] += 1
+        if self._round is None:
+            self._missing.meet(at, self.places[place])
+        elif self._round.arrive(place):
+            self._missing.meet(at, self.places[0])
+            self._missing.add(Obligation(at, self.places[0]))
+
+    def leave(self, at: int, place: int) -> None:
+        """Begin to wait for the place again."""
+        if self._round is None:
+            self._missing.add(Obligation(at, self.places[place]))
+
+    def _expired(self, at: int, obligation: Obligation[str]) -> None:
+        missing = self.places[self._round.next] if self._round else obligation.key
+        every = f"{self.part.every:g} s"
+        text = f"{self.subject} did not reach {missing} for {every}"
+        self.violate(at, self.subject, f"{missing} not every {every}", text)
+        self._missing.add(Obligation(at, obligation.key))
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all rounds were in time; the robustness is the least share of the time that was left."""
+        done = self._round.done if self._round else min(self._visits)
+        if not done:
+            return self._is("undecided", 0.0, f"{self.subject} had not finished its first round by the end")
+        text = f"{done} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
+        return self._is("holds", self._missing.least, text)
