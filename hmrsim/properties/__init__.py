@@ -1,4 +1,4 @@
-"""Properties of runs, and a monitor that says which of them hold: live, on a trace or on a recording."""
+"""Properties of runs, and a monitor that judges them: live, on a trace or on a recording."""
 
 from hmrsim.properties.model.checks import check_properties
 from hmrsim.properties.model.file import Properties

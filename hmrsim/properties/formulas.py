@@ -53,7 +53,7 @@ class Windows(Temporal):
             self._wait()
 
     def _wait(self) -> None:
-        """Evaluate the conditions again when the values of now have decided, also if nothing changes any more."""
+        """Evaluate the conditions again once a horizon has passed, also if nothing changes until then."""
         if self._horizon and not self._waits:
             self._waits = True
             self.timeline.alarm(self._at + self._horizon, Phase.CHANGE, self._look_again)

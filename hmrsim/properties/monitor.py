@@ -1,4 +1,4 @@
-"""The monitor of a run: it takes what happens, and says which properties hold."""
+"""The monitor of a run, which takes its occurrences and judges properties, and the sink that feeds it."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
 
 class Monitor:
-    """Watches over the properties of one run, with one occurrence after the other.
+    """Watches the properties of one run, with one occurrence after the other.
 
     Args:
-        properties: What has to hold, as `hmrsim.properties.read_properties` returns it.
-        world: The world that is run.
+        properties: The properties, as `hmrsim.properties.read_properties` returns them.
+        world: The world of the run.
         reference: The items at the end of the run without faults; None if there is none to compare with.
 
     Attributes:
-        violations: What was violated, in order of time.
+        violations: The violations so far, in order of time.
         timeline: The time of the run.
-        observations: The state of the world, as far as properties speak of it.
+        observations: The state of the world, as far as a property depends on it.
     """
 
     def __init__(self, properties: Properties, world: World, reference: Reference | None = None) -> None:
@@ -61,35 +61,35 @@ class Monitor:
 
     @property
     def wants_status(self) -> bool:
-        """Whether a property speaks of the events of goals, with their results, and not just of their statuses."""
+        """Whether a property depends on the events of goals, with their results, and not just on their statuses."""
         return self._wants_status
 
     @property
     def wants_motion(self) -> bool:
-        """Whether a property speaks of where robots are, or whether they drive."""
+        """Whether a property depends on where robots are, or whether they drive."""
         return MotionBegan in self.timeline.handlers
 
     @property
     def wants_scene(self) -> bool:
-        """Whether a property speaks of the state of the world."""
+        """Whether a property depends on the state of the world."""
         return SceneSeen in self.timeline.handlers
 
     @property
     def powered(self) -> Collection[str]:
-        """The robots of whose batteries a property speaks, also from now on."""
+        """The robots on whose batteries a property depends, also from now on."""
         return self.observations.powered
 
     def begin(self, at: int) -> None:
-        """Let the run begin at a time, in nanoseconds; without this, it begins with the first occurrence."""
+        """Begin the run at a time in nanoseconds; it begins with the first occurrence otherwise."""
         self._begun = True
         if self.timeline.begin(at):
             for watcher in self._watchers:
                 watcher.begin(self.timeline.now)
 
     def take(self, occurrence: Occurrence) -> None:
-        """Take what has happened; nothing happens after the end."""
+        """Take an occurrence; those after the end are ignored."""
         if self._over or (isinstance(occurrence.event, SceneSeen) and not self._anew):
-            # A scene may be late; only the first one says what is not known yet.
+            # A scene may be late; only the first one is news.
             return
         if not self._begun:
             self.begin(occurrence.at)
@@ -98,7 +98,7 @@ class Monitor:
             self._anew = False
 
     def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
-        """Take the change of a goal, and when it was accepted what it asks for; cheaper than its event."""
+        """Take the change of a goal, with its message when it is accepted; this is cheaper than its event."""
         if self._over:
             return
         if asked is not None and self._vain is not None:
@@ -108,12 +108,12 @@ class Monitor:
         self.timeline.give(stamp, seen, self.timeline.handlers.get(GoalSeen, ()))
 
     def request(self, robot: str, action: str, asked: Any) -> None:
-        """Take note of what a goal asks for that may be rejected."""
+        """Take the message of a goal that may be rejected."""
         if self._vain is not None:
             self._vain.ask(robot, action, asked)
 
     def replace_controller(self) -> None:
-        """Note that the controller was killed on purpose: it owes its goals no end, and its rows of failures end."""
+        """Excuse the running goals of a controller that was killed on purpose, and end its rows of failures."""
         if self._vain is not None:
             self._vain.begin_anew()
         for watcher in self._built_in:
@@ -121,11 +121,11 @@ class Monitor:
                 watcher.leave()
 
     def end(self, at: int | None = None, ended: Ended | None = None) -> None:
-        """Take the end of the run.
+        """End the run.
 
         Args:
-            at: When, in nanoseconds of simulated time; None for the time of the last occurrence.
-            ended: How; None where that is not known, as of a trace.
+            at: The time in nanoseconds of simulated time; None for that of the last occurrence.
+            ended: How it has ended; None where that is unknown, as of a trace.
         """
         if self._over:
             return
@@ -134,7 +134,7 @@ class Monitor:
         self._over = True
         for watcher in self._watchers:
             watcher.end(self.timeline.now, ended)
-        # A simulation that is torn down goes on to tell what it does.
+        # A simulation that is torn down still sends events.
         self.timeline.close()
 
     def listen(self, told: Callable[[Violation], object]) -> None:
@@ -142,7 +142,7 @@ class Monitor:
         self._told = told
 
     def verdicts(self) -> list[Verdict]:
-        """Return the verdict on each property, first on those of the file."""
+        """Return the verdict on each property, those of the file first."""
         return [watcher.verdict() for watcher in self._watchers]
 
     def _tell(self, violation: Violation) -> None:
@@ -159,10 +159,10 @@ class Monitor:
 
 
 class MonitorSink:
-    """A sink that feeds a monitor.
+    """A sink that feeds a monitor with what its properties depend on, and computes no more.
 
     Args:
-        simulator: The simulator; it has not started.
+        simulator: The simulator, before it starts.
         on_violation: Called with each violation as soon as it is found, in the thread of the simulation.
     """
 
@@ -183,11 +183,11 @@ class MonitorSink:
         monitor.begin(now)
         self._powered = monitor.powered
         if simulator.now:
-            # What a world begins with is known.
+            # At time 0 the scene is that of the world, which is known.
             self._see(now)
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether it wants a topic: events, and motions if a property speaks of what robots do."""
+        """Return whether it wants a topic: events, and motions if a property depends on them."""
         return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
 
     def emit(self, output: Output) -> None:
@@ -195,7 +195,7 @@ class MonitorSink:
         if isinstance(output, EventStamped):
             event = output.event
             if isinstance(event, PropertyViolated):
-                # It is told in the middle of an instant, in which time must not go on.
+                # It comes in the middle of an instant, in which time must not go on.
                 return
             handlers = self._handlers.get(type(event))
             if handlers is None:
@@ -211,7 +211,7 @@ class MonitorSink:
             self._monitor.timeline.restart(output.ended)
 
     def weigh(self) -> None:
-        """Pass on the charge of the batteries that are asked for, as at the end of a run."""
+        """Pass on the charge of batteries, as at the end of a run."""
         self._weigh(stamp(self._simulator.now))
 
     def _change(self, change: GoalChanged) -> None:
@@ -229,7 +229,7 @@ class MonitorSink:
             self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
 
     def _weigh(self, at: int) -> None:
-        """Pass on the charge of the batteries that are asked for, once an instant."""
+        """Pass on the charge of the batteries that properties depend on, once an instant."""
         if not self._powered or at == self._weighed:
             return
         self._weighed = at
@@ -239,6 +239,6 @@ class MonitorSink:
                 self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))
 
     def commanded(self, command: Command, _by: str, _now: float) -> None:
-        """Take note of what a goal asks for, as it may be rejected."""
+        """Take the message of a goal, as it may be rejected."""
         if isinstance(command, SendGoal):
             self._monitor.request(command.robot, command.action, command.goal)

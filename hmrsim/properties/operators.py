@@ -50,7 +50,7 @@ class Temporal(Watcher):
         subject: The robot that the property is about; empty for none.
         terms: The conditions.
         began: The time at which the run began.
-        over: Whether nothing that comes can change the verdict any more.
+        over: Whether nothing that comes can change the verdict.
     """
 
     def __init__(self, of: Instance, *fields: str) -> None:

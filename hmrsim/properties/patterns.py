@@ -1,7 +1,7 @@
 """The patterns of Menghi et al., *Specification Patterns for Robotic Missions*, as formulas of the temporal engine.
 
-What must not happen is a clause, a formula of the past that has to hold at each instant; what has to happen is an
-obligation. The published formulas are on http://roboticpatterns.com.
+A pattern that forbids something has clauses, formulas of the past that have to hold at each instant. A pattern that
+demands something has obligations. The published formulas are on http://roboticpatterns.com.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class HeldUntil(Invariant):
 
 
 class AvoidedAfter(Invariant):
-    """A condition does not hold any more once another one has held: G (b -> G not a)."""
+    """A condition never holds again once another one has held: G (b -> G not a)."""
 
     def __init__(self, of: Instance) -> None:
         super().__init__(of, [_NOT_AFTER], "future_avoidance", "after")

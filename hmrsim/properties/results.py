@@ -22,7 +22,7 @@ class Violation(NamedTuple):
         at: When, in nanoseconds of simulated time since the run began.
         reason: Why, as a short text that stays the same where only times, ids and robots differ.
         text: Why, as a sentence without a full stop.
-        fatal: Whether the run may as well end, as it can't succeed any more.
+        fatal: Whether the run may as well end, as it can no longer succeed.
     """
 
     property: str

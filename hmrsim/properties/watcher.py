@@ -73,14 +73,14 @@ K = TypeVar("K", bound=Hashable)
 
 @dataclass(slots=True, eq=False)
 class Obligation(Generic[K]):
-    """Something that has to happen.
+    """A demand that is still to be met.
 
     Attributes:
         since: The time from which it is open.
-        key: What meets it.
+        key: The key under which it is met.
         subject: The robot or order that it concerns.
-        text: What has to happen, in words.
-        term: What has to hold, if that is different for each obligation.
+        text: The demand in words.
+        term: The condition that meets it, if each obligation has its own.
         alarm: Rings when it is too late; None if it never is.
     """
 

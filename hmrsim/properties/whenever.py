@@ -1,4 +1,4 @@
-"""Whenever one thing begins, another one follows; each trigger has an obligation of its own."""
+"""Properties about each trigger: whenever it begins, something follows."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class GoalsEnd(Watcher):
             self._ended[key] = status
 
     def leave(self) -> None:
-        """Excuse the running goals, whose controller has been killed and can't end them any more."""
+        """Excuse the running goals, whose controller has been killed and can no longer end them."""
         self._left.update(self._open)
 
     def end(self, at: int, ended: Ended | None) -> None:

@@ -1,4 +1,4 @@
-"""A file of properties."""
+"""The model of a file of properties, with the settings of those that are built in."""
 
 from __future__ import annotations
 
@@ -36,18 +36,17 @@ _Times = Annotated[
 
 
 class Recovery(Part):
-    """How soon a controller has to recover.
+    """The time in which a controller has to recover.
 
     Attributes:
-        within: How long a single fault lasts at most that has to be borne, and after which time since the last of
-            several faults the mission has to succeed.
+        within: How long a single fault may last that has to be borne, and how long several faults have to be over.
     """
 
     within: Seconds
 
 
 class BuiltIn(Part):
-    """Which properties that are built in are watched, and with which limits; ``false`` switches one off.
+    """The properties that are built in, with their limits; ``false`` switches one off.
 
     Attributes:
         goals_end: Each accepted goal gets exactly one terminal status by the end of the run.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
 
 EACH: Final = "*"
-"""Stands for each robot, one after the other."""
+"""Stands for each robot on its own."""
 
 BOUND: Final = "$"
 """Begins the name of a field of the event that has triggered a property."""
@@ -49,7 +49,7 @@ def one_of(kinds: Mapping[str, type[BaseModel]], noun: str, expected: str, keys:
         expected: A description of such a part, for errors.
         keys: A description of the keys, for errors.
     """
-    # Tags are not keys of a file, so that they can be told from them in the paths of errors.
+    # Tags differ from the keys of a file, so that paths of errors show which is which.
     tags = {kind: f"<{key}>" for key, kind in reversed([*kinds.items()])}
 
     def tag(value: Any) -> str | None:
@@ -82,6 +82,18 @@ def walk(part: BaseModel, path: Path = ()) -> Iterator[tuple[Path, BaseModel]]:
                     yield from walk(each, (*path, field.alias or name, key))
 
 
+def texts(part: BaseModel) -> Iterator[tuple[Path, str]]:
+    """Yield the texts of a part itself, with their paths in it."""
+    for name, field in type(part).model_fields.items():
+        value, key = getattr(part, name), field.alias or name
+        if isinstance(value, str):
+            yield (key,), value
+        elif isinstance(value, dict):
+            yield from (((key, inner), each) for inner, each in value.items() if isinstance(each, str))
+        elif isinstance(value, tuple):
+            yield from (((key, i), each) for i, each in enumerate(value) if isinstance(each, str))
+
+
 P = TypeVar("P", bound=BaseModel)
 
 _OF_ROBOTS: Final = ("robot", "battery", "carried_by")
@@ -89,7 +101,7 @@ _OF_ROBOTS: Final = ("robot", "battery", "carried_by")
 
 
 def speaks_of_each(part: BaseModel) -> bool:
-    """Return whether a part is about each robot on its own."""
+    """Return whether a part is about each robot."""
     return any(vars(each).get(name) == EACH for _, each in walk(part) for name in _OF_ROBOTS)
 
 
@@ -99,10 +111,10 @@ def for_robot(part: P, robot: str) -> P:
 
 
 def bound_names(part: BaseModel) -> list[str]:
-    """Return the fields of a trigger's event that a part speaks of."""
+    """Return the fields of a trigger's event that a part names."""
     found: dict[str, None] = {}
     for _, each in walk(part):
-        for value in _texts(each):
+        for _, value in texts(each):
             if value.startswith(BOUND):
                 found[value[1:]] = None
     return [*found]
@@ -116,13 +128,6 @@ def bound(part: P, fields: Mapping[str, Any]) -> P:
             fields.get(value[1:], value) if isinstance(value, str) and value.startswith(BOUND) else value
         ),
     )
-
-
-def _texts(part: BaseModel) -> Iterator[str]:
-    for name in type(part).model_fields:
-        value = getattr(part, name)
-        values = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else (value,)
-        yield from (each for each in values if isinstance(each, str))
 
 
 def _filled(part: P, fill: Callable[[str, Any], Any]) -> P:

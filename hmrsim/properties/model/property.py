@@ -44,7 +44,7 @@ class Eventually(Part):
 
 
 class Sometimes(Part):
-    """A condition should hold at some instant of some run: this is never violated, but told if it never does."""
+    """A condition should hold at some instant of some run: this is never violated, but reported if it never does."""
 
     sometimes: Condition
 
@@ -54,7 +54,7 @@ class Whenever(Part):
 
     Attributes:
         whenever: The trigger: an event, or a condition that begins to hold.
-        then: What has to hold; ``$robot`` stands for the field ``robot`` of the trigger's event, and so on.
+        then: The condition that has to hold; ``$robot`` stands for the field ``robot`` of the trigger's event.
         within: Simulated seconds from the trigger; None for any time.
     """
 
@@ -69,7 +69,7 @@ class Reports(Part):
     Attributes:
         reports: The outcome: ``succeeded`` or ``failed`` as the controller ends, or the label that it gives to
             ``end_run``.
-        then: What has to hold at that instant.
+        then: The condition that has to hold at that instant.
     """
 
     reports: Identifier
@@ -100,13 +100,13 @@ class SequencedVisit(VisitPattern):
 
 
 class OrderedVisit(VisitPattern):
-    """Likewise, and no place is reached before the one that precedes it."""
+    """A sequenced visit in which no place is reached before the one that precedes it."""
 
     ordered_visit: Places
 
 
 class StrictOrderedVisit(VisitPattern):
-    """Likewise, and no place is reached twice before the one that follows it."""
+    """An ordered visit in which no place is reached twice before the one that follows it."""
 
     strict_ordered_visit: Places
 
@@ -141,13 +141,13 @@ class SequencedPatrolling(PatrollingPattern):
 
 
 class OrderedPatrolling(PatrollingPattern):
-    """Likewise, and no place is reached before the one that precedes it, in each round."""
+    """A sequenced patrol in which no place is reached before the one that precedes it, in each round."""
 
     ordered_patrolling: Places
 
 
 class StrictOrderedPatrolling(PatrollingPattern):
-    """Likewise, and no place is reached twice before the one that follows it."""
+    """An ordered patrol in which no place is reached twice before the one that follows it."""
 
     strict_ordered_patrolling: Places
 
@@ -172,7 +172,7 @@ class GlobalAvoidance(Part):
 
 
 class FutureAvoidance(Part):
-    """A condition does not hold any more once another one has held."""
+    """A condition never holds again once another one has held."""
 
     future_avoidance: Condition
     after: Condition

@@ -53,6 +53,24 @@ def test_a_file_is_read(tmp_path):
     )
 
 
+def test_models_beside_errors_are_read():
+    """A property that is a model, and not a mapping, does not hide the errors of another one."""
+    lab = properties_of({"properties": {"lab": {"never": {"robot": "eve", "at": "lab"}}}}).properties["lab"]
+
+    assert told({"properties": {"lab": lab, "hall": {"nevr": {}}}}) == [
+        "properties.hall: is no property; did you mean 'never'?"
+    ]
+
+
+def test_the_schema_accepts_all_of_some_formulas():
+    """An editor does not take conditions in a formula for both, a formula and a condition."""
+    schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
+    lab = {"robot": "eve", "at": "lab"}
+
+    for formula in ({"all": [lab]}, {"any": [lab, lab]}, {"not": lab}):
+        assert Draft202012Validator(schema).is_valid({"properties": {"lab": {"formula": formula}}})
+
+
 def test_the_schema_knows_what_is_read():
     """An editor accepts the example, and marks what is no property."""
     schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
