@@ -95,7 +95,7 @@ def value_at(changes, at):
 @given(formula=formulas, trace=traces)
 @examples(150)
 def test_robustness_is_as_defined(formula, trace):
-    """What is certain after a trace is what the definition says of it, at each time."""
+    """The robustness that is certain after a trace is that of the definition, at each time."""
     monitor = OnlineMonitor(formula, SIGNALS)
     changes = [change for at, values in enumerate(trace) for change in monitor.update(at, values)]
 
@@ -123,7 +123,7 @@ def test_what_may_follow_lies_between_the_bounds(formula, trace, more):
 @given(trace=traces)
 @examples(100)
 def test_a_window_without_an_end_ends_with_the_trace(trace):
-    """What has never come by the end does not come any more."""
+    """A condition that has not held by the end counts as one that never holds."""
     monitor = OnlineMonitor(Always(0, math.inf, Implies(A, Eventually(0, math.inf, B))), SIGNALS)
     for at, values in enumerate(trace):
         monitor.update(at, [value + 0.5 for value in values])
