@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -184,6 +184,9 @@ class DelayedReaction(Temporal):
 Order = Callable[[Sequence[Formula]], list[Clause]]
 """Returns the clauses about the order of arrivals at some places."""
 
+_REACHED: Final = "reached"
+"""The signal with the number of places that were reached in sequence before an arrival."""
+
 
 def in_any_order(_places: Sequence[Formula]) -> list[Clause]:
     """Return no clauses."""
@@ -191,31 +194,25 @@ def in_any_order(_places: Sequence[Formula]) -> list[Clause]:
 
 
 def in_order(places: Sequence[Formula]) -> list[Clause]:
-    """No place is reached before the one that precedes it: (not l2) U l1, and so on."""
-    return [Clause(Implies(b, before), "too early") for b, before in zip(places[1:], _reached(places), strict=False)]
+    """Return that no place is reached before the one that precedes it: (not l2) U l1, and so on."""
+    return [Clause(Implies(place, Above(_REACHED, i - 0.5)), "too early") for i, place in enumerate(places)]
 
 
 def in_strict_order(places: Sequence[Formula]) -> list[Clause]:
-    """No place is reached twice before the one that follows it, either: (not l1) U (l1 and X ((not l1) U l2))."""
+    """Return also that none is reached again before the next one: (not l1) U (l1 and X ((not l1) U l2)), and so on."""
     again = [
-        Implies(And(place, Previous(before)), after)
-        for place, (before, after) in zip(places, pairwise(_reached(places)), strict=False)
+        Implies(And(place, Above(_REACHED, i + 0.5)), Above(_REACHED, i + 1.5)) for i, place in enumerate(places[:-1])
     ]
     return [*in_order(places), *(Clause(formula, "again too early") for formula in again)]
 
 
-def _reached(places: Sequence[Formula]) -> list[Formula]:
-    """Return for each place that it was reached after those before it."""
-    return [*accumulate(places[1:], lambda before, place: Once(And(place, before)), initial=Once(places[0]))]
-
-
 def fair(places: Sequence[Formula]) -> list[Clause]:
-    """After a place the next one in a circle is reached before it is reached again: G (l1 -> X ((not l1) W l2))."""
+    """Return that no place is reached again before the next one in a circle: G (l1 -> X ((not l1) W l2))."""
     return [_not_again(a, b) for a, b in _circle(places)]
 
 
 def in_rounds(places: Sequence[Formula]) -> list[Clause]:
-    """Each place is reached after the one that precedes it in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
+    """Return that each place follows the one before it in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
 
     The until is a weak one, as a patrol goes on when a run ends.
     """
@@ -230,7 +227,7 @@ def in_rounds(places: Sequence[Formula]) -> list[Clause]:
 
 
 def in_strict_rounds(places: Sequence[Formula]) -> list[Clause]:
-    """Each place but the last is followed by the next one, too: G (l1 -> X ((not l1) U l2))."""
+    """Return also that each place but the last is followed by the next one: G (l1 -> X ((not l1) U l2))."""
     return [*(_not_again(a, b) for a, b in pairwise(places)), *in_rounds(places)]
 
 
@@ -243,25 +240,57 @@ def _not_again(a: Formula, b: Formula) -> Clause:
     return Clause(Not(And(a, Previous(Since(Not(b), a)))), "again too early")
 
 
+class Round:
+    """The places that are still to be reached: all of them, in sequence or in any order."""
+
+    def __init__(self, count: int, *, in_sequence: bool) -> None:
+        self._count, self._in_sequence = count, in_sequence
+        self._left: set[int] = {*range(count)}
+
+    @property
+    def next(self) -> int:
+        """The first place that is still to be reached."""
+        return min(self._left)
+
+    @property
+    def reached(self) -> int:
+        """The number of places that are reached."""
+        return self._count - len(self._left)
+
+    def begin(self) -> None:
+        """Begin anew."""
+        self._left.update(range(self._count))
+
+    def arrive(self, place: int) -> bool:
+        """Take an arrival; return whether it completes the round."""
+        if place not in self._left or (self._in_sequence and place != self.next):
+            return False
+        self._left.remove(place)
+        return not self._left
+
+
 class Arrivals(Temporal):
     """A pattern of the places that a robot reaches; of those that it reaches at one instant the first comes first.
 
     Args:
         field: The field with the places.
         order: The order in which they may be reached.
+        in_sequence: Whether each counts only after those before it.
 
     Attributes:
         places: Their names.
+        round: The places that are still to be reached.
     """
 
-    def __init__(self, of: Instance, field: str, order: Order) -> None:
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
         super().__init__(of)
         self.places: Sequence[str] = getattr(of.part, field)
         self.terms = [
             Term(RobotCondition(robot=self.subject, at=place), of.observations, self.mark) for place in self.places
         ]
         signals = [str(i) for i in range(len(self.places))]
-        self._clauses = Clauses(order([Above(signal) for signal in signals]), signals)
+        self._clauses = Clauses(order([Above(signal) for signal in signals]), [*signals, _REACHED])
+        self.round = Round(len(self.places), in_sequence=in_sequence)
 
     def settled(self, at: int) -> None:
         """Take the arrivals and departures of an instant."""
@@ -269,7 +298,8 @@ class Arrivals(Temporal):
             was_there = term.holds
             term.look()
             if term.hits:
-                broken = self._clauses.broken([HOLDS if i == j else FAILS for j in range(len(self.places))])
+                arrivals = [HOLDS if i == j else FAILS for j in range(len(self.places))]
+                broken = self._clauses.broken([*arrivals, self.round.reached])
                 if broken is not None:
                     reason = f"{self.places[i]} {broken.reason}"
                     self.violate(at, self.subject, reason, f"{self.subject} reaches {reason}")
@@ -285,41 +315,11 @@ class Arrivals(Temporal):
         """Take the departure from a place."""
 
 
-class Round:
-    """The places that are still to be reached: all of them, in sequence or in any order.
-
-    Attributes:
-        done: How often all were reached.
-    """
-
-    def __init__(self, count: int, *, in_sequence: bool) -> None:
-        self._count, self._in_sequence = count, in_sequence
-        self._left: set[int] = {*range(count)}
-        self.done = 0
-
-    @property
-    def next(self) -> int:
-        """The first place that is still to be reached."""
-        return min(self._left)
-
-    def arrive(self, place: int) -> bool:
-        """Take an arrival; return whether all places are reached now, and the next round begins."""
-        if self._in_sequence and place != self.next:
-            return False
-        self._left.discard(place)
-        if self._left:
-            return False
-        self.done += 1
-        self._left = {*range(self._count)}
-        return True
-
-
 class Visit(Arrivals):
     """A robot reaches all places, in sequence if *in_sequence*: F (l1 and F (l2 and ...)), or F l1 and F l2 and ..."""
 
     def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
-        super().__init__(of, field, order)
-        self._round = Round(len(self.places), in_sequence=in_sequence)
+        super().__init__(of, field, order, in_sequence=in_sequence)
         self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
 
     def begin(self, at: int) -> None:
@@ -329,23 +329,23 @@ class Visit(Arrivals):
 
     def arrive(self, at: int, place: int) -> None:
         """Check whether all places are reached."""
-        if not self._round.done and self._round.arrive(place):
+        if self.round.arrive(place):
             self._missing.meet(at, None)
 
     def _expired(self, at: int, _obligation: Obligation[None]) -> None:
-        missing, late = self.places[self._round.next], f"within {self.part.within:g} s"
+        missing, late = self.places[self.round.next], f"within {self.part.within:g} s"
         self.violate(at, self.subject, f"{missing} not {late}", f"{self.subject} did not reach {missing} {late}")
 
     def end(self, at: int, ended: Ended | None) -> None:
         """Report a place that was never reached."""
         if self._missing and self.part.within is None and not cut_off(ended):
-            missing = self.places[self._round.next]
+            missing = self.places[self.round.next]
             self.violate(at, self.subject, f"{missing} never", f"{self.subject} did not reach {missing} by the end")
 
     def unless_violated(self) -> Verdict:
         """Return whether all places were reached; the robustness is the share of the time that was left."""
         if self._missing:
-            missing = self.places[self._round.next]
+            missing = self.places[self.round.next]
             return self._is("undecided", 0.0, f"{self.subject} had not reached {missing} by the end")
         text = f"{self.subject} reached all places after {self._missing.seconds:.1f} s"
         return self._is("holds", self._missing.least, text)
@@ -355,33 +355,36 @@ class Patrol(Arrivals):
     """A robot reaches places again and again: each of them in time, or all in sequence if *in_sequence*."""
 
     def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
-        super().__init__(of, field, order)
-        self._round = Round(len(self.places), in_sequence=True) if in_sequence else None
+        super().__init__(of, field, order, in_sequence=in_sequence)
+        self._in_sequence = in_sequence
+        self._rounds = 0
         self._missing: Obligations[str] = Obligations(self.timeline, of.part.every, self._expired)
         self._visits = [0] * len(self.places)
 
     def begin(self, at: int) -> None:
         """Begin to wait for arrivals."""
         super().begin(at)
-        for place in self.places[:1] if self._round else self.places:
+        for place in self.places[:1] if self._in_sequence else self.places:
             self._missing.add(Obligation(at, place))
 
     def arrive(self, at: int, place: int) -> None:
         """Stop waiting for the place, or begin to wait for the next round."""
         self._visits[place] += 1
-        if self._round is None:
+        if not self._in_sequence:
             self._missing.meet(at, self.places[place])
-        elif self._round.arrive(place):
+        elif self.round.arrive(place):
+            self._rounds += 1
+            self.round.begin()
             self._missing.meet(at, self.places[0])
             self._missing.add(Obligation(at, self.places[0]))
 
     def leave(self, at: int, place: int) -> None:
         """Begin to wait for the place again."""
-        if self._round is None:
+        if not self._in_sequence:
             self._missing.add(Obligation(at, self.places[place]))
 
     def _expired(self, at: int, obligation: Obligation[str]) -> None:
-        missing = self.places[self._round.next] if self._round else obligation.key
+        missing = self.places[self.round.next] if self._in_sequence else obligation.key
         every = f"{self.part.every:g} s"
         text = f"{self.subject} did not reach {missing} for {every}"
         self.violate(at, self.subject, f"{missing} not every {every}", text)
@@ -389,7 +392,7 @@ class Patrol(Arrivals):
 
     def unless_violated(self) -> Verdict:
         """Return whether all rounds were in time; the robustness is the least share of the time that was left."""
-        done = self._round.done if self._round else min(self._visits)
+        done = self._rounds if self._in_sequence else min(self._visits)
         if not done:
             return self._is("undecided", 0.0, f"{self.subject} had not finished its first round by the end")
         text = f"{done} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
