@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.events import EventPattern
-from hmrsim.properties import patterns
+from hmrsim.properties import arrivals
+from hmrsim.properties.arrivals import Patrol, Visit
 from hmrsim.properties.built_in.controller import ControllerLives, MissionEnds, Recovers
 from hmrsim.properties.built_in.fleet import NobodyStranded, NoDeadlock, OrdersInTime
 from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
@@ -18,7 +19,7 @@ from hmrsim.properties.model.part import BOUND, EACH, bound_names, for_robot, ke
 from hmrsim.properties.model.property import KINDS, Sometimes
 from hmrsim.properties.operators import Always, Eventually, Instance, Never, Reports
 from hmrsim.properties.operators import Sometimes as Happening
-from hmrsim.properties.patterns import AvoidedAfter, Counted, DelayedReaction, HeldUntil, Patrol, Reaction, Visit
+from hmrsim.properties.patterns import AvoidedAfter, Counted, DelayedReaction, HeldUntil, Reaction
 from hmrsim.properties.terms import prepare
 from hmrsim.properties.watcher import Each, Incomparable
 from hmrsim.properties.whenever import Whenever
@@ -122,21 +123,21 @@ def _binds(of: Instance, field: str) -> bool:
 _Maker = Callable[[Instance], "Watcher"]
 
 _ORDERS: Final = {
-    "visit": patterns.in_any_order,
-    "sequenced_visit": patterns.in_any_order,
-    "ordered_visit": patterns.in_order,
-    "strict_ordered_visit": patterns.in_strict_order,
-    "fair_visit": patterns.fair,
-    "patrolling": patterns.in_any_order,
-    "sequenced_patrolling": patterns.in_any_order,
-    "ordered_patrolling": patterns.in_rounds,
-    "strict_ordered_patrolling": patterns.in_strict_rounds,
-    "fair_patrolling": patterns.fair,
+    "visit": arrivals.in_any_order,
+    "sequenced_visit": arrivals.in_any_order,
+    "ordered_visit": arrivals.in_order,
+    "strict_ordered_visit": arrivals.in_strict_order,
+    "fair_visit": arrivals.fair,
+    "patrolling": arrivals.in_any_order,
+    "sequenced_patrolling": arrivals.in_any_order,
+    "ordered_patrolling": arrivals.in_rounds,
+    "strict_ordered_patrolling": arrivals.in_strict_rounds,
+    "fair_patrolling": arrivals.fair,
 }
 _IN_ANY_SEQUENCE: Final = ("visit", "fair_visit", "patrolling", "fair_patrolling")
 
 
-def _arrivals(field: str) -> _Maker:
+def _of_arrivals(field: str) -> _Maker:
     kind = Visit if field.endswith("visit") else Patrol
     return partial(kind, field=field, order=_ORDERS[field], in_sequence=field not in _IN_ANY_SEQUENCE)
 
@@ -150,7 +151,7 @@ _MAKERS: Final[Mapping[str, _Maker]] = MappingProxyType(
         "whenever": _whenever,
         "reports": Reports,
         "formula": Windows,
-        **{field: _arrivals(field) for field in _ORDERS},
+        **{field: _of_arrivals(field) for field in _ORDERS},
         "past_avoidance": partial(HeldUntil, field="past_avoidance", avoided=True),
         "global_avoidance": partial(Never, field="global_avoidance"),
         "future_avoidance": AvoidedAfter,
