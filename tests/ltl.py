@@ -1,4 +1,4 @@
-"""Linear temporal logic by its definition, on words that end in one letter for ever; to compare automata with.
+"""Linear temporal logic by its definition, on words that end in one letter for ever; to compare patterns with.
 
 A word is a list of letters, each a set of propositions; after it comes its last letter for ever. A formula is a
 function of a word and a position.

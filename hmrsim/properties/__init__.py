@@ -1,12 +1,11 @@
-"""Properties of runs, and a monitor that says which of them hold: live, on a trace or on a recording."""
+"""Properties of runs, and a monitor that judges them: live, on a trace or on a recording."""
 
-from hmrsim.properties.model.checking import check_properties
+from hmrsim.properties.model.checks import check_properties
 from hmrsim.properties.model.file import Properties
-from hmrsim.properties.model.reading import properties_of, read_properties
-from hmrsim.properties.monitor import Monitor
+from hmrsim.properties.model.reader import properties_of, read_properties
+from hmrsim.properties.monitor import Monitor, MonitorSink
 from hmrsim.properties.offline import Checked, check_recording, check_trace
 from hmrsim.properties.results import Ended, Verdict, Violation
-from hmrsim.properties.sink import MonitorSink
 
 __all__ = [
     "Checked",

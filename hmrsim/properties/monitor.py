@@ -1,41 +1,47 @@
-"""The monitor of a run: it takes what happens, and says which properties hold."""
+"""The monitor of a run, which takes its occurrences and judges properties, and the sink that feeds it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.engine.sim_time import stamp
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import MotionBegan
+from hmrsim.events.simulation import PropertyViolated, SimulationReset, WorldLoaded
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
-from hmrsim.properties.built_in import GoalsEnd, NoVainGoals
-from hmrsim.properties.built_in import watchers_of as built_in
-from hmrsim.properties.compiling import watchers_of
+from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
+from hmrsim.properties.compiler import built_in_watchers, watchers_of
 from hmrsim.properties.observing.observations import Observations
 from hmrsim.properties.observing.timeline import GoalSeen, Timeline
-from hmrsim.report.occurrence import SceneSeen
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.topics import Topic
+from hmrsim.report.occurrence import BatterySeen, Occurrence, SceneSeen
+from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
-    from hmrsim.properties.reference import Reference
-    from hmrsim.properties.results import Ended, Verdict, Violation
+    from hmrsim.properties.results import Ended, Reference, Verdict, Violation
     from hmrsim.properties.watcher import Watcher
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
 
 class Monitor:
-    """Watches over the properties of one run, with one occurrence after the other.
+    """Watches the properties of one run, with one occurrence after the other.
 
     Args:
-        properties: What has to hold, as `hmrsim.properties.read_properties` returns it.
-        world: The world that is run.
+        properties: The properties, as `hmrsim.properties.read_properties` returns them.
+        world: The world of the run.
         reference: The items at the end of the run without faults; None if there is none to compare with.
 
     Attributes:
-        violations: What was violated, in order of time.
+        violations: The violations so far, in order of time.
         timeline: The time of the run.
-        observations: The state of the world, as far as properties speak of it.
+        observations: The state of the world, as far as a property depends on it.
     """
 
     def __init__(self, properties: Properties, world: World, reference: Reference | None = None) -> None:
@@ -43,7 +49,7 @@ class Monitor:
         self.timeline = Timeline()
         self._told: Callable[[Violation], object] = lambda _violation: None
         self.observations = Observations(world, self.timeline, reference)
-        self._built_in = built_in(properties.built_in, world, self.timeline, self._tell)
+        self._built_in = built_in_watchers(properties.built_in, world, self.timeline, self._tell)
         self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._tell), *self._built_in]
         self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self._wants_status = GoalStatusChanged in self.timeline.handlers
@@ -54,35 +60,35 @@ class Monitor:
 
     @property
     def wants_status(self) -> bool:
-        """Whether a property speaks of the events of goals, with their results, and not just of their statuses."""
+        """Whether a property depends on the events of goals, with their results, and not just on their statuses."""
         return self._wants_status
 
     @property
     def wants_motion(self) -> bool:
-        """Whether a property speaks of where robots are, or whether they drive."""
+        """Whether a property depends on where robots are, or whether they drive."""
         return MotionBegan in self.timeline.handlers
 
     @property
     def wants_scene(self) -> bool:
-        """Whether a property speaks of the state of the world."""
+        """Whether a property depends on the state of the world."""
         return SceneSeen in self.timeline.handlers
 
     @property
     def powered(self) -> Collection[str]:
-        """The robots of whose batteries a property speaks, also from now on."""
+        """The robots on whose batteries a property depends, also from now on."""
         return self.observations.powered
 
     def begin(self, at: int) -> None:
-        """Let the run begin at a time, in nanoseconds; without this, it begins with the first occurrence."""
+        """Begin the run at a time in nanoseconds; it begins with the first occurrence otherwise."""
         self._begun = True
         if self.timeline.begin(at):
             for watcher in self._watchers:
                 watcher.begin(self.timeline.now)
 
     def take(self, occurrence: Occurrence) -> None:
-        """Take what has happened; nothing happens after the end."""
+        """Take an occurrence; those after the end are ignored."""
         if self._over or (isinstance(occurrence.event, SceneSeen) and not self._anew):
-            # A scene may be late; only the first one says what is not known yet.
+            # A scene may be late; only the first one is news.
             return
         if not self._begun:
             self.begin(occurrence.at)
@@ -91,7 +97,7 @@ class Monitor:
             self._anew = False
 
     def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
-        """Take the change of a goal, and when it was accepted what it asks for; cheaper than its event."""
+        """Take the change of a goal, with its message when it is accepted; this is cheaper than its event."""
         if self._over:
             return
         if asked is not None and self._vain is not None:
@@ -101,12 +107,12 @@ class Monitor:
         self.timeline.give(stamp, seen, self.timeline.handlers.get(GoalSeen, ()))
 
     def request(self, robot: str, action: str, asked: Any) -> None:
-        """Take note of what a goal asks for that may be rejected."""
+        """Take the message of a goal that may be rejected."""
         if self._vain is not None:
             self._vain.ask(robot, action, asked)
 
     def replace_controller(self) -> None:
-        """Note that the controller was killed on purpose: it owes its goals no end, and its rows of failures end."""
+        """Excuse the running goals of a controller that was killed on purpose, and end its rows of failures."""
         if self._vain is not None:
             self._vain.begin_anew()
         for watcher in self._built_in:
@@ -114,11 +120,11 @@ class Monitor:
                 watcher.leave()
 
     def end(self, at: int | None = None, ended: Ended | None = None) -> None:
-        """Take the end of the run.
+        """End the run.
 
         Args:
-            at: When, in nanoseconds of simulated time; None for the time of the last occurrence.
-            ended: How; None where that is not known, as of a trace.
+            at: The time in nanoseconds of simulated time; None for that of the last occurrence.
+            ended: How it has ended; None where that is unknown, as of a trace.
         """
         if self._over:
             return
@@ -127,7 +133,7 @@ class Monitor:
         self._over = True
         for watcher in self._watchers:
             watcher.end(self.timeline.now, ended)
-        # A simulation that is torn down goes on to tell what it does.
+        # A simulation that is torn down still sends events.
         self.timeline.close()
 
     def listen(self, told: Callable[[Violation], object]) -> None:
@@ -135,7 +141,7 @@ class Monitor:
         self._told = told
 
     def verdicts(self) -> list[Verdict]:
-        """Return the verdict on each property, first on those of the file."""
+        """Return the verdict on each property, those of the file first."""
         return [watcher.verdict() for watcher in self._watchers]
 
     def _tell(self, violation: Violation) -> None:
@@ -149,3 +155,100 @@ class Monitor:
         seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
         for handler in self.timeline.handlers.get(GoalSeen, ()):
             handler(at, seen)
+
+
+class MonitorSink:
+    """A sink that feeds a monitor with what its properties depend on, and computes no more.
+
+    Args:
+        simulator: The simulator, before it starts.
+        on_violation: Called with each violation as soon as it is found, in the thread of the simulation.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        monitor: Monitor,
+        on_violation: Callable[[Violation], object] = lambda _violation: None,
+    ) -> None:
+        self._simulator = simulator
+        self._monitor = monitor
+        self._handlers = monitor.timeline.handlers
+        self._motion = monitor.wants_motion
+        self._weighed = -1
+        self._statuses = monitor.wants_status
+        monitor.listen(on_violation)
+        now = stamp(simulator.now)
+        monitor.begin(now)
+        self._powered = monitor.powered
+        if simulator.now:
+            # At time 0 the scene is that of the world, which is known.
+            self._see(now)
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether it wants a topic: events, and motions if a property depends on them."""
+        return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
+
+    def emit(self, output: Output) -> None:
+        """Pass on what the monitor wants."""
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type; None if they are not for this sink."""
+        takers: dict[type, Callable[[Any], object]] = {
+            EventStamped: self._take,
+            GoalChanged: self._change,
+            TimeRestarted: self._restart,
+        }
+        return takers.get(kind)
+
+    def _take(self, output: EventStamped) -> None:
+        event = output.event
+        if isinstance(event, PropertyViolated):
+            # It comes in the middle of an instant, in which time must not go on.
+            return
+        handlers = self._handlers.get(type(event))
+        if handlers is None:
+            self._monitor.timeline.look(output.stamp)
+            return
+        self._weigh(output.stamp)
+        self._monitor.timeline.give(output.stamp, event, handlers)
+        if isinstance(event, SimulationReset | WorldLoaded):
+            self._see(output.stamp)
+
+    def _restart(self, output: TimeRestarted) -> None:
+        self._monitor.timeline.restart(output.ended)
+
+    def weigh(self) -> None:
+        """Pass on the charge of batteries, as at the end of a run."""
+        self._weigh(stamp(self._simulator.now))
+
+    def _change(self, change: GoalChanged) -> None:
+        at, robot, action, goal_id, status, asked, _, cause = change
+        self._weigh(at)
+        if self._statuses:
+            if asked is not None:
+                self._monitor.request(robot, action, asked)
+            self._monitor.take(Occurrence(at, change.event()))
+        else:
+            self._monitor.goal(at, GoalSeen(robot, action, goal_id, int(status), cause), asked)
+
+    def _see(self, at: int) -> None:
+        if self._monitor.wants_scene:
+            self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
+
+    def _weigh(self, at: int) -> None:
+        """Pass on the charge of the batteries that properties depend on, once an instant."""
+        if not self._powered or at == self._weighed:
+            return
+        self._weighed = at
+        for name in [*self._powered]:
+            robot = self._simulator.robots.get(name)
+            if robot is not None and robot.energy is not None:
+                self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))
+
+    def commanded(self, command: Command, _by: str, _now: float) -> None:
+        """Take the message of a goal, as it may be rejected."""
+        if isinstance(command, SendGoal):
+            self._monitor.request(command.robot, command.action, command.goal)

@@ -1,4 +1,4 @@
-"""Watching over a run that is over: from its trace, or from its recording."""
+"""Checks of runs that are over: from a trace, or from a recording."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError, WorldError
-from hmrsim.properties.model.checking import check_properties
-from hmrsim.properties.monitor import Monitor
+from hmrsim.properties.model.checks import check_properties
+from hmrsim.properties.monitor import Monitor, MonitorSink
 from hmrsim.properties.results import Ended
-from hmrsim.properties.sink import MonitorSink
 from hmrsim.report.occurrence import LATEST, Malformed
 from hmrsim.report.reading import header_of, occurrence_in, sampled
 from hmrsim.trace.replay import replay
@@ -30,17 +29,17 @@ if TYPE_CHECKING:
 _Watched = tuple[Monitor, tuple[str, ...]]
 
 _CUT_OFF = Ended("stopped")
-"""How a run has ended whose end is not in its file."""
+"""The end of a run whose file does not have it."""
 
 
 @dataclass(frozen=True)
 class Checked:
-    """A run that was watched over.
+    """The check of a run.
 
     Attributes:
-        monitor: Which properties hold.
-        findings: What the world lacks of what they speak of.
-        notes: What should be noted of how the run was read.
+        monitor: The monitor, with the verdicts.
+        findings: The parts of properties that do not fit the world.
+        notes: Notes on how the run was read, and on its gaps.
     """
 
     monitor: Monitor
@@ -53,13 +52,13 @@ def check_trace(
     properties: Properties,
     found: Callable[[list[Finding]], object] = lambda _findings: None,
 ) -> Checked:
-    """Watch over the run of a trace, all its sections one after the other, by replaying it.
+    """Check the run of a trace, all its sections one after the other, by replaying it.
 
-    If it can't be replayed exactly, only what it says itself is known.
+    If it can't be replayed exactly, only its own lines are used.
 
     Args:
         lines: Returns its lines with their ends, from the first one; called up to three times.
-        properties: What has to hold.
+        properties: The properties.
         found: Called with the findings before the run is read, which may take long.
 
     Raises:
@@ -73,7 +72,7 @@ def check_trace(
 
 
 def _watched(lines: Callable[[], Iterable[str]], properties: Properties, world: World) -> _Watched:
-    """Return the monitor of a trace, and what should be noted of how it was read."""
+    """Return the monitor of a trace, and notes on how it was read."""
     replayed = _Replayed(properties, world)
     try:
         outcome = replay(lines(), replayed.watch)
@@ -86,19 +85,19 @@ def _watched(lines: Callable[[], Iterable[str]], properties: Properties, world: 
 
 
 class _Replayed:
-    """Watches over a replay."""
+    """A replay that is watched by one monitor."""
 
     def __init__(self, properties: Properties, world: World) -> None:
         self._monitor = Monitor(properties, world)
         self._sinks: list[MonitorSink] = []
 
     def watch(self, simulator: Simulator) -> list[MonitorSink]:
-        """Return the sink that watches over a simulator."""
+        """Return the sinks of a simulator."""
         self._sinks.append(MonitorSink(simulator, self._monitor))
         return self._sinks
 
     def checked(self, outcome: Outcome) -> _Watched:
-        """Return what has come of it."""
+        """Return the monitor at the end of the replay, and notes."""
         for sink in self._sinks:
             sink.weigh()
         self._monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
@@ -123,7 +122,7 @@ def _as_written(lines: Iterable[str], properties: Properties, world: World, why:
 
 
 def _fits(monitor: Monitor, occurrence: Occurrence) -> bool:
-    """Give an occurrence to a monitor; return whether it is valid, as a file may have anything in it."""
+    """Give an occurrence to a monitor; return whether it is valid, as files may have any content."""
     try:
         monitor.take(occurrence)
     except ValueError:
@@ -141,7 +140,7 @@ def check_recording(
     properties: Properties,
     found: Callable[[list[Finding]], object] = lambda _findings: None,
 ) -> Checked:
-    """Watch over the run of a recording; *found* is as that of `check_trace`.
+    """Check the run of a recording; *found* is as that of `check_trace`.
 
     Raises:
         TraceError: Its world can't be read.

@@ -1,11 +1,14 @@
-"""What a monitor finds: violations, and a verdict on each property."""
+"""The results of a run: violations, a verdict on each property, how it has ended, and where its items are."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+
+if TYPE_CHECKING:
+    from hmrsim.geometry import Point
 
 State = Literal["holds", "violated", "undecided", "never_exercised"]
 
@@ -15,11 +18,11 @@ class Violation(NamedTuple):
 
     Attributes:
         property: The property's name.
-        subject: Whose fault it is: a robot, an order, a place; empty for the whole run.
+        subject: The robot, order or place that it is about; empty for the whole run.
         at: When, in nanoseconds of simulated time since the run began.
         reason: Why, as a short text that stays the same where only times, ids and robots differ.
         text: Why, as a sentence without a full stop.
-        fatal: Whether nothing good can come any more, so that the run may as well end.
+        fatal: Whether the run may as well end, as it can no longer succeed.
     """
 
     property: str
@@ -30,16 +33,16 @@ class Violation(NamedTuple):
     fatal: bool = False
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it in plain values of JSON, with the time in seconds."""
+        """Return it as JSON values, with the time in seconds."""
         return {**self._asdict(), "at": self.at / NANOSECONDS}
 
 
 class Verdict(NamedTuple):
-    """What has become of a property at the end of a run.
+    """The verdict on a property at the end of a run.
 
     Attributes:
-        state: ``undecided`` if the run ended before it could be said; ``never_exercised`` if nothing of what it speaks
-            of has happened, so that it says nothing.
+        state: ``undecided`` if the run ended too early to decide; ``never_exercised`` if nothing that the property is
+            about has happened, so that it says nothing.
         robustness: How far it was from the opposite, from -1 to 1; negative if it is violated.
         text: Why, as a sentence without a full stop.
     """
@@ -50,7 +53,7 @@ class Verdict(NamedTuple):
     text: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it in plain values of JSON."""
+        """Return it as JSON values."""
         return self._asdict()
 
 
@@ -70,3 +73,26 @@ class Ended(NamedTuple):
 
 Tell = Callable[[Violation], None]
 """Takes a violation."""
+
+
+class ItemEnd(NamedTuple):
+    """Where an item is at the end of a run.
+
+    Attributes:
+        at: Where it lies, in the world's unit.
+        carried: Whether a robot holds it.
+    """
+
+    at: Point
+    carried: bool
+
+
+Reference = Mapping[str, ItemEnd]
+"""The items at the end of a run, by name."""
+
+
+def reference_of(scene: Mapping[str, Any]) -> Reference:
+    """Return the items of a scene, as `hmrsim.simulation.snapshot.scene` returns it."""
+    return {
+        item["name"]: ItemEnd((item["at"][0], item["at"][1]), item["carrier"] is not None) for item in scene["items"]
+    }

@@ -1,19 +1,24 @@
-"""The base of what watches over one property."""
+"""Watchers: each follows one property of a run, and gives the verdict on it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
+from hmrsim.events.simulation import Spawned
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.properties.observing.timeline import Phase
 from hmrsim.properties.results import Verdict, Violation
 
 if TYPE_CHECKING:
+    from hmrsim.properties.observing.timeline import Alarm, Timeline
     from hmrsim.properties.results import Ended, State, Tell
-
-_STOPPED: Final = "stopped"
+    from hmrsim.properties.terms import Term
 
 
 class Watcher:
-    """Watches over one property; a subclass wants occurrences of a timeline.
+    """Watches one property; a subclass subscribes to occurrences of a timeline.
 
     Args:
         name: The property's name.
@@ -31,29 +36,24 @@ class Watcher:
         self._tell = tell
 
     def violate(self, at: int, subject: str, reason: str, text: str, *, fatal: bool = False) -> None:
-        """Tell of a violation."""
-        found = Violation(self.name, subject, at, reason, text, fatal)
+        """Report a violation."""
+        violation = Violation(self.name, subject, at, reason, text, fatal)
         self.count += 1
-        self.first = self.first or found
-        self._tell(found)
+        self.first = self.first or violation
+        self._tell(violation)
 
     def begin(self, at: int) -> None:
-        """Take note of the begin of the run."""
+        """Begin with the run."""
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Take note of the end of the run; *ended* is None where it is not known how."""
+        """End with the run; *ended* is None where it is unknown how."""
 
     def verdict(self) -> Verdict:
-        """Return what has become of the property."""
+        """Return the verdict on the property."""
         if self.first is None:
             return self.unless_violated()
         more = f", and {self.count - 1} more" if self.count > 1 else ""
-        return Verdict(self.name, "violated", self.robustness_violated, f"{self.first.text}{more}")
-
-    @property
-    def robustness_violated(self) -> float:
-        """The robustness of a violated property."""
-        return -1.0
+        return Verdict(self.name, "violated", -1.0, f"{self.first.text}{more}")
 
     def unless_violated(self) -> Verdict:
         """Return the verdict on a property that is not violated."""
@@ -64,5 +64,194 @@ class Watcher:
 
 
 def cut_off(ended: Ended | None) -> bool:
-    """Return whether a run was ended by something else than itself, so that what has not come might have come."""
-    return ended is not None and ended.ending == _STOPPED
+    """Return whether something else than the run itself has ended it, so that missing events might have come."""
+    return ended is not None and ended.ending == "stopped"
+
+
+K = TypeVar("K", bound=Hashable)
+
+
+@dataclass(slots=True, eq=False)
+class Obligation(Generic[K]):
+    """A demand that is still to be met.
+
+    Attributes:
+        since: The time from which it is open.
+        key: The key under which it is met.
+        subject: The robot or order that it concerns.
+        text: The demand in words.
+        term: The condition that meets it, if each obligation has its own.
+        alarm: Rings when it is too late; None if it never is.
+    """
+
+    since: int
+    key: K
+    subject: str = ""
+    text: str = ""
+    term: Term | None = None
+    alarm: Alarm | None = None
+
+
+class Obligations(Generic[K]):
+    """The open obligations of a property, by keys.
+
+    Args:
+        within: Seconds within which each has to be met; None for any time.
+        expired: Called with the time and each obligation that is not met in time.
+        keep: Whether an obligation that has expired stays open until it is met.
+
+    Attributes:
+        count: How many there were.
+        longest: The longest time that one was open until it was met, in nanoseconds.
+    """
+
+    def __init__(
+        self,
+        timeline: Timeline,
+        within: float | None,
+        expired: Callable[[int, Obligation[K]], object],
+        *,
+        keep: bool = False,
+    ) -> None:
+        self._timeline = timeline
+        self._within = within
+        self._expired = expired
+        self._keep = keep
+        self._open: dict[K, list[Obligation[K]]] = {}
+        self.count = 0
+        self.longest = 0
+
+    def __contains__(self, key: K) -> bool:
+        """Return whether an obligation with a key is open."""
+        return key in self._open
+
+    def __iter__(self) -> Iterator[K]:
+        """Return the keys of open obligations; they may be met meanwhile."""
+        return iter([*self._open])
+
+    def __bool__(self) -> bool:
+        """Return whether any is open."""
+        return bool(self._open)
+
+    @property
+    def open(self) -> list[Obligation[K]]:
+        """The open obligations, in order of time."""
+        return sorted((each for same in self._open.values() for each in same), key=lambda each: each.since)
+
+    @property
+    def least(self) -> float:
+        """The least share of its time that was left when an obligation was met."""
+        return 1.0 - self.seconds / self._within if self._within else 1.0
+
+    @property
+    def seconds(self) -> float:
+        """The longest time that an obligation was open until it was met."""
+        return self.longest / NANOSECONDS
+
+    def add(self, obligation: Obligation[K]) -> None:
+        """Open an obligation."""
+        self.count += 1
+        self._open.setdefault(obligation.key, []).append(obligation)
+        if self._within is not None:
+            due = obligation.since + round(self._within * NANOSECONDS)
+            obligation.alarm = self._timeline.alarm(due, Phase.EXPIRY, lambda at: self._expire(at, obligation))
+
+    def meet(self, at: int, key: K) -> None:
+        """Close all obligations with a key."""
+        for obligation in self._open.pop(key, ()):
+            self._close(at, obligation)
+
+    def meet_terms(self, at: int) -> None:
+        """Close the obligations whose own term holds now."""
+        for obligation in [each for same in self._open.values() for each in same]:
+            if obligation.term is not None:
+                obligation.term.look()
+                if obligation.term.holds:
+                    self._close(at, obligation)
+                    self._remove(obligation)
+
+    def end(self, at: int) -> None:
+        """Count the time that obligations have been open by the end of the run."""
+        self.longest = max([self.longest, *(at - each.since for each in self.open)])
+
+    def _close(self, at: int, obligation: Obligation[K]) -> None:
+        if obligation.alarm is not None:
+            obligation.alarm.cancel()
+        if obligation.term is not None:
+            obligation.term.close()
+        self.longest = max(self.longest, at - obligation.since)
+
+    def _expire(self, at: int, obligation: Obligation[K]) -> None:
+        if obligation.term is not None:
+            obligation.term.close()
+        if not self._keep:
+            self._remove(obligation)
+        self._expired(at, obligation)
+
+    def _remove(self, obligation: Obligation[K]) -> None:
+        same = self._open[obligation.key]
+        same.remove(obligation)
+        if not same:
+            del self._open[obligation.key]
+
+
+_WORST_FIRST: Final[tuple[State, ...]] = ("violated", "undecided", "holds", "never_exercised")
+
+
+class Each(Watcher):
+    """Watches the same property for each robot, including those that are spawned later.
+
+    Args:
+        make: Makes the watcher for a robot.
+        all_count: Whether the property is exercised only if it is for each robot.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        robots: Iterable[str],
+        make: Callable[[str], Watcher],
+        timeline: Timeline,
+        tell: Tell,
+        *,
+        all_count: bool = False,
+    ) -> None:
+        super().__init__(name, tell)
+        self._make = make
+        self._order = ("violated", "undecided", "never_exercised", "holds") if all_count else _WORST_FIRST
+        self._watchers = {robot: make(robot) for robot in robots}
+        timeline.on(Spawned, self._spawn)
+
+    def _spawn(self, at: int, event: Spawned) -> None:
+        if event.type != "item" and event.entity not in self._watchers:
+            self._watchers[event.entity] = self._make(event.entity)
+            self._watchers[event.entity].begin(at)
+
+    def begin(self, at: int) -> None:
+        """Begin for all robots."""
+        for watcher in self._watchers.values():
+            watcher.begin(at)
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """End for all robots."""
+        for watcher in self._watchers.values():
+            watcher.end(at, ended)
+
+    def verdict(self) -> Verdict:
+        """Return the worst verdict of all robots."""
+        verdicts = [(robot, watcher.verdict()) for robot, watcher in self._watchers.items()]
+        if not verdicts:
+            return self._is("never_exercised", 1.0, "there is no robot that it is about")
+        robot, worst = min(verdicts, key=lambda each: (self._order.index(each[1].state), each[1].robustness))
+        same = sum(verdict.state == worst.state for _, verdict in verdicts)
+        more = f" (and {same - 1} more robots)" if same > 1 else ""
+        robustness = min(verdict.robustness for _, verdict in verdicts)
+        return Verdict(self.name, worst.state, robustness, f"{robot}: {worst.text}{more}")
+
+
+class Incomparable(Watcher):
+    """A property that compares a run with the one without faults, where there is none to compare with."""
+
+    def unless_violated(self) -> Verdict:
+        """Return that it is undecided."""
+        return self._is("undecided", 0.0, "there is no run without faults to compare with")

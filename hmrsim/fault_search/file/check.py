@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_faults
-from hmrsim.properties.compiling import compares
+from hmrsim.properties.compiler import compares
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import overlay_of
 from hmrsim.world.writing import native_data
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.case import Case
     from hmrsim.fault_search.schedules.thing import Thing
     from hmrsim.properties import Properties
-    from hmrsim.properties.reference import Reference
+    from hmrsim.properties.results import Reference
     from hmrsim.trials.model import Controller
     from hmrsim.world.model import World
     from hmrsim.world.overlays.overlay import Overlay

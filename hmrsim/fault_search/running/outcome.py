@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.schedules.moment import Moment
     from hmrsim.fault_search.space.energy import Draw
     from hmrsim.properties import Verdict, Violation
-    from hmrsim.properties.reference import Reference
+    from hmrsim.properties.results import Reference
 
 
 NOT_RUN: Final = "not_run"

@@ -21,7 +21,7 @@ from hmrsim.fault_search.running.outcome import Outcome
 from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
 from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
-from hmrsim.properties.reference import reference_of
+from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.late import LateTrace
 from hmrsim.trials.controllers import trial_of

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
-from hmrsim.diagnostics import listed, meant, shown
+from hmrsim.diagnostics import listed
 from hmrsim.events import EventPattern
-from hmrsim.properties.model.part import Name, Part
+from hmrsim.properties.model.part import EACH, Name, Part, one_of
 
 RobotState = Literal["idle", "busy", "driving", "waiting", "charging", "stopped", "offline"]
 """The states of a robot, as reports name them."""
@@ -19,6 +19,10 @@ DoorState = Literal["open", "closed", "opening", "jammed"]
 OrderState = Literal["waiting", "carried", "delivered", "lost", "late"]
 
 Share = Annotated[float, Field(strict=True, ge=0, le=1)]
+
+
+def _robot(name: str) -> str:
+    return "each robot" if name == EACH else name
 
 
 class RobotCondition(Part):
@@ -38,6 +42,11 @@ class RobotCondition(Part):
         if self.at is None and self.is_ is None:
             raise ValueError("expected at: PLACE, is: STATE, or both")
         return self
+
+    def describe(self) -> str:
+        """Return the condition in words."""
+        states = [f"at {self.at}"] if self.at else []
+        return f"{_robot(self.robot)} is {' and '.join([*states, *([self.is_] if self.is_ else [])])}"
 
 
 class ItemCondition(Part):
@@ -60,6 +69,15 @@ class ItemCondition(Part):
             raise ValueError("expected at: PLACE, carried: true or false, or carried_by: ROBOT")
         return self
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        states = [f"is at {self.at}"] if self.at else []
+        if self.carried_by is not None:
+            states.append(f"is carried by {_robot(self.carried_by)}")
+        elif self.carried is not None:
+            states.append("is carried" if self.carried else "is not carried")
+        return f"{self.item} {' and '.join(states)}"
+
 
 class BatteryCondition(Part):
     """A robot's battery is below or above a share of its capacity."""
@@ -74,12 +92,21 @@ class BatteryCondition(Part):
             raise ValueError("expected either below: SHARE or above: SHARE")
         return self
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        limit = f"above {self.above:.0%}" if self.above is not None else f"below {self.below:.0%}"
+        return f"the battery of {_robot(self.battery)} is {limit}"
+
 
 class DoorCondition(Part):
     """A door is in a state."""
 
     door: Name
     is_: DoorState = Field(alias="is")
+
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return f"door {self.door} is {self.is_}"
 
 
 class OrderCondition(Part):
@@ -88,12 +115,20 @@ class OrderCondition(Part):
     order: Name
     is_: OrderState = Field(alias="is")
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return f"order {self.order} is {self.is_}"
+
 
 class FaultCondition(Part):
     """A fault of this kind is active; of a robot, or of anything if none is named."""
 
     fault: Name
     robot: Name | None = None
+
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return f"{_robot(self.robot)} has a fault {self.fault}" if self.robot else f"there is a fault {self.fault}"
 
 
 def _pair(value: Any) -> Any:
@@ -108,11 +143,19 @@ class LaneCondition(Part):
     lane: Annotated[tuple[Name, Name], BeforeValidator(_pair)]
     is_: Literal["closed", "open"] = Field(alias="is")
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return f"lane {'-'.join(self.lane)} is {self.is_}"
+
 
 class ItemsCondition(Part):
     """All items are where they are at the end of the run without faults: as near as a claw reaches, or carried."""
 
     items: Literal["as_without_faults"]
+
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return "all items are where they are without faults"
 
 
 class AllOf(Part):
@@ -120,17 +163,34 @@ class AllOf(Part):
 
     all: tuple[Condition, ...] = Field(min_length=1)
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return " and ".join(map(_operand, self.all))
+
 
 class AnyOf(Part):
     """At least one of some conditions holds."""
 
     any: tuple[Condition, ...] = Field(min_length=1)
 
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return " or ".join(map(_operand, self.any))
+
 
 class Not(Part):
     """A condition does not hold."""
 
     not_: Condition = Field(alias="not")
+
+    def describe(self) -> str:
+        """Return the condition in words."""
+        return f"not {_operand(self.not_)}"
+
+
+def _operand(condition: Condition) -> str:
+    text = condition.describe()
+    return f"({text})" if isinstance(condition, (AllOf, AnyOf)) else text
 
 
 CONDITIONS: Final[Mapping[str, type[BaseModel]]] = MappingProxyType(
@@ -153,50 +213,24 @@ CONDITIONS: Final[Mapping[str, type[BaseModel]]] = MappingProxyType(
 """By the key that tells what a condition is; the first that a mapping has counts."""
 
 
-def key_of(value: Any) -> str | None:
-    """Return the key that tells what a condition is; None if it is none."""
-    if isinstance(value, BaseModel):
-        return next((key for key, kind in CONDITIONS.items() if type(value) is kind), None)
-    return next((key for key in CONDITIONS if key in value), None) if isinstance(value, Mapping) else None
-
-
-def _tag(value: Any) -> str | None:
-    """Return the tag of a condition's model, which is no key of it, so that paths of errors are not mistaken."""
-    key = key_of(value)
-    return None if key is None else "<event>" if key == "goal" else f"<{key}>"
-
-
-def _known(value: Any) -> Any:
-    if key_of(value) is not None:
-        return value
-    if not isinstance(value, Mapping):
-        raise ValueError(f"expected a condition such as {{robot: eve, at: lab}}, got {shown(value)}")  # noqa: TRY004 - of a file, not of a program
-    alike = next((f"; did you mean {alike!r}?" for key in value if (alike := meant(str(key), CONDITIONS))), "")
-    raise ValueError(f"is no condition{alike or f'; one has a key of {listed([*CONDITIONS][:3])}, {_rest()}'}")
-
-
-def _rest() -> str:
-    return ", ".join([*CONDITIONS][3:])
-
-
-Condition = Annotated[
-    Annotated[
-        Annotated[AllOf, Tag("<all>")]
-        | Annotated[AnyOf, Tag("<any>")]
-        | Annotated[Not, Tag("<not>")]
-        | Annotated[EventPattern, Tag("<event>")]
-        | Annotated[ItemCondition, Tag("<item>")]
-        | Annotated[ItemsCondition, Tag("<items>")]
-        | Annotated[BatteryCondition, Tag("<battery>")]
-        | Annotated[DoorCondition, Tag("<door>")]
-        | Annotated[OrderCondition, Tag("<order>")]
-        | Annotated[FaultCondition, Tag("<fault>")]
-        | Annotated[LaneCondition, Tag("<lane>")]
-        | Annotated[RobotCondition, Tag("<robot>")],
-        Discriminator(_tag),
-    ],
-    BeforeValidator(_known),
-]
+if TYPE_CHECKING:
+    Condition = (
+        AllOf
+        | AnyOf
+        | Not
+        | EventPattern
+        | ItemCondition
+        | ItemsCondition
+        | BatteryCondition
+        | DoorCondition
+        | OrderCondition
+        | FaultCondition
+        | LaneCondition
+        | RobotCondition
+    )
+else:
+    _keys = f"has a key of {listed([*CONDITIONS][:3])}, {', '.join([*CONDITIONS][3:])}"
+    Condition = one_of(CONDITIONS, "condition", "a condition such as {robot: eve, at: lab}", _keys)
 """What may hold at an instant: a state, or for an instant an event."""
 
 AllOf.model_rebuild()

@@ -1,120 +1,72 @@
-"""The model of a file of properties."""
+"""The model of a file of properties, with the settings of those that are built in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema
 
-from hmrsim.diagnostics import Finding, Path, meant, problems_of, shown
-from hmrsim.properties.model import operators as by_operator
-from hmrsim.properties.model import patterns as by_pattern
-from hmrsim.properties.model.built_in import BuiltIn
-from hmrsim.properties.model.formulas import Formula
-from hmrsim.properties.model.part import Identifier, Part
+from hmrsim.diagnostics import Finding, Path, problems_of
+from hmrsim.properties.model.part import Count, Identifier, Part, Seconds
+from hmrsim.properties.model.property import Property
 
 if TYPE_CHECKING:
     from hmrsim.errors import Problem
 
-OPERATORS: Final = ("always", "never", "eventually", "sometimes", "whenever", "reports", "formula")
 
-KINDS: Final[Mapping[str, type[Part]]] = MappingProxyType(
-    {
-        "always": by_operator.Always,
-        "never": by_operator.Never,
-        "eventually": by_operator.Eventually,
-        "sometimes": by_operator.Sometimes,
-        "whenever": by_operator.Whenever,
-        "reports": by_operator.Reports,
-        "formula": Formula,
-        "visit": by_pattern.Visit,
-        "sequenced_visit": by_pattern.SequencedVisit,
-        "ordered_visit": by_pattern.OrderedVisit,
-        "strict_ordered_visit": by_pattern.StrictOrderedVisit,
-        "fair_visit": by_pattern.FairVisit,
-        "patrolling": by_pattern.Patrolling,
-        "sequenced_patrolling": by_pattern.SequencedPatrolling,
-        "ordered_patrolling": by_pattern.OrderedPatrolling,
-        "strict_ordered_patrolling": by_pattern.StrictOrderedPatrolling,
-        "fair_patrolling": by_pattern.FairPatrolling,
-        "past_avoidance": by_pattern.PastAvoidance,
-        "global_avoidance": by_pattern.GlobalAvoidance,
-        "future_avoidance": by_pattern.FutureAvoidance,
-        "upper_restricted_avoidance": by_pattern.UpperRestrictedAvoidance,
-        "exact_restricted_avoidance": by_pattern.ExactRestrictedAvoidance,
-        "lower_restricted_avoidance": by_pattern.LowerRestrictedAvoidance,
-        "wait": by_pattern.Wait,
-        "instantaneous_reaction": by_pattern.InstantaneousReaction,
-        "delayed_reaction": by_pattern.DelayedReaction,
-        "prompt_reaction": by_pattern.PromptReaction,
-        "bound_reaction": by_pattern.BoundReaction,
-        "bound_delay": by_pattern.BoundDelay,
-    }
-)
-"""Properties by the key that tells what each is."""
+def _default(value: Any, info: ValidationInfo) -> Any:
+    """Return the default where a file says ``true``."""
+    return _DEFAULTS[info.field_name or ""] if value is True else value
 
 
-def kind_of(value: Any) -> str | None:
-    """Return the key that tells what a property is; None if it is none."""
-    if isinstance(value, BaseModel):
-        return next((key for key, kind in KINDS.items() if type(value) is kind), None)
-    return next((key for key in KINDS if key in value), None) if isinstance(value, Mapping) else None
+_DEFAULTS: Final = {"no_deadlock": 60.0, "nobody_stranded": 120.0, "no_vain_goals": 5}
 
-
-def _tag(value: Any) -> str | None:
-    """Return the tag of a property's model, which is no key of it, so that paths of errors are not mistaken."""
-    key = kind_of(value)
-    return None if key is None else f"<{key}>"
-
-
-def _known(value: Any) -> Any:
-    if kind_of(value) is not None:
-        return value
-    if not isinstance(value, Mapping):
-        raise ValueError(f"expected a property such as {{never: {{robot: eve, at: lab}}}}, got {shown(value)}")  # noqa: TRY004 - of a file, not of a program
-    alike = next((f"; did you mean {alike!r}?" for key in value if (alike := meant(str(key), KINDS))), "")
-    said = f"; one has a key of {', '.join(OPERATORS)} or the name of a pattern, such as ordered_visit"
-    raise ValueError(f"is no property{alike or said}")
-
-
-Property = Annotated[
-    Annotated[
-        Annotated[by_operator.Always, Tag("<always>")]
-        | Annotated[by_operator.Never, Tag("<never>")]
-        | Annotated[by_operator.Eventually, Tag("<eventually>")]
-        | Annotated[by_operator.Sometimes, Tag("<sometimes>")]
-        | Annotated[by_operator.Whenever, Tag("<whenever>")]
-        | Annotated[by_operator.Reports, Tag("<reports>")]
-        | Annotated[Formula, Tag("<formula>")]
-        | Annotated[by_pattern.Visit, Tag("<visit>")]
-        | Annotated[by_pattern.SequencedVisit, Tag("<sequenced_visit>")]
-        | Annotated[by_pattern.OrderedVisit, Tag("<ordered_visit>")]
-        | Annotated[by_pattern.StrictOrderedVisit, Tag("<strict_ordered_visit>")]
-        | Annotated[by_pattern.FairVisit, Tag("<fair_visit>")]
-        | Annotated[by_pattern.Patrolling, Tag("<patrolling>")]
-        | Annotated[by_pattern.SequencedPatrolling, Tag("<sequenced_patrolling>")]
-        | Annotated[by_pattern.OrderedPatrolling, Tag("<ordered_patrolling>")]
-        | Annotated[by_pattern.StrictOrderedPatrolling, Tag("<strict_ordered_patrolling>")]
-        | Annotated[by_pattern.FairPatrolling, Tag("<fair_patrolling>")]
-        | Annotated[by_pattern.PastAvoidance, Tag("<past_avoidance>")]
-        | Annotated[by_pattern.GlobalAvoidance, Tag("<global_avoidance>")]
-        | Annotated[by_pattern.FutureAvoidance, Tag("<future_avoidance>")]
-        | Annotated[by_pattern.UpperRestrictedAvoidance, Tag("<upper_restricted_avoidance>")]
-        | Annotated[by_pattern.ExactRestrictedAvoidance, Tag("<exact_restricted_avoidance>")]
-        | Annotated[by_pattern.LowerRestrictedAvoidance, Tag("<lower_restricted_avoidance>")]
-        | Annotated[by_pattern.Wait, Tag("<wait>")]
-        | Annotated[by_pattern.InstantaneousReaction, Tag("<instantaneous_reaction>")]
-        | Annotated[by_pattern.DelayedReaction, Tag("<delayed_reaction>")]
-        | Annotated[by_pattern.PromptReaction, Tag("<prompt_reaction>")]
-        | Annotated[by_pattern.BoundReaction, Tag("<bound_reaction>")]
-        | Annotated[by_pattern.BoundDelay, Tag("<bound_delay>")],
-        Discriminator(_tag),
-    ],
-    BeforeValidator(_known),
+_ON_OR_OFF: Final = {"type": "boolean"}
+_Limit = Annotated[
+    Seconds | Literal[False],
+    BeforeValidator(_default),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0, "maximum": 1e9}, _ON_OR_OFF]}),
 ]
-"""A property of runs."""
+_Times = Annotated[
+    Count | Literal[False],
+    BeforeValidator(_default),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": 1_000_000}, _ON_OR_OFF]}),
+]
+
+
+class Recovery(Part):
+    """The time in which a controller has to recover.
+
+    Attributes:
+        within: How long a single fault may last that has to be borne, and how long several faults have to be over.
+    """
+
+    within: Seconds
+
+
+class BuiltIn(Part):
+    """The properties that are built in, with their limits; ``false`` switches one off.
+
+    Attributes:
+        goals_end: Each accepted goal gets exactly one terminal status by the end of the run.
+        no_deadlock: Robots do not wait for each other in a circle for longer than so many simulated seconds.
+        nobody_stranded: No robot has an empty battery for longer than so many seconds without being charged.
+        orders_in_time: No order is late or lost.
+        controller_lives: The controller does not crash, hang, or run out of memory.
+        no_vain_goals: The same goal to the same robot is not rejected or aborted so many times in a row.
+        mission_ends: The controller ends before the limit of simulated time.
+        recovers: The mission does not fail after transient faults; off by default.
+    """
+
+    goals_end: bool = True
+    no_deadlock: _Limit = _DEFAULTS["no_deadlock"]
+    nobody_stranded: _Limit = _DEFAULTS["nobody_stranded"]
+    orders_in_time: bool = True
+    controller_lives: bool = True
+    no_vain_goals: _Times = 5
+    mission_ends: bool = True
+    recovers: Recovery | Literal[False] = False
 
 
 class Properties(Part):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, WithJsonSchema
 
-from hmrsim.diagnostics import meant, shown
+from hmrsim.diagnostics import shown
 from hmrsim.properties.model.conditions import CONDITIONS, Condition
-from hmrsim.properties.model.part import Part
+from hmrsim.properties.model.part import Part, one_of
 
 
 def _window(value: Any) -> Any:
@@ -39,6 +39,12 @@ _Window = Annotated[
 ]
 
 
+def _words(window: tuple[float, float] | None) -> str:
+    if window is None:
+        return ""
+    return f" within {window[1]:g} s" if not window[0] else f" from {window[0]:g} to {window[1]:g} s on"
+
+
 class Throughout(Part):
     """A formula holds at each time of a window ahead.
 
@@ -49,20 +55,32 @@ class Throughout(Part):
     always: FormulaPart
     within: _Window | None = None
 
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return f"always{_words(self.within)} ({self.always.describe()})"
+
 
 class Sometime(Part):
-    """A formula holds at some time of a window ahead; *within* likewise."""
+    """A formula holds at some time of a window ahead; *within* as in `always`."""
 
     eventually: FormulaPart
     within: _Window | None = None
 
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return f"eventually{_words(self.within)} ({self.eventually.describe()})"
+
 
 class UpTo(Part):
-    """A formula holds until another one does, at some time of a window ahead; *within* likewise."""
+    """A formula holds until another one does, at some time of a window ahead; *within* as in `always`."""
 
     hold: FormulaPart
     until: FormulaPart
     within: _Window | None = None
+
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return f"({self.hold.describe()}) until{_words(self.within)} ({self.until.describe()})"
 
 
 class Every(Part):
@@ -70,11 +88,19 @@ class Every(Part):
 
     all: tuple[FormulaPart, ...] = Field(min_length=1)
 
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return " and ".join(part.describe() for part in self.all)
+
 
 class AnyOne(Part):
     """At least one of some formulas holds."""
 
     any: tuple[FormulaPart, ...] = Field(min_length=1)
+
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return " or ".join(part.describe() for part in self.any)
 
 
 class Opposite(Part):
@@ -82,12 +108,20 @@ class Opposite(Part):
 
     not_: FormulaPart = Field(alias="not")
 
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return f"not ({self.not_.describe()})"
+
 
 class Conditional(Part):
     """If a formula holds, another one does."""
 
     if_: FormulaPart = Field(alias="if")
     then: FormulaPart
+
+    def describe(self) -> str:
+        """Return the formula in words."""
+        return f"if {self.if_.describe()} then {self.then.describe()}"
 
 
 FORMULAS: Final[Mapping[str, type[BaseModel]]] = MappingProxyType(
@@ -104,45 +138,11 @@ FORMULAS: Final[Mapping[str, type[BaseModel]]] = MappingProxyType(
 )
 """By the key that tells what a part of a formula is; the first that a mapping has counts."""
 
-_OWN: Final = ("always", "eventually", "hold", "if", "all", "any", "not")
-
-
-def part_of(value: Any) -> str | None:
-    """Return the key that tells what a part of a formula is; None if it is none."""
-    if isinstance(value, BaseModel):
-        return next((key for key, kind in FORMULAS.items() if type(value) is kind), None)
-    return next((key for key in FORMULAS if key in value), None) if isinstance(value, Mapping) else None
-
-
-def _tag(value: Any) -> str | None:
-    key = part_of(value)
-    return None if key is None else f"<{key}>" if key in _OWN else "<condition>"
-
-
-def _known(value: Any) -> Any:
-    if part_of(value) is not None:
-        return value
-    if not isinstance(value, Mapping):
-        raise ValueError(f"expected a formula or a condition, got {shown(value)}")  # noqa: TRY004 - of a file
-    alike = next((f"; did you mean {alike!r}?" for key in value if (alike := meant(str(key), FORMULAS))), "")
-    said = f"; one has a key of {', '.join(_OWN)}, or is a condition"
-    raise ValueError(f"is no formula{alike or said}")
-
-
-FormulaPart = Annotated[
-    Annotated[
-        Annotated[Throughout, Tag("<always>")]
-        | Annotated[Sometime, Tag("<eventually>")]
-        | Annotated[UpTo, Tag("<hold>")]
-        | Annotated[Conditional, Tag("<if>")]
-        | Annotated[Every, Tag("<all>")]
-        | Annotated[AnyOne, Tag("<any>")]
-        | Annotated[Opposite, Tag("<not>")]
-        | Annotated[Condition, Tag("<condition>")],
-        Discriminator(_tag),
-    ],
-    BeforeValidator(_known),
-]
+if TYPE_CHECKING:
+    FormulaPart = Throughout | Sometime | UpTo | Conditional | Every | AnyOne | Opposite | Condition
+else:
+    _keys = f"has a key of {', '.join([*FORMULAS][:7])}, or is a condition"
+    FormulaPart = one_of(FORMULAS, "formula", "a formula or a condition", _keys)
 """A part of a formula."""
 
 

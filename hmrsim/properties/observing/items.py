@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.properties.observing.positions import Positions
     from hmrsim.properties.observing.timeline import Timeline
-    from hmrsim.properties.reference import ItemEnd
+    from hmrsim.properties.results import ItemEnd
     from hmrsim.world.model import World
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.events import EventPattern
     from hmrsim.properties.observing.signal import Signal
     from hmrsim.properties.observing.timeline import Timeline
-    from hmrsim.properties.reference import Reference
+    from hmrsim.properties.results import Reference
     from hmrsim.world.model import World
 
 

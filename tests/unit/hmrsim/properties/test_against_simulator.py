@@ -1,4 +1,4 @@
-"""What properties see of robots is what the simulator does, and what reports say."""
+"""Properties observe the same states and places of robots as the simulator and its reports."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_robots_are_seen_where_they_are(name, until):
     ("name", "until"), [("zoo/charger_queue", 600.0), ("zoo/crossing", 120.0), ("warehouse", 20.0)]
 )
 def test_the_states_of_robots_are_those_of_reports(name, until):
-    """How long robots were in each state is what a report says of the same run."""
+    """Robots are in each state as long as in the report on the same run."""
     world = load_world(name).world
     made, spans = [], {}
 

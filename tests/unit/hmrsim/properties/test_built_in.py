@@ -20,7 +20,7 @@ def test_a_goal_that_never_ends_is_told_at_the_end():
 
 @pytest.mark.parametrize("ending", ["timeout", "stopped", "crashed", None])
 def test_goals_under_way_are_undecided_where_the_controller_was_cut_off(ending):
-    """Where a run ends for another reason than its controller's, nobody could wait for the goals."""
+    """A controller can't wait for its goals if something else ends the run."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2).end(9, ending)
 
     assert (feed.violations, feed.verdict("goals_end").state) == ([], "undecided")
@@ -66,7 +66,7 @@ def test_a_goal_that_the_end_of_the_simulation_aborts_has_not_ended():
 
 
 def test_a_deadlock_that_lasts_is_told_when_its_time_is_over():
-    """Robots in a circle since 2 s are told at 62 s, when time goes on that far."""
+    """A circle that began at 2 s is reported at 62 s, once time has come that far."""
     feed = Feed(built_in={"no_deadlock": 60})
     feed.event(2, "deadlock", robots=["eve", "wall_e"], lanes=[]).event(90, "went_on", robot="eve", waited=88.0).end(99)
 
@@ -85,7 +85,7 @@ def test_a_deadlock_that_lasts_is_told_when_its_time_is_over():
     ],
 )
 def test_a_deadlock_that_is_untied_is_none(kind, fields):
-    """A circle ends when a robot of it does not wait for another one of it any more."""
+    """A circle ends when one of its robots no longer waits for another one of them."""
     feed = Feed(built_in={"no_deadlock": 60})
     feed.event(1, "waiting", robot="eve", at=[0.0, 0.0], **{"for": ["wall_e"]})
     feed.event(2, "deadlock", robots=["eve", "wall_e"], lanes=[]).event(32, kind, **fields).end(500)
@@ -135,7 +135,7 @@ def test_nobody_is_stranded_where_no_robot_has_a_battery():
 
 
 def test_a_late_order_and_a_lost_one_are_told():
-    """An order that is late is told when it is due, one whose item is gone at once."""
+    """A late order is reported when it is due, and an order whose item is deleted at once."""
     feed = Feed(built_in={"orders_in_time": True}).event(5, "order_placed", **PLACED)
     feed.event(65, "order_late", order="pills_1", item="pills_1", to="ward_a")
     feed.event(70, "order_lost", order="pills_1", item="pills_1").end(80)
@@ -167,7 +167,7 @@ def test_the_robustness_of_orders_is_the_share_of_their_time_that_is_left():
     ],
 )
 def test_the_reason_of_a_crash_is_the_error_and_its_place(ending, cause, reason):
-    """What an error says of robots and times is left out, so that two crashes of one bug have one reason."""
+    """The message of an error is left out, so that two crashes with one bug have one reason."""
     feed = Feed(built_in={"controller_lives": True}).end(7, ending, cause)
 
     assert [(7.0, "controller_lives", "", reason)] == feed.violations
@@ -202,7 +202,7 @@ ONE = {"fault": "goals_aborted", "robot": "eve", "count": 1}
 
 
 def fault(feed, name, began, ended=None, **settings):
-    """Let a fault begin, and end."""
+    """Feed the begin and the end of a fault."""
     said = {"fault": "breakdown", "robot": "eve", "name": name, **settings}
     feed.event(began, "fault_began", **said)
     return feed if ended is None else feed.event(ended, "fault_ended", **said)
@@ -255,7 +255,7 @@ def test_the_same_goal_that_fails_again_and_again_is_told():
 
 
 def test_a_vain_goal_is_fatal_at_once():
-    """It may be repeated for ever within one instant, so it is told before time goes on."""
+    """Such a loop may never end within its instant, so it is reported before time goes on."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for goal in "abc":
         fail(feed, 5.0, goal, x=1.0)
@@ -319,7 +319,7 @@ def test_goals_that_take_no_time_may_be_vain_with_successes_in_between():
 
 
 def test_a_goal_that_takes_long_to_fail_is_no_pause():
-    """What counts is the time between a failure and the next goal."""
+    """The time between a failure and the next goal counts."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for at, goal in zip((30, 60, 90), "abc", strict=True):
         fail(feed, at, goal, x=1.0, took=29)

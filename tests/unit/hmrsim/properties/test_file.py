@@ -1,4 +1,4 @@
-"""Files of properties: what can be said in them, and what is said about mistakes."""
+"""Files of properties: their content, and the errors that are reported."""
 
 from __future__ import annotations
 
@@ -53,6 +53,24 @@ def test_a_file_is_read(tmp_path):
     )
 
 
+def test_models_beside_errors_are_read():
+    """A property that is a model, and not a mapping, does not hide the errors of another one."""
+    lab = properties_of({"properties": {"lab": {"never": {"robot": "eve", "at": "lab"}}}}).properties["lab"]
+
+    assert told({"properties": {"lab": lab, "hall": {"nevr": {}}}}) == [
+        "properties.hall: is no property; did you mean 'never'?"
+    ]
+
+
+def test_the_schema_accepts_all_of_some_formulas():
+    """An editor does not take conditions in a formula for both, a formula and a condition."""
+    schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
+    lab = {"robot": "eve", "at": "lab"}
+
+    for formula in ({"all": [lab]}, {"any": [lab, lab]}, {"not": lab}):
+        assert Draft202012Validator(schema).is_valid({"properties": {"lab": {"formula": formula}}})
+
+
 def test_the_schema_knows_what_is_read():
     """An editor accepts the example, and marks what is no property."""
     schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
@@ -67,7 +85,7 @@ def test_the_schema_knows_what_is_read():
 
 
 def test_all_errors_of_a_file_are_told_with_their_lines(tmp_path):
-    """Errors of form and of meaning are told at once, each with line, path and remedy."""
+    """Errors of form and of meaning are reported together, each with line, path and remedy."""
     path = tmp_path / "p.yaml"
     path.write_text(
         "properties:\n"
@@ -89,7 +107,7 @@ def test_all_errors_of_a_file_are_told_with_their_lines(tmp_path):
 
 
 def test_conditions_are_checked_at_any_depth():
-    """A mistake within conditions within conditions has its path."""
+    """An error in nested conditions has its path."""
     nested = {"sometimes": {"all": [{"not": {"any": [{"lane": ["a"], "is": "closed"}, {"robot": "eve"}]}}]}}
 
     assert [
@@ -123,7 +141,7 @@ def test_the_name_of_a_built_in_property_is_taken():
 
 
 def test_what_is_no_mapping_is_no_file(tmp_path):
-    """A list is told to be none."""
+    """A list is not a mapping of properties."""
     (tmp_path / "p.yaml").write_text("[1, 2]")
 
     with pytest.raises(PropertyError, match=r"expected a mapping with properties, built_in or both, got \[1, 2\]"):
@@ -180,7 +198,7 @@ def test_what_the_world_has_is_right():
 
 
 def test_names_that_the_world_lacks_are_errors():
-    """Each name is told with what there is instead."""
+    """Each error lists the names that exist."""
     found = checked(
         a={"never": {"robot": "eva", "at": "lap"}},
         b={"never": {"item": "medicin", "carried": True}},
@@ -208,7 +226,7 @@ def test_names_that_the_world_lacks_are_errors():
 
 
 def test_what_can_not_happen_in_a_world_is_a_warning():
-    """A property that nothing in this world can exercise says nothing, which is told before a search."""
+    """A property that nothing in this world can exercise is a warning before a search."""
     found = checked(
         a={"never": {"event": "lift_called"}},
         b={"never": {"event": "deadlock"}},
@@ -239,7 +257,7 @@ def test_what_can_not_happen_in_a_world_is_a_warning():
 
 
 def test_a_finding_has_the_line_of_its_file(tmp_path):
-    """What a world lacks is told where the file speaks of it."""
+    """A name that the world lacks is an error at its place in the file."""
     path = tmp_path / "p.yaml"
     path.write_text("properties:\n  x:\n    never:\n      robot: eva\n      at: lab\n")
     properties = read_properties(path)

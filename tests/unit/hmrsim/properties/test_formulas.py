@@ -81,7 +81,7 @@ def test_the_end_of_a_run_cuts_windows_off(formula, ending, state):
 
 
 def test_errors_in_formulas_have_their_paths():
-    """A mistake at any depth is told with what would do."""
+    """An error at any depth is reported with a remedy."""
     with pytest.raises(PropertyError) as error:
         properties_of(
             {

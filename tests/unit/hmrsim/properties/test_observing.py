@@ -16,7 +16,7 @@ PLACED = {"order": "pills_1", "item": "pills_1", "from": "lab", "to": "ward_a", 
 
 
 def spans(condition, tell, until=100.0, **world):
-    """Return when a condition began to hold, and when it ended, in a run of which something is told."""
+    """Return the times at which a condition began to hold and ceased to, in a run of some events."""
     feed = Feed({"holds": {"never": condition}, "fails": {"always": condition}}, world=ward(**world))
     feed.monitor.begin(0)
     tell(feed)
@@ -26,7 +26,7 @@ def spans(condition, tell, until=100.0, **world):
 
 
 def drive(feed, at, start, *ends, seconds=10.0, robot="eve", **fields):
-    """Let a robot drive from point to point, each in so many seconds."""
+    """Feed a motion from point to point, with the seconds that each takes."""
     points = [start, *ends]
     pieces = [
         {"from": [*a, 0.0], "to": [*b, 0.0], "duration": seconds, "lane": None, **fields} for a, b in pairwise(points)
@@ -42,7 +42,7 @@ def test_passing_a_place_is_being_there():
 
 
 def test_a_robot_that_stops_does_not_come():
-    """What a robot was going to do is withdrawn when it stops before."""
+    """The rest of a motion is withdrawn when the robot stops before its end."""
 
     def tell(feed):
         drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0])

@@ -88,7 +88,7 @@ def test_a_recording_says_what_the_run_did():
     ("end", "found"), [(6_000_000_000, [(4.0, "x", "", "not within 4 s: picked")]), (2**63, []), (3_000_000_000, [])]
 )
 def test_time_goes_on_to_the_end_of_a_recording(end, found):
-    """What has not come by its time, after the last event, is missed; a damaged file may have any end."""
+    """A deadline after the last event counts, but not after the end that a damaged file may have."""
     world = load_world("scenario1").world
     recording = SimpleNamespace(
         world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),

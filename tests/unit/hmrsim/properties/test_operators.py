@@ -39,12 +39,12 @@ def low(feed, at, robot, share):
 
 
 def place(feed, at, order):
-    """Let an order come."""
+    """Feed an order."""
     return feed.event(at, "order_placed", order=order, item=order, **{"from": "lab", "to": "ward_a"})
 
 
 def deliver(feed, at, order):
-    """Let an order be delivered."""
+    """Feed the delivery of an order."""
     return feed.event(at, "order_delivered", order=order, item=order, lead_time=1.0)
 
 
@@ -94,7 +94,7 @@ def test_never_is_violated_by_each_event():
 
 
 def test_eventually_within_some_time_is_violated_when_it_is_over():
-    """What has not come by then is a violation at that time; what comes later does not count."""
+    """A condition that has not held by then violates it at that time, even if it holds later."""
     feed = watched({"eventually": DOOR, "within": 10}).event(11, "door_opened", door="gate").end(20)
 
     assert [(10.0, "p", "", "not within 10 s: door_opened")] == feed.violations
@@ -129,7 +129,7 @@ def test_a_run_that_was_stopped_leaves_undecided_what_has_not_come():
 
 
 def test_sometimes_is_never_violated_but_told():
-    """What does not happen is told as never exercised, what happens as often as it does."""
+    """A condition that never holds is never exercised; the verdict counts how often others do."""
     never, twice = watched({"sometimes": DOOR}).end(8), watched({"sometimes": DOOR})
     twice.event(1, "door_opened", door="gate").event(1, "door_opened", door="gate").end(8)
 
@@ -153,7 +153,7 @@ def test_the_robustness_of_what_follows_is_the_least_time_that_was_left():
 
 
 def test_a_trigger_that_the_end_cuts_off_is_undecided():
-    """What may follow after the end is neither followed nor violated."""
+    """A trigger that could be followed after the end is neither followed nor violated."""
     feed = place(watched(IN_TIME), 50, "a").end(99)
 
     assert ([], "undecided") == (feed.violations, feed.verdict("p").state)
@@ -188,7 +188,7 @@ def test_a_state_may_have_to_follow_of_what_the_trigger_names():
 
 
 def test_a_state_that_does_not_follow_is_told_with_its_robot():
-    """Each trigger has a state of its own to wait for."""
+    """Each trigger waits for the state of its own robot."""
     feed = watched({"whenever": {"event": "picked"}, "then": {"robot": "$robot", "at": "ward_a"}, "within": 30})
     feed.event(5, "picked", robot="eve", item="medicine").event(6, "picked", robot="wall_e", item="x")
     feed.event(20, "teleported", entity="wall_e", at=[20.0, 0.0], yaw=0.0).end(99)
@@ -197,7 +197,7 @@ def test_a_state_that_does_not_follow_is_told_with_its_robot():
 
 
 def test_an_event_may_name_the_place_and_the_item():
-    """What an order brings has to be where the order says; a place that there is not is never reached."""
+    """The item of an order has to be at its destination; a place that does not exist is never reached."""
     arrives = {"whenever": {"event": "order_placed"}, "then": {"item": "$item", "at": "$to"}, "within": 60}
     feed = place(place(watched(arrives), 5, "a"), 6, "b")
     feed.event(7, "order_placed", order="c", item="c", **{"from": "lab", "to": "nowhere"})
@@ -248,7 +248,7 @@ def test_violations_are_told_as_soon_as_they_are_found():
 
 
 def test_nothing_happens_after_the_end():
-    """What comes when a simulation is torn down is no part of the run."""
+    """Events of a simulation that is torn down are not part of the run."""
     feed = watched({"never": DOOR}).end(8).event(9, "door_opened", door="gate")
     feed.monitor.timeline.restart(seconds(99))
     feed.monitor.end(None, Ended("failed"))
@@ -257,7 +257,7 @@ def test_nothing_happens_after_the_end():
 
 
 def test_an_event_at_the_instant_of_a_state_follows_it():
-    """What begins to hold does so at the end of its instant, and an event of that instant follows it."""
+    """A condition begins to hold at the end of an instant, so that an event of that instant follows it."""
     feed = watched({"whenever": {"all": [DOOR, {"fault": "slip"}]}, "then": {"event": "door_closed"}, "within": 5})
     feed.event(1, "fault_began", fault="slip", name="s", robot="eve")
     feed.event(2, "door_closed", door="gate").event(2, "door_opened", door="gate").event(3, "door_opened", door="gate")
@@ -266,7 +266,7 @@ def test_an_event_at_the_instant_of_a_state_follows_it():
 
 
 def test_a_run_that_was_stopped_leaves_obligations_undecided():
-    """What has not followed yet might have."""
+    """A reaction might have followed later."""
     feed = watched({**STOPS, "then": DOOR}).event(5, "fault_began", fault="breakdown", name="b", robot="eve")
 
     assert "undecided" == feed.end(50, "stopped").verdict("p").state

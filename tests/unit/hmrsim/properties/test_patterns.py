@@ -116,7 +116,7 @@ FORMULAS = {
 @given(word=letters)
 @examples(60)
 def test_other_patterns_are_as_published(pattern, word):
-    """A run of events, after which nothing happens any more, violates a pattern where its formula says so."""
+    """A run of events, after which nothing more happens, violates a pattern where its formula says so."""
     said, formula = FORMULAS[pattern]
 
     assert formula([*word, frozenset()], 0) == (not tell(said, word).violations)
@@ -168,7 +168,7 @@ def test_waiting_for_what_never_comes():
 
 
 def test_a_visit_may_have_a_time():
-    """What is not reached in time is told then, with the place that is missing; what is left is the robustness."""
+    """A late visit is reported with the missing place; otherwise the robustness is the share of time that was left."""
     late = travel({"sequenced_visit": ["l1", "l2"], "within": 2.5}, ["l1", "l3", "l2"])
     in_time = travel({"sequenced_visit": ["l1", "l2"], "within": 4.0}, ["l1", "l3", "l2"])
 
@@ -227,7 +227,7 @@ def test_a_delayed_reaction_may_have_a_time():
 
 
 def test_an_instantaneous_reaction_may_be_of_what_the_stimulus_names():
-    """The robot of the fault has to be stopped at once, whoever that is."""
+    """The robot of the fault has to be stopped at once."""
     said = {
         "instantaneous_reaction": {"event": "fault_began", "where": {"fault": "slip"}},
         "then": {"robot": "$robot", "is": "stopped"},
@@ -271,7 +271,7 @@ def test_patterns_that_nothing_has_exercised_say_so():
     ],
 )
 def test_verdicts_of_patterns(said, word, ending, state, robustness):
-    """What holds has its robustness, and what an end cuts off is undecided."""
+    """A pattern that holds has its robustness, and one that the end cuts off is undecided."""
     feed = Feed({"x": said}, world=world())
     feed.monitor.begin(1_000_000_000)
     for i, letter in enumerate(word, 1):

@@ -7,7 +7,7 @@ import pytest
 from hmrsim.errors import PropertyError
 from hmrsim.events import from_json
 from hmrsim.properties import Ended, Monitor, properties_of
-from hmrsim.properties.reference import ItemEnd, reference_of
+from hmrsim.properties.results import ItemEnd, reference_of
 from hmrsim.report.occurrence import Occurrence
 from tests.watching import OFF, Feed, seconds, ward
 
@@ -16,7 +16,7 @@ SAID = {"told": {"reports": "succeeded", "then": ARRIVED}}
 
 
 def placed(feed: Feed, at: float, x: float = 20.0) -> Feed:
-    """Let the medicine be put down at a point of the line."""
+    """Feed that the medicine is put down at a point of the line."""
     return feed.event(at, "placed", robot="eve", item="medicine", at=[x, 0.0])
 
 
@@ -51,7 +51,7 @@ def test_a_run_whose_end_is_not_known_is_undecided(ending):
 
 
 def test_a_label_of_end_run_is_a_report_at_its_instant():
-    """What becomes of the medicine later does not count, and other labels do not either."""
+    """Neither later changes of the medicine nor other labels count."""
     feed = Feed({"told": {"reports": "arrived", "then": ARRIVED}})
     feed.event(1, "run_reported", label="other", values={})
     placed(feed, 5).event(5, "run_reported", label="arrived", values={})
@@ -102,7 +102,7 @@ PICKED = (4, "picked", {"robot": "eve", "item": "medicine"})
     ],
 )
 def test_items_are_compared_with_those_of_the_run_without_faults(reference, events, state):
-    """Where they lie, within the reach of a claw, or that they are carried."""
+    """Items have to lie in the same place, within the reach of a claw, or be carried in both runs."""
     (verdict,) = compared({"medicine": reference}, *events).verdicts()
 
     assert verdict.state == state
@@ -133,7 +133,7 @@ def test_it_may_be_asked_for_without_a_report():
 
 
 def test_a_reference_is_read_of_a_scene():
-    """Where each item is, and whether somebody has it."""
+    """The reference has the place of each item, and whether a robot carries it."""
     items = [{"name": "a", "at": [1.0, 2.0], "carrier": None}, {"name": "b", "at": [0.0, 0.0], "carrier": "eve"}]
 
     assert reference_of({"items": items}) == {

@@ -63,7 +63,7 @@ def test_only_what_a_property_speaks_of_is_wanted(said, wanted):
 
 
 def test_a_battery_is_read_when_anything_happens(run):
-    """A battery that loses a share of 0.01 a second is at 0.8 after 20 s, without an event of its own."""
+    """A battery that loses a share of 0.01 a second is at 0.8 after 20 s, without a battery event."""
     monitor, _ = run({"low": {"always": {"battery": "eve", "above": 0.83}}})
 
     assert [20.0] == [violation.at / 1e9 for violation in monitor.violations]
@@ -132,7 +132,7 @@ def test_a_violation_that_is_published_does_not_let_time_go_on():
     "said", [{"never": {"robot": "*", "at": "lab"}}, {"patrolling": ["hall"], "robot": "*", "every": 5}]
 )
 def test_a_property_about_each_robot_waits_for_the_first_one(said):
-    """Where robots are is wanted from the start, also in a world without any."""
+    """A property about places needs motions from the start, also in a world without robots."""
     world = ward(robots={}, demand=[])
     monitor = Monitor(properties_of({"properties": {"x": said}, "built_in": dict(OFF)}), world)
     sink = MonitorSink(Simulator(world), monitor)

@@ -10,7 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.properties.temporal import Above, Always, And, Below, Eventually, Implies, Not, OnlineMonitor, Or, Until
+from hmrsim.properties.temporal import (
+    Above,
+    Always,
+    And,
+    Below,
+    Eventually,
+    Implies,
+    Not,
+    Once,
+    OnlineMonitor,
+    Or,
+    Previous,
+    Since,
+    Until,
+)
 from tests.cases import case
 from tests.profiles import examples
 from tests.torture import monitors
@@ -81,7 +95,7 @@ def value_at(changes, at):
 @given(formula=formulas, trace=traces)
 @examples(150)
 def test_robustness_is_as_defined(formula, trace):
-    """What is certain after a trace is what the definition says of it, at each time."""
+    """The robustness that is certain after a trace is that of the definition, at each time."""
     monitor = OnlineMonitor(formula, SIGNALS)
     changes = [change for at, values in enumerate(trace) for change in monitor.update(at, values)]
 
@@ -109,7 +123,7 @@ def test_what_may_follow_lies_between_the_bounds(formula, trace, more):
 @given(trace=traces)
 @examples(100)
 def test_a_window_without_an_end_ends_with_the_trace(trace):
-    """What has never come by the end does not come any more."""
+    """A condition that has not held by the end counts as one that never holds."""
     monitor = OnlineMonitor(Always(0, math.inf, Implies(A, Eventually(0, math.inf, B))), SIGNALS)
     for at, values in enumerate(trace):
         monitor.update(at, [value + 0.5 for value in values])
@@ -120,6 +134,60 @@ def test_a_window_without_an_end_ends_with_the_trace(trace):
     assert {value_at(least, 0), value_at(greatest, 0)} == {
         min(max(-a, *(b for _, b in shifted[at:])) for at, (a, _) in enumerate(shifted))
     }
+
+
+def looking_back(inner):
+    """Return formulas without windows with others in them."""
+    return st.one_of(
+        st.builds(Not, inner),
+        st.builds(And, inner, inner),
+        st.builds(Or, inner, inner),
+        st.builds(Implies, inner, inner),
+        st.builds(Previous, inner, st.booleans()),
+        st.builds(Since, inner, inner, st.booleans()),
+        st.builds(Once, inner),
+    )
+
+
+def defined_back(formula: Formula, trace: list[tuple[float, ...]], at: int) -> float:
+    """Return the robustness of a formula without windows at a sample by its definition."""
+    inner = [lambda time, part=part: defined_back(part, trace, time) for part in formula.parts]
+    before = math.inf if getattr(formula, "initially", False) else -math.inf
+    match formula:
+        case Previous():
+            return inner[0](at - 1) if at else before
+        case Once():
+            return max(map(inner[0], range(at + 1)))
+        case Since():
+            left, right = inner
+            began = [min([right(time), *map(left, range(time + 1, at + 1))]) for time in range(at + 1)]
+            return max([*began, min([before, *map(left, range(at + 1))])])
+    return INSTANT[type(formula)](*(part(at) for part in inner)) if inner else defined(formula, trace, at)
+
+
+@given(formula=st.recursive(atoms, looking_back, max_leaves=4), trace=traces)
+@examples(200)
+def test_operators_of_the_past_are_as_defined(formula, trace):
+    """Each sample gives the value that the definition has, which looks at all samples up to it."""
+    value = formula.value(SIGNALS)
+
+    assert [defined_back(formula, trace, at) for at in range(len(trace))] == [value(sample) for sample in trace]
+
+
+def test_an_operator_of_the_past_can_be_in_a_window():
+    """Once a holds, b does within 2."""
+    monitor = OnlineMonitor(Implies(Once(A), Eventually(0, 2, B)), SIGNALS)
+    samples = [(-1.0, -1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
+
+    changes = [change for at, sample in enumerate(samples) for change in monitor.update(at, sample)]
+
+    assert [(0, 1.0), (1, -1.0), (2, 1.0)] == changes
+
+
+def test_a_window_in_an_operator_of_the_past_is_an_error():
+    """Operators of the past look back from sample to sample, so that nothing in them can look ahead."""
+    with pytest.raises(ValueError, match="windows"):
+        OnlineMonitor(Once(Eventually(0, 2, A)), SIGNALS)
 
 
 def test_robustness_agrees_with_mstlo():

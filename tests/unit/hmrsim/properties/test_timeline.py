@@ -60,7 +60,7 @@ def test_settling_may_set_alarms_that_are_due_at_once(timeline, told):
 
 
 def test_a_canceled_alarm_does_not_ring(timeline, told):
-    """What was to come is withdrawn."""
+    """Its time passes, and nothing happens."""
     timeline.alarm(5, Phase.CHANGE, lambda at: told.append((at, "rings"))).cancel()
     timeline.take(opened(9))
 
@@ -93,7 +93,7 @@ def test_a_reset_that_is_told_of_has_its_time(timeline, told):
 
 
 def test_what_is_due_at_the_end_rings(timeline, told):
-    """The last instant is settled, and what is too late at it is told."""
+    """The last instant is settled, and deadlines at it expire."""
     timeline.alarm(5, Phase.EXPIRY, lambda at: told.append((at, "late")))
     timeline.alarm(6, Phase.EXPIRY, lambda at: told.append((at, "later")))
     timeline.end(5)

@@ -1,4 +1,4 @@
-"""Whether a world has what properties speak of, and whether anything of it can happen there."""
+"""Checks of properties against a world: the names in them exist there, and their events can happen."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from hmrsim.properties.model.conditions import (
     OrderCondition,
     RobotCondition,
 )
-from hmrsim.properties.model.part import BOUND, EACH, walk
-from hmrsim.properties.model.patterns import PatrollingPattern, VisitPattern
+from hmrsim.properties.model.part import BOUND, EACH, texts, walk
+from hmrsim.properties.model.property import PatrollingPattern, VisitPattern
 from hmrsim.protocol.goal import WORLD
 
 if TYPE_CHECKING:
@@ -34,25 +34,28 @@ if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
     from hmrsim.world.model import World
 
+_PLACE: Final = "waypoint, place or dock"
 _NUMBERED: Final = re.compile(r"(.+)_([1-9][0-9]*)")
 
 
 def check_properties(properties: Properties, world: World) -> list[Finding]:
-    """Return what of a world properties speak of in vain.
+    """Return the parts of properties that do not fit a world.
 
-    A name that the world lacks is an error; what can't happen in it, so that the property says nothing, is a warning.
+    A name that the world lacks is an error. An event or state that can't occur in it is a warning, as the property says
+    nothing.
     """
     names = _Names.of(world)
-    found: list[Finding] = []
-    for name, each in properties.properties.items():
-        for path, part in walk(each, ("properties", name)):
-            found += _check(path, part, names)
-    return found
+    return [
+        finding
+        for name, each in properties.properties.items()
+        for path, part in walk(each, ("properties", name))
+        for finding in _check(path, part, names)
+    ]
 
 
 @dataclass(frozen=True)
 class _Names:
-    """What a world has."""
+    """The names in a world."""
 
     world: World
     robots: Collection[str]
@@ -68,7 +71,7 @@ class _Names:
         return cls(world, world.robots, powered, {**world.points, **world.places, **world.docks}, lanes | back)
 
     def demand_of(self, name: str, *, items: bool) -> bool | None:
-        """Return whether an order, or its item, of such a name comes; None if it has none of a demand's."""
+        """Return whether the demand makes an order of this name, or an item; None if the name is not a demand's."""
         match = _NUMBERED.fullmatch(name)
         for spec in self.world.demand if match else ():
             called = (spec.item or spec.name) if items else spec.name
@@ -83,14 +86,14 @@ def _check(path: Path, part: BaseModel, names: _Names) -> Iterator[Finding]:
         case VisitPattern() | PatrollingPattern():
             yield from _check_places(path, part, names)
         case RobotCondition():
-            yield from _robot(path, "robot", part.robot, names)
-            yield from _place(path, part.at, names)
+            yield from _one_of((*path, "robot"), "robot", part.robot, names.robots)
+            yield from _one_of((*path, "at"), _PLACE, part.at, names.places)
             if part.is_ == "charging" and part.robot in world.robots and part.robot not in names.powered:
                 yield warning((*path, "is"), f"{part.robot} has no battery, and never charges", part.is_)
         case ItemCondition():
             yield from _item(path, part.item, names)
-            yield from _place(path, part.at, names)
-            yield from _robot(path, "carried_by", part.carried_by, names)
+            yield from _one_of((*path, "at"), _PLACE, part.at, names.places)
+            yield from _one_of((*path, "carried_by"), "robot", part.carried_by, names.robots)
         case BatteryCondition():
             yield from _battery(path, part.battery, names)
         case DoorCondition():
@@ -98,16 +101,16 @@ def _check(path: Path, part: BaseModel, names: _Names) -> Iterator[Finding]:
         case EventPattern():
             yield from _pattern(path, part, names)
         case _:
-            yield from _check_thing(path, part, names)
+            yield from _check_other(path, part, names)
 
 
-def _check_thing(path: Path, part: BaseModel, names: _Names) -> Iterator[Finding]:
+def _check_other(path: Path, part: BaseModel, names: _Names) -> Iterator[Finding]:
     match part:
         case OrderCondition():
             yield from _order((*path, "order"), part.order, names)
         case FaultCondition():
             yield from _one_of((*path, "fault"), "kind of fault", part.fault, faults())
-            yield from _robot(path, "robot", part.robot, names)
+            yield from _one_of((*path, "robot"), "robot", part.robot, names.robots)
         case LaneCondition():
             if part.lane not in names.lanes:
                 known = [f"{a}-{b}" for a, b in sorted(names.lanes)]
@@ -116,12 +119,10 @@ def _check_thing(path: Path, part: BaseModel, names: _Names) -> Iterator[Finding
 
 
 def _check_places(path: Path, part: VisitPattern | PatrollingPattern, names: _Names) -> Iterator[Finding]:
-    yield from _robot(path, "robot", part.robot, names)
-    for field in type(part).model_fields:
-        value = getattr(part, field)
-        if isinstance(value, tuple):
-            for i, place in enumerate(value):
-                yield from _one_of((*path, field, i), "waypoint, place or dock", place, names.places)
+    yield from _one_of((*path, "robot"), "robot", part.robot, names.robots)
+    for inner, place in texts(part):
+        if len(inner) > 1:
+            yield from _one_of((*path, *inner), _PLACE, place, names.places)
 
 
 def _one_of(path: Path, noun: str, name: str | None, known: Collection[str]) -> Iterator[Finding]:
@@ -131,14 +132,6 @@ def _one_of(path: Path, noun: str, name: str | None, known: Collection[str]) -> 
 
 def _stands_for_others(name: str) -> bool:
     return name == EACH or name.startswith(BOUND)
-
-
-def _robot(path: Path, field: str, name: str | None, names: _Names) -> Iterator[Finding]:
-    yield from _one_of((*path, field), "robot", name, names.robots)
-
-
-def _place(path: Path, name: str | None, names: _Names) -> Iterator[Finding]:
-    yield from _one_of((*path, "at"), "waypoint, place or dock", name, names.places)
 
 
 def _battery(path: Path, name: str, names: _Names) -> Iterator[Finding]:
@@ -165,7 +158,7 @@ def _order(path: Path, name: str, names: _Names) -> Iterator[Finding]:
 
 
 _SUBJECTS: Final = ("robot", "door", "dock", "lift", "item", "order")
-"""Fields of events that have a name of something in the world."""
+"""Fields of events with the name of something in the world."""
 
 
 def _pattern(path: Path, pattern: EventPattern, names: _Names) -> Iterator[Finding]:

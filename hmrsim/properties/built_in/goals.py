@@ -1,11 +1,4 @@
-"""The same goal to the same robot is not rejected or aborted again and again.
-
-Goals are the same if robot, action and message are. What a controller brings about itself does not count, as where one
-of its goals preempts another, and any goal of the robot that succeeds ends the row. So does a pause: a controller that
-looks now and then whether a robot works again does not ask in vain. A controller that is started anew begins with new
-rows: it knows nothing of what its predecessor has tried. What fails many times within one instant may go on
-for ever, also with successes in between.
-"""
+"""Properties of goals: each one ends, and none is repeated in vain."""
 
 from __future__ import annotations
 
@@ -18,6 +11,7 @@ from pydantic_core import to_json
 
 from hmrsim.events.goals import GoalAccepted, SendGoalRejected
 from hmrsim.events.simulation import ParticipantDropped
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.properties.watcher import Watcher
@@ -26,9 +20,68 @@ from hmrsim.report.occurrence import Commanded
 
 if TYPE_CHECKING:
     from hmrsim.properties.observing.timeline import Timeline
-    from hmrsim.properties.results import Tell, Verdict
+    from hmrsim.properties.results import Ended, Tell, Verdict
 
 _ACCEPTED, _SUCCEEDED, _ABORTED = int(GoalStatus.ACCEPTED), int(GoalStatus.SUCCEEDED), int(GoalStatus.ABORTED)
+_BY_ITSELF: Final = ("succeeded", "failed")
+"""How a controller ends that could have waited for its goals."""
+
+
+class GoalsEnd(Watcher):
+    """Each accepted goal gets exactly one terminal status by the end of the run."""
+
+    def __init__(self, timeline: Timeline, tell: Tell) -> None:
+        super().__init__("goals_end", tell)
+        self._open: dict[tuple[str, str], tuple[int, str]] = {}
+        self._left: set[tuple[str, str]] = set()
+        self._ended: dict[tuple[str, str], int] = {}
+        self._accepted = 0
+        self._undecided = 0
+        timeline.on(GoalSeen, self._goal)
+
+    def _goal(self, at: int, goal: GoalSeen) -> None:
+        key, status = (goal.robot, goal.goal_id), goal.status
+        if status == _ACCEPTED or (key not in self._open and key not in self._ended):
+            self._accepted += 1
+            self._ended.pop(key, None)
+            self._left.discard(key)
+            self._open[key] = at, goal.action
+        elif key in self._ended:
+            before, now = GoalStatus(self._ended[key]).name, GoalStatus(status).name
+            text = f"goal {goal.goal_id[:8]} of {goal.robot}/{goal.action} is {now} after it was {before}"
+            again = "ended twice" if status >= _SUCCEEDED else "goes on after its end"
+            self.violate(at, goal.robot, again, text)
+            return
+        # A goal that is ended with the run was still running.
+        if status >= _SUCCEEDED and goal.cause != Cause.ENDED:
+            del self._open[key]
+            self._ended[key] = status
+
+    def leave(self) -> None:
+        """Excuse the running goals, whose controller has been killed and can no longer end them."""
+        self._left.update(self._open)
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report goals that are running although their controller has ended by itself."""
+        if ended is None or ended.ending not in _BY_ITSELF:
+            self._undecided = len(self._open)
+            return
+        for (robot, goal_id), (since, action) in self._open.items():
+            if (robot, goal_id) in self._left:
+                self._undecided += 1
+                continue
+            text = f"goal {goal_id[:8]} of {robot}/{action}, accepted at {since / NANOSECONDS:.1f} s, never ended"
+            self.violate(at, robot, "not ended", text)
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all goals have ended."""
+        if self._undecided:
+            return self._is("undecided", 0.0, f"{self._undecided} of {self._accepted} goals were under way at the end")
+        if not self._accepted:
+            return self._is("never_exercised", 1.0, "no goal was accepted")
+        return self._is("holds", 1.0, f"{self._accepted} goals have ended once")
+
+
 _OWN_DOING: Final = frozenset({Cause.PREEMPTED, Cause.CANCELED, Cause.RESET, Cause.ENDED, Cause.DELETED})
 _STAMP: Final = "stamp"
 _PAUSE: Final = 20_000_000_000
@@ -39,7 +92,7 @@ _MANY: Final = 10
 
 @dataclass(slots=True)
 class _Row:
-    """How often a goal has failed, and when it did last."""
+    """How often a goal has failed, and when it last did."""
 
     last: int
     count: int = 0
@@ -47,10 +100,15 @@ class _Row:
 
 
 class NoVainGoals(Watcher):
-    """Counts for each robot how often each goal has failed since one has succeeded.
+    """The same goal to the same robot is not rejected or aborted too often in a row.
+
+    Goals are the same if robot, action and message are. Failures that the controller causes itself do not count, as
+    where one of its goals preempts another. A row ends when any goal of the robot succeeds, when a goal is sent after a
+    pause, as by a controller that polls whether a robot works again, and when the controller is replaced. Many failures
+    within one instant are too many whatever succeeds in between, as such a loop may never end.
 
     Args:
-        limit: How often it may not fail in a row.
+        limit: How many failures in a row are too many.
     """
 
     def __init__(self, limit: int, timeline: Timeline, tell: Tell) -> None:
@@ -66,16 +124,16 @@ class NoVainGoals(Watcher):
         timeline.on(Commanded, lambda _at, command: self._command(command))
         timeline.on(SendGoalRejected, self._reject)
         timeline.on(ParticipantDropped, lambda _at, _event: self.begin_anew())
-        # Either one ends all goals.
+        # A reset of either scope ends all goals.
         ends = ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME
         timeline.on_reset(ends, lambda _at: self.begin_anew())
 
     def begin_anew(self) -> None:
-        """Begin to count anew, as for another controller."""
+        """Count from zero, as for another controller."""
         self._rows.clear()
 
     def ask(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
-        """Take note of what the next goal of a robot's action asks for."""
+        """Remember the message of the next goal of a robot's action."""
         self._asked[robot, action] = message
 
     def _command(self, command: Commanded) -> None:
@@ -107,7 +165,7 @@ class NoVainGoals(Watcher):
         self._fail((at, at), event.robot, event.action, content, ("rejected", event.reason))
 
     def _fail(self, span: tuple[int, int], robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
-        """Count a goal that was accepted, and has failed, at these times."""
+        """Count a failed goal; *span* is when it was accepted, and when it failed."""
         since, at = span
         row = self._rows.setdefault(robot, {}).setdefault((action, content), _Row(at))
         row.count = 1 if since - row.last >= _PAUSE else row.count + 1
@@ -133,14 +191,14 @@ class NoVainGoals(Watcher):
 
 
 def _content(message: BaseModel | Mapping[str, Any] | None) -> Hashable:
-    """Return what is equal for equal messages; of one that was made by a program only what was set."""
+    """Return a value that is equal for equal messages; of a model only the fields that were set."""
     if isinstance(message, BaseModel):
         message = message.model_dump(mode="json", exclude_unset=True)
     return to_json(_unstamped(message))
 
 
 def _unstamped(value: Any) -> Any:
-    """Return plain values without times at which they were made, which differ from one goal to the same one."""
+    """Return plain values without stamps, which differ between goals that are the same."""
     if isinstance(value, Mapping):
         return {key: _unstamped(each) for key, each in value.items() if key != _STAMP}
     return [_unstamped(each) for each in value] if isinstance(value, (list, tuple)) else value

@@ -13,24 +13,22 @@ from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.validation import explain
 from hmrsim.errors import PropertyError
 from hmrsim.events import EventPattern, registry
-from hmrsim.properties.model.built_in import BuiltIn
 from hmrsim.properties.model.conditions import CONDITIONS
-from hmrsim.properties.model.file import KINDS, Properties, kind_of
+from hmrsim.properties.model.file import BuiltIn, Properties
 from hmrsim.properties.model.formulas import FORMULAS
-from hmrsim.properties.model.operators import Whenever
-from hmrsim.properties.model.part import BOUND, EACH, walk
-from hmrsim.properties.model.patterns import DelayedReaction, InstantaneousReaction
+from hmrsim.properties.model.part import BOUND, EACH, key_of, texts, walk
+from hmrsim.properties.model.property import KINDS, DelayedReaction, InstantaneousReaction, Whenever
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
-"""Properties whose ``then`` may have fields of the trigger's event."""
+_BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
+"""Properties whose ``then`` may name fields of the trigger's event."""
 
 _FORMULA: Final = "formula"
 
-OF_GOALS: Final = ("robot", "action", "goal_id")
-"""The fields of a trigger that is about a goal."""
+_OF_GOALS: Final = ("robot", "action", "goal_id")
+"""The fields that a trigger about a goal binds."""
 
 
 def read_properties(path: str | Path) -> Properties:
@@ -43,11 +41,11 @@ def read_properties(path: str | Path) -> Properties:
 
 
 def properties_of(data: Mapping[str, Any], source: str = "properties") -> Properties:
-    """Return the properties that plain values stand for.
+    """Return the properties of a mapping.
 
     Args:
-        data: What a file would say.
-        source: Where they come from, for errors.
+        data: The content of a file.
+        source: The name of the source, for errors.
 
     Raises:
         PropertyError: Something is wrong; it has all errors.
@@ -60,14 +58,14 @@ def _read(document: Document) -> Properties:
     try:
         properties = Properties.model_validate(data).located(document.file, document.line)
     except ValidationError as error:
-        document.raise_for([*explain(error, data, _parts(data)), *flaws(_valid(data, error))])
+        document.raise_for([*explain(error, data, _parts(data)), *_flaws(_valid(data, error))])
         raise AssertionError from error
-    document.raise_for(flaws(properties))
+    document.raise_for(_flaws(properties))
     return properties
 
 
 def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:
-    """Return the properties that could be read, of a file with errors."""
+    """Return the valid properties of a file with errors."""
     wrong = {each["loc"][:2] for each in error.errors(include_url=False, include_input=False)}
     known = data.get("properties")
     if not isinstance(known, dict) or any(len(loc) < 2 for loc in wrong):  # noqa: PLR2004 - not of one property
@@ -82,7 +80,7 @@ def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
     found: dict[Any, type[BaseModel]] = {(): Properties, ("built_in",): BuiltIn}
     properties = data.get("properties")
     for name, value in properties.items() if isinstance(properties, dict) else ():
-        kind = kind_of(value)
+        kind = key_of(value, KINDS) if isinstance(value, dict) else None
         if kind is not None:
             path = ("properties", name)
             found[path] = KINDS[kind]
@@ -93,7 +91,7 @@ def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
 
 
 def _nested(path: Place, value: Any, known: Mapping[str, type[BaseModel]]) -> Iterator[tuple[Place, type[BaseModel]]]:
-    key = next((key for key in known if key in value), None) if isinstance(value, dict) else None
+    key = key_of(value, known) if isinstance(value, dict) else None
     if key is not None:
         yield path, known[key]
         for name, inner in value.items():
@@ -103,8 +101,8 @@ def _nested(path: Place, value: Any, known: Mapping[str, type[BaseModel]]) -> It
             yield from _nested((*path, i), inner, known)
 
 
-def flaws(properties: Properties) -> Iterator[Finding]:
-    """Yield what is wrong with properties whatever the world is."""
+def _flaws(properties: Properties) -> Iterator[Finding]:
+    """Yield the errors in valid properties that do not depend on a world."""
     for name, each in properties.properties.items():
         path = ("properties", name)
         if name in BuiltIn.model_fields:
@@ -123,14 +121,12 @@ def flaws(properties: Properties) -> Iterator[Finding]:
 
 def _unbound(path: Place, part: BaseModel) -> Iterator[Finding]:
     """Yield an error for each ``$field`` that no trigger binds."""
-    bound: list[str] = []
-    then: BaseModel | None = None
-    trigger = trigger_of(part)
-    if isinstance(trigger, EventPattern) and isinstance(part, BINDING):
-        bound, then = fields_of(trigger), part.then
-    inside = {id(each) for _, each in walk(then)} if then is not None else set()
+    bound, inside = list[str](), set[int]()
+    trigger = getattr(part, key_of(part, KINDS) or "")
+    if isinstance(trigger, EventPattern) and isinstance(part, _BINDING):
+        bound, inside = _fields_of(trigger), {id(each) for _, each in walk(part.then)}
     for inner, each in walk(part, path):
-        for key, value in _texts(each):
+        for key, value in texts(each):
             if not value.startswith(BOUND):
                 continue
             if id(each) not in inside:
@@ -149,7 +145,7 @@ _ORDERED: Final = (
     "strict_ordered_patrolling",
     "fair_patrolling",
 )
-"""Patterns that no run can keep if a place is in them twice."""
+"""Patterns that no run can satisfy if a place is in them twice."""
 
 
 def _twice(path: Place, part: BaseModel) -> Iterator[Finding]:
@@ -161,36 +157,10 @@ def _twice(path: Place, part: BaseModel) -> Iterator[Finding]:
                 yield Finding((*path, field, i), message, place)
 
 
-def trigger_of(part: BaseModel) -> BaseModel | None:
-    """Return the trigger of a property whose ``then`` may have fields of its event; None if it is none."""
-    match part:
-        case Whenever():
-            return part.whenever
-        case InstantaneousReaction():
-            return part.instantaneous_reaction
-        case DelayedReaction():
-            return part.delayed_reaction
-    return None
-
-
-def fields_of(trigger: BaseModel) -> list[str]:
+def _fields_of(trigger: EventPattern) -> list[str]:
     """Return the fields that a trigger's event binds."""
-    if not isinstance(trigger, EventPattern):
-        return []
     if trigger.goal is not None:
-        return [*OF_GOALS]
+        return [*_OF_GOALS]
     kind = registry().get(trigger.event or "")
     fields = [] if kind is None else [name.rstrip("_") for name in kind._fields if name != kind.rest]
     return [*fields, *(["robot"] if kind is not None and kind.rest and "robot" not in fields else [])]
-
-
-def _texts(part: BaseModel) -> Iterator[tuple[Place, str]]:
-    """Yield the texts of a part itself, with their paths in it."""
-    for name, field in type(part).model_fields.items():
-        value, key = getattr(part, name), field.alias or name
-        if isinstance(value, str):
-            yield (key,), value
-        elif isinstance(value, dict):
-            yield from (((key, inner), each) for inner, each in value.items() if isinstance(each, str))
-        elif isinstance(value, tuple):
-            yield from (((key, i), each) for i, each in enumerate(value) if isinstance(each, str))

@@ -1,0 +1,238 @@
+"""Patterns of the places that a robot reaches: visits and patrols.
+
+The order in which places may be reached is a list of clauses, formulas of the past about arrivals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.properties.model.conditions import RobotCondition
+from hmrsim.properties.observing.signal import FAILS, HOLDS
+from hmrsim.properties.operators import Clause, Clauses, Instance, Temporal
+from hmrsim.properties.temporal import Above, And, Formula, Implies, Not, Previous, Since
+from hmrsim.properties.terms import Term
+from hmrsim.properties.watcher import Obligation, Obligations, cut_off
+
+if TYPE_CHECKING:
+    from hmrsim.properties.results import Ended, Verdict
+
+
+Order = Callable[[Sequence[Formula]], list[Clause]]
+"""Returns the clauses about the order of arrivals at some places."""
+
+_REACHED: Final = "reached"
+"""The signal with the number of places that were reached in sequence before an arrival."""
+
+
+def in_any_order(_places: Sequence[Formula]) -> list[Clause]:
+    """Return no clauses."""
+    return []
+
+
+def in_order(places: Sequence[Formula]) -> list[Clause]:
+    """Return that no place is reached before the one that precedes it: (not l2) U l1, and so on."""
+    return [Clause(Implies(place, Above(_REACHED, i - 0.5)), "too early") for i, place in enumerate(places)]
+
+
+def in_strict_order(places: Sequence[Formula]) -> list[Clause]:
+    """Return also that none is reached again before the next one: (not l1) U (l1 and X ((not l1) U l2)), and so on."""
+    again = [
+        Implies(And(place, Above(_REACHED, i + 0.5)), Above(_REACHED, i + 1.5)) for i, place in enumerate(places[:-1])
+    ]
+    return [*in_order(places), *(Clause(formula, "again too early") for formula in again)]
+
+
+def fair(places: Sequence[Formula]) -> list[Clause]:
+    """Return that no place is reached again before the next one in a circle: G (l1 -> X ((not l1) W l2))."""
+    return [_not_again(a, b) for a, b in _circle(places)]
+
+
+def in_rounds(places: Sequence[Formula]) -> list[Clause]:
+    """Return that each place follows the one before it in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
+
+    The until is a weak one, as a patrol goes on when a run ends.
+    """
+    # Before the first arrival all places but the first one wait for another one.
+    return [
+        Clause(
+            Not(And(b, Previous(Since(Not(a), b, initially=b is not places[0]), initially=b is not places[0]))),
+            "too early",
+        )
+        for a, b in _circle(places)
+    ]
+
+
+def in_strict_rounds(places: Sequence[Formula]) -> list[Clause]:
+    """Return also that each place but the last is followed by the next one: G (l1 -> X ((not l1) U l2))."""
+    return [*(_not_again(a, b) for a, b in pairwise(places)), *in_rounds(places)]
+
+
+def _circle(places: Sequence[Formula]) -> list[tuple[Formula, Formula]]:
+    """Return each place with the next one in a circle; none if there is only one place."""
+    return [*pairwise([*places, places[0]])] if len(places) > 1 else []
+
+
+def _not_again(a: Formula, b: Formula) -> Clause:
+    return Clause(Not(And(a, Previous(Since(Not(b), a)))), "again too early")
+
+
+class Round:
+    """The places that are still to be reached: all of them, in sequence or in any order."""
+
+    def __init__(self, count: int, *, in_sequence: bool) -> None:
+        self._count, self._in_sequence = count, in_sequence
+        self._left: set[int] = {*range(count)}
+
+    @property
+    def next(self) -> int:
+        """The first place that is still to be reached."""
+        return min(self._left)
+
+    @property
+    def reached(self) -> int:
+        """The number of places that are reached."""
+        return self._count - len(self._left)
+
+    def begin(self) -> None:
+        """Begin anew."""
+        self._left.update(range(self._count))
+
+    def arrive(self, place: int) -> bool:
+        """Take an arrival; return whether it completes the round."""
+        if place not in self._left or (self._in_sequence and place != self.next):
+            return False
+        self._left.remove(place)
+        return not self._left
+
+
+class Arrivals(Temporal):
+    """A pattern of the places that a robot reaches; of those that it reaches at one instant the first comes first.
+
+    Args:
+        field: The field with the places.
+        order: The order in which they may be reached.
+        in_sequence: Whether each counts only after those before it.
+
+    Attributes:
+        places: Their names.
+        round: The places that are still to be reached.
+    """
+
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of)
+        self.places: Sequence[str] = getattr(of.part, field)
+        self.terms = [
+            Term(RobotCondition(robot=self.subject, at=place), of.observations, self.mark) for place in self.places
+        ]
+        signals = [str(i) for i in range(len(self.places))]
+        self._clauses = Clauses(order([Above(signal) for signal in signals]), [*signals, _REACHED])
+        self.round = Round(len(self.places), in_sequence=in_sequence)
+
+    def settled(self, at: int) -> None:
+        """Take the arrivals and departures of an instant."""
+        for i, term in enumerate(self.terms):
+            was_there = term.holds
+            term.look()
+            if term.hits:
+                arrivals = [HOLDS if i == j else FAILS for j in range(len(self.places))]
+                broken = self._clauses.broken([*arrivals, self.round.reached])
+                if broken is not None:
+                    reason = f"{self.places[i]} {broken.reason}"
+                    self.violate(at, self.subject, reason, f"{self.subject} reaches {reason}")
+                self.arrive(at, i)
+            elif was_there and not term.holds:
+                self.leave(at, i)
+
+    def arrive(self, at: int, place: int) -> None:
+        """Take an arrival at a place."""
+        raise NotImplementedError
+
+    def leave(self, at: int, place: int) -> None:
+        """Take the departure from a place."""
+
+
+class Visit(Arrivals):
+    """A robot reaches all places, in sequence if *in_sequence*: F (l1 and F (l2 and ...)), or F l1 and F l2 and ..."""
+
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, field, order, in_sequence=in_sequence)
+        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+
+    def begin(self, at: int) -> None:
+        """Begin to wait for arrivals."""
+        super().begin(at)
+        self._missing.add(Obligation(at, None))
+
+    def arrive(self, at: int, place: int) -> None:
+        """Check whether all places are reached."""
+        if self.round.arrive(place):
+            self._missing.meet(at, None)
+
+    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+        missing, late = self.places[self.round.next], f"within {self.part.within:g} s"
+        self.violate(at, self.subject, f"{missing} not {late}", f"{self.subject} did not reach {missing} {late}")
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report a place that was never reached."""
+        if self._missing and self.part.within is None and not cut_off(ended):
+            missing = self.places[self.round.next]
+            self.violate(at, self.subject, f"{missing} never", f"{self.subject} did not reach {missing} by the end")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all places were reached; the robustness is the share of the time that was left."""
+        if self._missing:
+            missing = self.places[self.round.next]
+            return self._is("undecided", 0.0, f"{self.subject} had not reached {missing} by the end")
+        text = f"{self.subject} reached all places after {self._missing.seconds:.1f} s"
+        return self._is("holds", self._missing.least, text)
+
+
+class Patrol(Arrivals):
+    """A robot reaches places again and again: each of them in time, or all in sequence if *in_sequence*."""
+
+    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, field, order, in_sequence=in_sequence)
+        self._in_sequence = in_sequence
+        self._rounds = 0
+        self._missing: Obligations[str] = Obligations(self.timeline, of.part.every, self._expired)
+        self._visits = [0] * len(self.places)
+
+    def begin(self, at: int) -> None:
+        """Begin to wait for arrivals."""
+        super().begin(at)
+        for place in self.places[:1] if self._in_sequence else self.places:
+            self._missing.add(Obligation(at, place))
+
+    def arrive(self, at: int, place: int) -> None:
+        """Stop waiting for the place, or begin to wait for the next round."""
+        self._visits[place] += 1
+        if not self._in_sequence:
+            self._missing.meet(at, self.places[place])
+        elif self.round.arrive(place):
+            self._rounds += 1
+            self.round.begin()
+            self._missing.meet(at, self.places[0])
+            self._missing.add(Obligation(at, self.places[0]))
+
+    def leave(self, at: int, place: int) -> None:
+        """Begin to wait for the place again."""
+        if not self._in_sequence:
+            self._missing.add(Obligation(at, self.places[place]))
+
+    def _expired(self, at: int, obligation: Obligation[str]) -> None:
+        missing = self.places[self.round.next] if self._in_sequence else obligation.key
+        every = f"{self.part.every:g} s"
+        text = f"{self.subject} did not reach {missing} for {every}"
+        self.violate(at, self.subject, f"{missing} not every {every}", text)
+        self._missing.add(Obligation(at, obligation.key))
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all rounds were in time; the robustness is the least share of the time that was left."""
+        done = self._rounds if self._in_sequence else min(self._visits)
+        if not done:
+            return self._is("undecided", 0.0, f"{self.subject} had not finished its first round by the end")
+        text = f"{done} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
+        return self._is("holds", self._missing.least, text)

@@ -1,1 +1,0 @@
-"""Conditions of a file as functions of the state of the world, and in words."""

@@ -1,0 +1,286 @@
+"""Properties by temporal operators: always, never, eventually, sometimes, and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from hmrsim.events.simulation import RunReported
+from hmrsim.properties.model.conditions import RobotCondition
+from hmrsim.properties.observing.signal import FAILS, HOLDS
+from hmrsim.properties.temporal import Above, And, Formula, Not, Or, Previous
+from hmrsim.properties.terms import Term
+from hmrsim.properties.watcher import Obligation, Obligations, Watcher, cut_off
+
+if TYPE_CHECKING:
+    from hmrsim.properties.observing.observations import Observations
+    from hmrsim.properties.results import Ended, Tell, Verdict
+
+_FAR: Final = 9.0
+"""Radii of the circle around a place beyond which a robot is far from it."""
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A property to watch: that of a file, or for one robot if it is about each.
+
+    Attributes:
+        part: The property.
+        template: The property as the file has it, with ``*`` for each robot.
+        robot: The robot that it is about; empty for none.
+    """
+
+    name: str
+    part: Any
+    template: Any
+    robot: str
+    observations: Observations
+    tell: Tell
+
+
+class Temporal(Watcher):
+    """A property about conditions, which are evaluated at the end of each instant at which one may have changed.
+
+    Args:
+        fields: The fields of the property with these conditions.
+
+    Attributes:
+        subject: The robot that the property is about; empty for none.
+        terms: The conditions.
+        began: The time at which the run began.
+        over: Whether nothing that comes can change the verdict.
+    """
+
+    def __init__(self, of: Instance, *fields: str) -> None:
+        super().__init__(of.name, of.tell)
+        self.part, self.subject = of.part, of.robot
+        self.observations = of.observations
+        self.timeline = of.observations.timeline
+        self.terms = [
+            Term(getattr(of.part, field), of.observations, self.mark, getattr(of.template, field)) for field in fields
+        ]
+        self.began = 0
+        self.over = False
+
+    def mark(self) -> None:
+        """Evaluate the conditions at the end of this instant."""
+        self.timeline.settle(self.settled)
+
+    def begin(self, at: int) -> None:
+        """Evaluate the conditions at the first instant."""
+        self.began = at
+        self.mark()
+
+    def settled(self, at: int) -> None:
+        """Evaluate the conditions at the end of an instant."""
+        if not self.over:
+            for term in self.terms:
+                term.look()
+            self.step(at)
+
+    def step(self, at: int) -> None:
+        """Take the values of the conditions at the end of an instant."""
+        raise NotImplementedError
+
+
+class Clause(NamedTuple):
+    """A formula that has to hold at each instant.
+
+    Attributes:
+        formula: The formula, without windows; its signals are those of `Clauses`.
+        reason: Why an instant violates it, without times and robots.
+        text: Why, as a sentence; the reason if left out.
+    """
+
+    formula: Formula
+    reason: str
+    text: str = ""
+
+
+class Clauses:
+    """The clauses of a property, monitored from one instant to the next.
+
+    Args:
+        clauses: The clauses.
+        signals: The names of the signals in samples.
+
+    Attributes:
+        least: The least robustness so far, 1 at most.
+    """
+
+    def __init__(self, clauses: Iterable[Clause], signals: Sequence[str]) -> None:
+        self._values = [(clause.formula.value(signals), clause) for clause in clauses]
+        self.least = 1.0
+
+    def broken(self, sample: Sequence[float]) -> Clause | None:
+        """Take a sample; return the first clause that it violates."""
+        broken = None
+        for value, clause in self._values:
+            robustness = value(sample)
+            self.least = min(self.least, robustness)
+            if robustness <= 0.0 and broken is None:
+                broken = clause
+        return broken
+
+
+A, B = Above("a"), Above("b")
+"""The first and the second condition of a property."""
+
+_OF_TERMS: Final = ("a", "begins", "b")
+
+
+def begins(part: Formula) -> Formula:
+    """Return that a formula with the first condition begins to hold, or that this condition does once more."""
+    return And(part, Or(Not(Previous(part)), Above("begins")))
+
+
+_HOLDS: Final = Clause(Or(A, Previous(Not(A))), "not: {a}", "it is not so that {a}")
+_NEVER_BEGINS: Final = Clause(Not(begins(A)), "{a}", "{a}")
+
+
+class Invariant(Temporal):
+    """Clauses about one condition or two that hold at each instant.
+
+    Args:
+        clauses: The clauses; ``{a}`` and ``{b}`` in their texts stand for the conditions.
+    """
+
+    def __init__(self, of: Instance, clauses: Iterable[Clause], *fields: str) -> None:
+        super().__init__(of, *fields)
+        self.clauses = Clauses(clauses, _OF_TERMS)
+
+    def step(self, at: int) -> None:
+        """Report the first clause that does not hold."""
+        first, second = self.terms[0], self.terms[-1]
+        broken = self.clauses.broken((first.value, HOLDS if first.hits else FAILS, second.value))
+        if broken is not None:
+            reason = broken.reason.format(a=first.words, b=second.words)
+            self.violate(at, self.subject, reason, broken.text.format(a=first.text, b=second.text))
+
+
+class Always(Invariant):
+    """G a: each time that the condition ceases to hold is a violation."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, [_HOLDS], "always")
+
+    def unless_violated(self) -> Verdict:
+        """Return that it holds; the robustness is the least one of the condition."""
+        return self._is("holds", self.clauses.least, f"always {self.terms[0].text}")
+
+
+class Never(Invariant):
+    """G not a: each time that the condition begins to hold is a violation, and so is each event."""
+
+    def __init__(self, of: Instance, field: str = "never") -> None:
+        super().__init__(of, [_NEVER_BEGINS], field)
+        self._clearance: Callable[[], float] | None = None
+        condition = getattr(of.part, field)
+        if isinstance(condition, RobotCondition) and condition.at is not None and condition.is_ is None:
+            self._clearance = partial(of.observations.positions.clearance, condition.robot, condition.at)
+
+    def unless_violated(self) -> Verdict:
+        """Return that it holds; the robustness is that of the opposite, or how far a robot stayed away."""
+        least = self.clauses.least
+        if self._clearance is not None:
+            least = min(least, self._clearance() / _FAR)
+        return self._is("holds", least, f"never {self.terms[0].text}")
+
+
+class Eventually(Temporal):
+    """F[0, within] a: the condition holds at some instant."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, "eventually")
+        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+
+    def begin(self, at: int) -> None:
+        """Begin to wait for the condition."""
+        super().begin(at)
+        self._missing.add(Obligation(at, None))
+
+    def step(self, at: int) -> None:
+        """Check whether the condition holds."""
+        if self.terms[0].holds:
+            self._missing.meet(at, None)
+            self.over = True
+
+    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+        term, late = self.terms[0], f"within {self.part.within:g} s"
+        self.violate(at, self.subject, f"not {late}: {term.words}", f"it was not so {late} that {term.text}")
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that the condition has never held, if it had all the time of the run."""
+        if self._missing and self.part.within is None and not cut_off(ended):
+            term = self.terms[0]
+            self.violate(at, self.subject, f"never: {term.words}", f"it was never so that {term.text}")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the condition has held; the robustness is the share of the time that was left."""
+        text = self.terms[0].text
+        if self._missing:
+            return self._is("undecided", 0.0, f"it was not so by the end that {text}")
+        return self._is("holds", self._missing.least, f"after {self._missing.seconds:.1f} s {text}")
+
+
+class Sometimes(Temporal):
+    """A condition should hold at some instant of some run; this is never violated."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, "sometimes")
+
+    def step(self, at: int) -> None:
+        """Do nothing; the condition counts how often it begins to hold."""
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the condition has held."""
+        term = self.terms[0]
+        if not term.times:
+            return self._is("never_exercised", 0.0, f"it was never so that {term.text}")
+        return self._is("holds", 1.0, f"{term.text}, {'once' if term.times == 1 else f'{term.times} times'}")
+
+
+class Reports(Temporal):
+    """A condition holds whenever the controller reports an outcome: as it ends, or by `end_run`."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, "then")
+        self._report = of.part.reports
+        self._reports = self._judged = 0
+        self._known = False
+        self.timeline.on(RunReported, self._hear)
+
+    def _hear(self, _at: int, event: RunReported) -> None:
+        if event.label == self._report:
+            self._reports += 1
+            self.mark()
+
+    def step(self, at: int) -> None:
+        """Judge the reports of this instant."""
+        if self._reports > self._judged:
+            self._judged = self._reports
+            self._judge(at)
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Judge the end of the controller, which is its report as well."""
+        self._known = ended is not None and not cut_off(ended)
+        if ended is not None and ended.ending == self._report:
+            self._reports += 1
+            self._judge(at)
+
+    def _judge(self, at: int) -> None:
+        term = self.terms[0]
+        if not term.holds:
+            reason = f"reported {self._report}, but not: {term.words}"
+            text = f"the controller reports {self._report}, but it is not so that {term.text}"
+            self.violate(at, self.subject, reason, text)
+
+    def unless_violated(self) -> Verdict:
+        """Return whether it has reported that, and the condition held each time."""
+        if self._reports:
+            return self._is("holds", 1.0, f"the controller reported {self._report}, and {self.terms[0].text}")
+        if not self._known:
+            return self._is("undecided", 0.0, f"it is not known whether the controller ends as {self._report}")
+        return self._is("never_exercised", 1.0, f"the controller never reported {self._report}")

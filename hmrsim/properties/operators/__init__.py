@@ -1,1 +1,0 @@
-"""What watches over properties by temporal operators, one file each."""

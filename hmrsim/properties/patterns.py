@@ -1,0 +1,177 @@
+"""The patterns of Menghi et al., *Specification Patterns for Robotic Missions*, as formulas of the temporal engine.
+
+A pattern that forbids something has clauses, formulas of the past that have to hold at each instant. A pattern that
+demands something has obligations. The published formulas are on http://roboticpatterns.com.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from hmrsim.properties.operators import A, B, Clause, Instance, Invariant, Temporal, begins
+from hmrsim.properties.temporal import And, Implies, Not, Once, Or, Previous
+from hmrsim.properties.watcher import Obligation, Obligations, cut_off
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.properties.results import Ended, Verdict
+
+_NOT_BEFORE: Final = Clause(Or(Not(A), Once(B)), "{a} before {b}", "{a} before {b}")
+_UP_TO: Final = Clause(Or(A, Once(B)), "{a} no longer, before {b}", "{a} no longer, before {b}")
+_NOT_AFTER: Final = Clause(Not(begins(And(Once(B), A))), "{a} after {b}", "{a} after {b}")
+
+
+class HeldUntil(Invariant):
+    """A condition holds, or does not, until another one holds: a U b, or (not a) U b. Only the first violation counts.
+
+    Args:
+        field: The field with the first condition.
+        avoided: Whether it must not hold.
+    """
+
+    def __init__(self, of: Instance, field: str, *, avoided: bool) -> None:
+        super().__init__(of, [_NOT_BEFORE if avoided else _UP_TO], field, "until")
+        self._avoided = avoided
+
+    def step(self, at: int) -> None:
+        """Check the first condition, and whether the other one has come."""
+        super().step(at)
+        self.over = self.terms[1].holds or self.first is not None
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that the other condition has never come."""
+        if not (self.over or cut_off(ended)):
+            until = self.terms[1]
+            self.violate(at, self.subject, f"never: {until.words}", f"it was never so that {until.text}")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the other condition has come."""
+        held, until = self.terms
+        if not self.over:
+            return self._is("undecided", 0.0, f"it was not so by the end that {until.text}")
+        return self._is("holds", 1.0, f"until {until.text} it was {'not ' * self._avoided}so that {held.text}")
+
+
+class AvoidedAfter(Invariant):
+    """A condition never holds again once another one has held: G (b -> G not a)."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, [_NOT_AFTER], "future_avoidance", "after")
+
+    def unless_violated(self) -> Verdict:
+        """Return whether the other condition has held at all."""
+        avoided, after = self.terms
+        if not after.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {after.text}")
+        return self._is("holds", 1.0, f"since {after.text} it was not so that {avoided.text}")
+
+
+class Counted(Temporal):
+    """A condition begins to hold a number of times at least, and a number of times at most."""
+
+    def __init__(self, of: Instance, field: str, *, least: bool = False, most: bool = False) -> None:
+        super().__init__(of, field)
+        self._least: int = of.part.count if least else 0
+        self._most: float = of.part.count if most else math.inf
+
+    def step(self, at: int) -> None:
+        """Check whether it has begun to hold too often."""
+        term = self.terms[0]
+        if term.times - term.hits <= self._most < term.times:
+            text = f"it is so for the {term.times}. time that {term.text}"
+            self.violate(at, self.subject, f"more than {self._most:g} times: {term.words}", text)
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that it has not begun to hold often enough."""
+        term = self.terms[0]
+        if term.times < self._least and not cut_off(ended):
+            text = f"it was so {term.times} times, and not {self._least} times, that {term.text}"
+            self.violate(at, self.subject, f"less than {self._least} times: {term.words}", text)
+
+    def unless_violated(self) -> Verdict:
+        """Return how often it has begun to hold; the robustness is the share of *most* that was left."""
+        term = self.terms[0]
+        text = f"it was so {term.times} times that {term.text}"
+        if term.times < self._least:
+            return self._is("undecided", 0.0, text)
+        bounded = self._least == 0 and not math.isinf(self._most)
+        return self._is("holds", (self._most - term.times) / self._most if bounded else 1.0, text)
+
+
+_NOT_AT_ONCE: Final = Clause(Implies(A, B), "not at once: {b}", "{a}, and not at once {b}")
+_NOT_NEXT: Final = Clause(Implies(Previous(A), B), "not next: {b}", "{a}, and not next {b}")
+
+REACTIONS: Final[Mapping[str, Sequence[Clause]]] = MappingProxyType(
+    {
+        "instantaneous_reaction": [_NOT_AT_ONCE],
+        "bound_reaction": [_NOT_AT_ONCE, Clause(Implies(B, A), "without cause: {b}", "{b}, and not {a}")],
+        "prompt_reaction": [_NOT_NEXT],
+        "bound_delay": [
+            _NOT_NEXT,
+            Clause(Implies(B, Previous(A, initially=True)), "without cause: {b}", "{b}, and not before {a}"),
+        ],
+    }
+)
+"""The clauses of reactions at an instant, by the field with the stimulus: *a*; the reaction is *b*."""
+
+
+class Reaction(Invariant):
+    """A reaction holds at the instant of a stimulus, or at the next one."""
+
+    def __init__(self, of: Instance, field: str) -> None:
+        super().__init__(of, REACTIONS[field], field, "then")
+        self._next = _NOT_NEXT in REACTIONS[field]
+
+    def unless_violated(self) -> Verdict:
+        """Return whether there was a stimulus, that was followed by another instant if the reaction is to be there."""
+        stimulus = self.terms[0]
+        if not stimulus.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+        if self._next and stimulus.holds and stimulus.times == 1:
+            return self._is("undecided", 0.0, f"nothing has followed since {stimulus.text}")
+        return self._is("holds", 1.0, f"{stimulus.times} times {stimulus.text}")
+
+
+class DelayedReaction(Temporal):
+    """A reaction holds at the time of a stimulus or later: G (a -> F[0, within] b)."""
+
+    def __init__(self, of: Instance) -> None:
+        super().__init__(of, "delayed_reaction", "then")
+        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+        self._undecided = False
+
+    def step(self, at: int) -> None:
+        """Check whether a reaction is to come, or has come."""
+        stimulus, reaction = self.terms
+        if reaction.holds:
+            self._missing.meet(at, None)
+        elif stimulus.holds and not self._missing:
+            self._missing.add(Obligation(at, None))
+
+    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+        stimulus, reaction = self.terms
+        late = f"not within {self.part.within:g} s"
+        self.violate(at, self.subject, f"{late}: {reaction.words}", f"{stimulus.text}, and {late} {reaction.text}")
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report that a reaction has never come."""
+        if not self._missing:
+            return
+        if self.part.within is None and not cut_off(ended):
+            stimulus, reaction = self.terms
+            self.violate(at, self.subject, f"never: {reaction.words}", f"{stimulus.text}, and never {reaction.text}")
+        else:
+            self._undecided = True
+
+    def unless_violated(self) -> Verdict:
+        """Return whether all reactions have come; the robustness is the least share of the time that was left."""
+        stimulus, reaction = self.terms
+        if self._undecided:
+            return self._is("undecided", 0.0, f"it was not so by the end that {reaction.text}")
+        if not stimulus.times:
+            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+        return self._is("holds", self._missing.least, f"{stimulus.times} times {stimulus.text}")

@@ -1,0 +1,321 @@
+"""The temporal engine: formulas over signals that are constant between changes, monitored sample by sample.
+
+Formulas look ahead, in windows of time (Signal Temporal Logic), or back, from one sample to those before it (past-time
+temporal logic). Values are robustness: positive where a formula holds, negative where it does not, and the further from
+zero the surer. Each sample costs a constant time on average, however long the windows are.
+
+Times are in any unit that adds and compares, such as whole nanoseconds; windows include both of their ends.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hmrsim.properties.robustness import JUST, Changes, Combination, Extremum, Instant, Negation, Node, UntilNode
+
+Value = Callable[[Sequence[float]], float]
+"""Returns the robustness of a formula at a sample; it is called with each sample in turn."""
+
+
+class Formula:
+    """The base of formulas."""
+
+    @property
+    def parts(self) -> tuple[Formula, ...]:
+        """The formulas in it."""
+        return tuple(value for value in vars(self).values() if isinstance(value, Formula))
+
+    @property
+    def horizon(self) -> float:
+        """How far ahead one has to look to know its value at a time."""
+        return max((part.horizon for part in self.parts), default=0)
+
+    @property
+    def has_windows(self) -> bool:
+        """Whether it looks ahead."""
+        return any(part.has_windows for part in self.parts)
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample, if it has no windows.
+
+        Args:
+            signals: The names of signals, in the order of their values in samples.
+        """
+        raise NotImplementedError
+
+    def signals(self) -> Iterator[str]:
+        """Yield its signals, each as often as it occurs."""
+        for part in self.parts:
+            yield from part.signals()
+
+
+@dataclass(frozen=True)
+class _Comparison(Formula):
+    signal: str
+    bound: float = 0.0
+
+    def signals(self) -> Iterator[str]:
+        """Yield the signal."""
+        yield self.signal
+
+
+@dataclass(frozen=True)
+class Above(_Comparison):
+    """A signal is greater than a bound; its robustness is by how much."""
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        i, bound = signals.index(self.signal), self.bound
+        return (lambda values: values[i] - bound or -JUST) if bound else lambda values: values[i] or -JUST
+
+
+@dataclass(frozen=True)
+class Below(_Comparison):
+    """A signal is less than a bound; its robustness is by how much."""
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        i, bound = signals.index(self.signal), self.bound
+        return lambda values: bound - values[i] or -JUST
+
+
+@dataclass(frozen=True)
+class Not(Formula):
+    """A formula does not hold."""
+
+    part: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        return lambda values: -part(values)
+
+
+@dataclass(frozen=True)
+class And(Formula):
+    """Both of two formulas hold."""
+
+    left: Formula
+    right: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: min(left(values), right(values))
+
+
+@dataclass(frozen=True)
+class Or(Formula):
+    """At least one of two formulas holds."""
+
+    left: Formula
+    right: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: max(left(values), right(values))
+
+
+@dataclass(frozen=True)
+class Implies(Formula):
+    """If a formula holds, another one does."""
+
+    left: Formula
+    right: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        return lambda values: max(-left(values), right(values))
+
+
+@dataclass(frozen=True)
+class _Windowed(Formula):
+    """A formula about a window ahead, from *start* to *end* after each time; *end* may be infinite.
+
+    Raises:
+        ValueError: The window ends before it begins.
+    """
+
+    start: float
+    end: float
+
+    def __post_init__(self) -> None:
+        """Check the window."""
+        if not 0 <= self.start <= self.end or math.isinf(self.start):
+            raise ValueError(f"a window from {self.start!r} to {self.end!r}; expected 0 <= start <= end")
+
+    @property
+    def horizon(self) -> float:
+        """The end of the window, and what is beyond it."""
+        return self.end + super().horizon
+
+    @property
+    def has_windows(self) -> bool:
+        """Whether it looks ahead: it does."""
+        return True
+
+
+@dataclass(frozen=True)
+class Always(_Windowed):
+    """A formula holds at each time of a window."""
+
+    part: Formula
+
+
+@dataclass(frozen=True)
+class Eventually(_Windowed):
+    """A formula holds at some time of a window."""
+
+    part: Formula
+
+
+@dataclass(frozen=True)
+class Until(_Windowed):
+    """The right formula holds at some time of a window, and the left one from now to that time, that included."""
+
+    left: Formula
+    right: Formula
+
+
+@dataclass(frozen=True)
+class Previous(Formula):
+    """A formula without windows held at the sample before; at the first sample it counts as *initially*."""
+
+    part: Formula
+    initially: bool = False
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        last = math.inf if self.initially else -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            before, last = last, part(values)
+            return before
+
+        return value
+
+
+@dataclass(frozen=True)
+class Since(Formula):
+    """The right formula held at some sample up to now, and the left one at all samples after that.
+
+    Both are without windows. Before the first sample it counts as *initially*.
+    """
+
+    left: Formula
+    right: Formula
+    initially: bool = False
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        left, right = self.left.value(signals), self.right.value(signals)
+        last = math.inf if self.initially else -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            last = max(right(values), min(left(values), last))
+            return last
+
+        return value
+
+
+@dataclass(frozen=True)
+class Once(Formula):
+    """A formula without windows holds, or held at some sample before."""
+
+    part: Formula
+
+    def value(self, signals: Sequence[str]) -> Value:
+        """Return the function that computes its robustness at each sample."""
+        part = self.part.value(signals)
+        last = -math.inf
+
+        def value(values: Sequence[float]) -> float:
+            nonlocal last
+            last = max(last, part(values))
+            return last
+
+        return value
+
+
+class OnlineMonitor:
+    """Computes the robustness of a formula at each time, as soon as it is certain.
+
+    The signals keep the values of a sample up to the next one. The robustness is exact at all times, also between
+    samples: it changes at the times that are returned and nowhere else.
+
+    Args:
+        formula: The formula.
+        signals: The names of its signals, in the order of their values in samples.
+
+    Raises:
+        ValueError: It has another signal.
+    """
+
+    def __init__(self, formula: Formula, signals: Sequence[str]) -> None:
+        unknown = next((name for name in formula.signals() if name not in signals), None)
+        if unknown is not None:
+            raise ValueError(f"there is no signal {unknown!r}; there are {', '.join(signals)}")
+        self._node = _node(formula, signals)
+        self._at: Any = None
+
+    @property
+    def known(self) -> Any:
+        """The last time at which its robustness is certain; minus infinity if there is none."""
+        return self._node.known
+
+    def update(self, at: Any, values: Sequence[float]) -> Changes:
+        """Take the values of all signals from a time on.
+
+        Returns:
+            The changes of the robustness that have become certain: times and values, in order.
+
+        Raises:
+            ValueError: The time is not later than the last one.
+        """
+        if self._at is not None and at <= self._at:
+            raise ValueError(f"a sample at {at!r} after one at {self._at!r}; expected a later one")
+        self._at = at
+        return self._node.step(at, values)
+
+    def finish(self) -> tuple[Changes, Changes]:
+        """Return the least and the greatest robustness that is possible at all further times.
+
+        Windows without an end end with the last sample.
+        """
+        if self._at is None:
+            return (), ()
+        return copy.deepcopy(self._node).close(self._at, -1.0), copy.deepcopy(self._node).close(self._at, 1.0)
+
+
+def _node(formula: Formula, signals: Sequence[str]) -> Node:
+    if not formula.has_windows:
+        return Instant(formula.value(signals))
+    parts = [_node(part, signals) for part in formula.parts]
+    match formula:
+        case Not():
+            return Negation(parts[0])
+        case And() | Or():
+            return Combination(parts[0], parts[1], least=isinstance(formula, And))
+        case Implies(left):
+            return Combination(_node(Not(left), signals), parts[1], least=False)
+        case Always(start, end) | Eventually(start, end):
+            return Extremum(parts[0], start, end, greatest=isinstance(formula, Eventually))
+        case Until(start, end, left):
+            until = UntilNode(parts[0], parts[1], end - start)
+            return until if not start else _delayed(until, _node(left, signals), start)
+    raise ValueError(f"{formula} is about a formula with windows")
+
+
+def _delayed(until: Node, left: Node, start: Any) -> Node:
+    """Return an until whose window begins later: the left formula holds up to there, and from there the whole does."""
+    before = Extremum(left, 0, start, greatest=False)
+    return Combination(before, Extremum(until, start, start, greatest=True), least=True)
