@@ -20,7 +20,7 @@ _EDGE = 1e-9
 
 
 class CameraSettings(SensorSettings):
-    """How far a camera sees, and how wide.
+    """The range and field of view of a camera.
 
     Attributes:
         range: Range, from the robot's centre to that of the detected entity; None for 10 m, or 800 px.
@@ -33,7 +33,7 @@ class CameraSettings(SensorSettings):
 
 @dataclass(eq=False)
 class Camera(Sensor):
-    """One robot's camera."""
+    """A camera that a robot carries."""
 
     default_range = 10.0
 

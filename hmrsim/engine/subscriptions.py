@@ -42,7 +42,7 @@ class Interest:
         self.refresh()
 
     def refresh(self) -> None:
-        """Query all sinks again."""
+        """Refresh the topics that the sinks want."""
         for topic, name in _NAMES.items():
             setattr(self, name, True in [sink.wants(topic) for sink in self._sinks])
 
@@ -53,12 +53,12 @@ class Interest:
 
     @property
     def sampled(self) -> bool:
-        """Whether a sink wants a topic that is sampled between events."""
+        """Return whether a sink wants a topic that is sampled between events."""
         return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
 class Clock(Protocol):
-    """Tells the simulated time."""
+    """A source of the simulated time."""
 
     @property
     def stamp(self) -> int:
@@ -84,7 +84,7 @@ class EventPublisher:
             self.emit(EventStamped(self._clock.stamp, make()))
 
     def publish_untraced(self, make: Callable[[], Event]) -> None:
-        """Publish an event that is not in traces, likewise."""
+        """Publish an event that is not recorded in traces."""
         if self.interest.motion:
             self.emit(EventStamped(self._clock.stamp, make()))
 

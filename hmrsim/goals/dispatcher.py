@@ -83,8 +83,8 @@ class Dispatcher:
     Attributes:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
         nodes: The states of the ROS nodes that serve the actions.
-        hindrances: What faults do to goals.
-        news: What clients do not know yet.
+        hindrances: The faults that reject or abort goals.
+        news: The goal updates that have not reached clients yet.
         feedback: Publishes the feedback of goals.
     """
 
@@ -525,7 +525,7 @@ class Dispatcher:
 
 
 def _needed(goal: ServedGoal) -> str:
-    """Return what one goal at a time can hold, the base of a robot or an action of its own; empty for nothing."""
+    """Return the resource that one goal at a time can hold: the robot's base or the action itself; empty for none."""
     action, name = goal.server.action, goal.server.robot.name
     return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 

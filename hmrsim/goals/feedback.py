@@ -76,7 +76,7 @@ class Feedback:
                 self.send(goal, feedback, last=True)
 
     def stop(self, goal: ServedGoal) -> None:
-        """Make no more feedback of a goal."""
+        """Stop the feedback of a goal."""
         goal.sample = None
         self._telemetry.stop(goal)
 
@@ -104,7 +104,7 @@ class Feedback:
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, take, now=self._env.now)
 
     def _of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
-        """Return the current feedback of a goal; None if it has none, or no more because of a bug.
+        """Return the current feedback of a goal; None if it has none, or if a bug has ended it.
 
         The goal goes on: feedback is made for subscribers only, and they must not make a difference.
         """

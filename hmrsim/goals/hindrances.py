@@ -1,4 +1,4 @@
-"""What faults do to goals: some are rejected, others end ABORTED although the robot could execute them."""
+"""Faults of goals: some are rejected, others end ABORTED although the robot could execute them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Abortion:
     Attributes:
         code: The error code of the result; None for the action's own for errors without one.
         cause: Why, as an identifier.
-        timers: What aborts goals that run.
+        timers: The timeouts that abort executing goals.
     """
 
     robot: str

@@ -1,4 +1,4 @@
-"""Robots whose news of goals reach clients late: changes of status, and results."""
+"""Delayed updates about goals: changes of status and results that reach clients late."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class _Line:
-    """What is under way from one robot, in order.
+    """The updates under way from one robot, in order.
 
     Attributes:
-        delays: Seconds that it takes, which add up.
-        known: What clients know of each action.
+        delays: Delays in seconds, which add up.
+        known: The statuses that clients know, by action.
     """
 
     known: dict[str, StatusChanged]
@@ -35,13 +35,13 @@ class _Line:
 
 
 class LateNews:
-    """What clients do not know yet of the goals of robots, though it has happened.
+    """The updates about goals that have not reached clients yet.
 
     Args:
-        statuses: Returns the statuses of all goals that are kept of a robot.
+        statuses: Returns the statuses of all stored goals of a robot.
 
     Attributes:
-        late: The robots whose news are late, with what is under way.
+        late: The robots whose updates are delayed, with those under way.
     """
 
     def __init__(self, env: Environment, statuses: Callable[[str], Iterable[StatusChanged]]) -> None:
@@ -51,19 +51,19 @@ class LateNews:
         self._held: set[ServedGoal] = set()
 
     def delay(self, robot: str, seconds: float) -> Callable[[], None]:
-        """Let a robot's news be late from now on; return what ends that, and lets all arrive that is under way."""
+        """Delay the updates of a robot; return a function that ends the delay and delivers the pending ones."""
         if robot not in self.late:
             self.late[robot] = _Line({status.action: status for status in self._statuses(robot)})
         self.late[robot].delays.append(seconds)
         return partial(self._end, robot, seconds)
 
     def known(self, robot: str, action: str) -> StatusChanged | None:
-        """Return the statuses of an action's goals as clients know them; None if that is how they are."""
+        """Return the statuses of an action's goals as clients know them; None if they are up to date."""
         line = self.late.get(robot)
         return None if line is None else line.known.get(action, StatusChanged(robot, action, ()))
 
     def send(self, status: StatusChanged, tell: Callable[[], None]) -> None:
-        """Let clients know the statuses of an action's goals later; *tell* is called then."""
+        """Publish the statuses of an action's goals later, by calling *tell*."""
 
         def arrive() -> None:
             line = self.late.get(status.robot)
@@ -74,7 +74,7 @@ class LateNews:
         self._send(status.robot, arrive)
 
     def hold(self, goal: ServedGoal, tell: Callable[[], None]) -> None:
-        """Hold the result of a goal back until it arrives, when *tell* is called."""
+        """Hold back the result of a goal; *tell* is called when it arrives."""
 
         def arrive() -> None:
             self._held.discard(goal)
@@ -88,7 +88,7 @@ class LateNews:
         return goal in self._held
 
     def flush(self, robot: str | None = None) -> None:
-        """Let all arrive now that is under way from a robot, or from all."""
+        """Deliver the pending updates of a robot, or of all, now."""
         for name in [*self.late] if robot is None else [robot]:
             if name in self.late:
                 self._arrive(self.late[name])

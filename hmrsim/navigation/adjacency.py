@@ -1,4 +1,4 @@
-"""Which waypoints ways join, by number, in arrays: a grid has two million ways, most of which are never driven."""
+"""The adjacency of waypoints in arrays: a grid has two million ways, most of which are never driven."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Adjacency:
     def _rows(
         self, world: World, limits: dict[tuple[int, int], float], rides: dict[tuple[int, int], float]
     ) -> list[list[int]]:
-        """Return by waypoint where ways lead from there, in order; note what is said of them."""
+        """Return the successors of each waypoint, in order, and record the attributes of the ways."""
         index = self.index
         rows: list[list[int]] = [[] for _ in self.names]
         lanes = world.lanes

@@ -13,7 +13,7 @@ class ClosedDoors:
         self._made: Obstacles | None = None
 
     def set(self, at: tuple[Point, Point], *, is_open: bool) -> None:
-        """Take note that a door is open now, or closed."""
+        """Record that a door is open or closed now."""
         if is_open:
             self._closed.pop(at, None)
         else:

@@ -1,4 +1,4 @@
-"""How long each way counts for when routes are compared."""
+"""The durations of ways, by which routes are compared."""
 
 from __future__ import annotations
 

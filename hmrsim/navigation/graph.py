@@ -39,7 +39,7 @@ class WaypointGraph:
         world: Where they are. Its names must have been checked.
 
     Attributes:
-        lanes: What no run changes of them.
+        lanes: The properties of the lanes that no run changes.
         drives: How robots drive there.
         doors: The doors that are closed now.
     """

@@ -1,4 +1,4 @@
-"""What follows from a world's map alone: its lanes, and the routes that were planned on them.
+"""The map of a world: its lanes, and the routes planned on them, shared between runs.
 
 Worlds with the same map share it within a process, so that the next run finds what the one before has found. Nothing in
 it depends on a run: what a run changes, such as which doors are closed, stands in `hmrsim.navigation.graph`.
@@ -21,30 +21,30 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _KEPT_MAPS = 4
-"""Maps whose ground is kept; the least recently used one is dropped."""
+"""Cached road maps; the least recently used one is dropped."""
 
 _MOST_WAYPOINTS = 20_000
-"""Waypoints of the largest map whose ground is kept, which is some 10 MB and as much again for routes."""
+"""Waypoints of the largest cached map: some 10 MB, and as much again for routes."""
 
 _KEPT_DRIVES = 1_024
-"""Drives that are kept on a map."""
+"""Cached motions per map."""
 
 _KEPT_PIECES = 200_000
-"""Pieces of kept drives, of all together, if each leads over all of the map: some 100 MB."""
+"""Pieces of all cached motions together, if each leads over the whole map: some 100 MB."""
 
 _KEPT_STREETS = 4
-"""Sets of ways to avoid for which planners are kept: policies take them from the map and their settings."""
+"""Sets of avoided ways with cached planners: policies take them from the map and their settings."""
 
 
 class Ground:
     """The lanes of a map, and planners on them.
 
     Args:
-        world: A world with the map; nothing else of it is looked at.
+        world: A world with the map; its other parts are ignored.
 
     Attributes:
         lanes: The lanes.
-        drives: The drives of robots on them.
+        drives: The motions of robots on the lanes.
     """
 
     def __init__(self, world: World) -> None:
@@ -60,10 +60,10 @@ class Ground:
 
 @dataclass(frozen=True)
 class _Map:
-    """The map of a world, by its text: numbers that are equal but spelled differently, as 0 and -0, are told apart.
+    """The map of a world, compared by its text, which distinguishes equal numbers such as 0 and -0.
 
     Attributes:
-        world: A world with the map and nothing else, so that nothing else can get into what is kept.
+        world: A world with the map only, so that nothing else can get into the cache.
     """
 
     text: str
@@ -71,7 +71,7 @@ class _Map:
 
 
 def ground_of(world: World) -> Ground:
-    """Return the ground of a world, that of a world with the same map if it is kept."""
+    """Return the road map of a world, which worlds with the same map share."""
     return _GROUNDS(world) if len(world.waypoints) <= _MOST_WAYPOINTS else Ground(_bare(world))
 
 

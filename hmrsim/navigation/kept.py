@@ -1,4 +1,4 @@
-"""Values that are kept because they took time to make: the ones that were used last."""
+"""Caches of navigation: a bounded one for costly values, and lazily computed sequences."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ V = TypeVar("V")
 
 
 def exact(*numbers: float) -> bytes:
-    """Return numbers as a key that tells -0.0 from 0.0: they are equal, but what is kept for one shows the other's."""
+    """Return numbers as a key that distinguishes -0.0 from 0.0, which are equal but give different results."""
     return pack(f"{len(numbers)}d", *numbers)
 
 
 class Kept(Generic[K, V]):
-    """At most so many values; the one that was used least recently is dropped.
+    """A bounded cache that drops the least recently used value.
 
     `functools.lru_cache` around an object's own method would be a cycle, and such objects stay in memory until Python's
     garbage collector looks at all old objects, which may be hours later.
@@ -28,11 +28,11 @@ class Kept(Generic[K, V]):
         self._values: OrderedDict[K, V] = OrderedDict()
 
     def __contains__(self, key: K) -> bool:
-        """Return whether the value of a key is kept."""
+        """Return whether the value of a key is cached."""
         return key in self._values
 
     def get(self, key: K, make: Callable[[], V]) -> V:
-        """Return the value of a key, made now unless it is kept."""
+        """Return the cached value of a key, computing it if necessary."""
         values = self._values
         try:
             value = values[key]

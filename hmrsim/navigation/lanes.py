@@ -190,7 +190,7 @@ class Lanes:
         return [(self.names[a], self.names[b]) for a, b in ends]
 
     def derived(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what follows from the lanes and a *key* alone, made now or kept; nobody may change it."""
+        """Return a cached value that depends on the lanes and *key* only; callers must not change it."""
         value: T = self._derived.get(key, make)
         return value
 
@@ -364,7 +364,7 @@ class Lanes:
     def approaches(self, point: Point) -> tuple[bool, Mapping[int, Foot]]:
         """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
 
-        Lanes are told by their numbers, in order.
+        Lanes are identified by their numbers, in order.
         """
         return self._kept_feet.get(point, lambda: self._approaches(point))
 

@@ -1,4 +1,4 @@
-"""Values that are made when they are first asked for."""
+"""A sequence of values that are computed on first access."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ T = TypeVar("T")
 
 
 class Made(Generic[T]):
-    """So many values, by number; each is made when it is first asked for.
+    """A sequence whose values are computed on first access.
 
     Args:
-        count: How many there are.
-        make: Makes the value of a number from 0 on; it must not refer to what holds this, see `hmrsim.navigation.kept`.
+        count: The number of values.
+        make: Computes the value at an index; it must not refer to the owner of the sequence, see `LruCache`.
     """
 
     def __init__(self, count: int, make: Callable[[int], T]) -> None:
@@ -22,15 +22,15 @@ class Made(Generic[T]):
         self._values: dict[int, T] = {}
 
     def __len__(self) -> int:
-        """Return how many there are, made or not."""
+        """Return the number of values, computed or not."""
         return self._count
 
     def __iter__(self) -> Iterator[T]:
-        """Make all values."""
+        """Compute all values."""
         return map(self.__getitem__, range(self._count))
 
     def __getitem__(self, number: int) -> T:
-        """Return a value."""
+        """Return the value at an index."""
         values = self._values
         if number in values:
             return values[number]

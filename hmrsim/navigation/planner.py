@@ -26,7 +26,7 @@ _KEPT_ROUTES = 256
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """What to do next on the way to a destination.
+    """The next step towards a destination.
 
     Attributes:
         way: The number of the lane to drive.
@@ -38,7 +38,7 @@ class _Step:
 
 
 class Planner:
-    """Plans routes.
+    """A planner of quickest routes on the lanes.
 
     Args:
         durations: How long each lane counts for.
@@ -139,7 +139,7 @@ class Planner:
         return legs[::-1]
 
     def _straight(self, start: Point, goal: Point) -> bool:
-        """Return whether both see each other and the lanes are of no use between them.
+        """Return whether the straight line is free and the lanes offer nothing better.
 
         That is where the straight line is no longer than the ways to the lanes and back, and where both are beside the
         same lane, with none nearer to either.

@@ -146,7 +146,7 @@ class Trees:
         return along + leave.away / speed, ways.starts[number], 2 * number + 1, number, leave
 
     def _settle_ties(self, tree: Tree, speed: float) -> None:
-        """Where several ways take equally long, choose the next waypoint that comes first by name."""
+        """Break ties between equally long ways by the name of the next waypoint."""
         cost, step, takes = tree.cost, tree.step, self._seconds(speed)
         ways = self._lanes.ways
         first, ends = ways.first, ways.ends

@@ -26,7 +26,7 @@ WORLD: Final = "_world"
 
 
 class Verdict(StrEnum):
-    """What becomes of a goal that can't be executed."""
+    """The outcome of a goal that can't be executed."""
 
     REJECT = "reject"
     """It is rejected with the reason."""
@@ -37,7 +37,7 @@ class Verdict(StrEnum):
 
 
 class GoalStatus(IntEnum):
-    """Where a goal is in its life.
+    """The status of a goal, as in action_msgs.
 
     Attributes:
         terminal: Whether the goal has ended.
@@ -59,7 +59,7 @@ class GoalStatus(IntEnum):
 
     @property
     def cancelable(self) -> bool:
-        """Whether a cancel request may select the goal; one that is canceling may not be canceled again."""
+        """Return whether a cancel request may select the goal; a canceling goal may not be canceled again."""
         return self in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
 
 

@@ -200,7 +200,7 @@ class Roster:
 
     @property
     def goals(self) -> Hindrances:
-        """What faults do to goals."""
+        """The faults that reject or abort goals."""
         return self._dispatcher.hindrances
 
     def connect(self, name: str, *, connected: bool) -> None:
@@ -208,7 +208,7 @@ class Roster:
         self._dispatcher.connect(name, connected=connected)
 
     def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
-        """Let the news of a robot's goals reach clients late; return what ends that."""
+        """Delay updates about a robot's goals; return a function that ends the delay."""
         return self._dispatcher.news.delay(name, seconds)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
@@ -233,7 +233,7 @@ class Roster:
         return robot
 
     def _lay(self, item: Item, point: Point) -> None:
-        """Have an item lie somewhere; a bulky one obstructs the lane there, and no other."""
+        """Put an item down somewhere; a bulky one obstructs the lane there, and no other."""
         item.lie_at(point)
         self.admission.closures.clear(item.name)
         if item.blocks:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Readings:
-    """Reads the world."""
+    """Read access to the state of the world."""
 
     def __init__(self, env: simpy.Environment, roster: Roster, dispatcher: Dispatcher, detections: Detections) -> None:
         self._env = env

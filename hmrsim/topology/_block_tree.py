@@ -23,9 +23,9 @@ class BlockTree(Generic[T]):
 
     Args:
         graph: The graph; vertices without an edge are left out.
-        weight: What a vertex counts.
+        weight: The weight of a vertex.
         names: What is at it.
-        order: What blocks' vertices are ordered by: those of networkx are sets.
+        order: The order of the vertices in a block: networkx returns sets.
 
     Attributes:
         blocks: The vertices of each.

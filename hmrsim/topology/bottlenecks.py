@@ -42,10 +42,10 @@ class Side:
 
 @dataclass(frozen=True)
 class Bottleneck:
-    """What takes the graph apart when robots can't pass it.
+    """A bottleneck: the graph falls apart when robots can't pass it.
 
     Attributes:
-        kind: What it is.
+        kind: The kind of bottleneck.
         name: Of the waypoint or the lift; of the waypoints at both ends of a lane.
         sides: The separated parts, without a waypoint that is the bottleneck itself; the largest first.
     """

@@ -1,4 +1,4 @@
-"""Where robots can't pass each other, on a graph like `World.graph`: corridors, and what stands in the only way."""
+"""Single tracks, where robots can't pass each other, on a graph like `World.graph`: corridors and bottlenecks."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class LateTrace:
 
     @property
     def text(self) -> str:
-        """The trace so far."""
+        """The text of the trace so far."""
         self._written().flush()
         return "".join(self._pieces)
 
@@ -66,7 +66,7 @@ class LateTrace:
         return topic is Topic.EVENTS
 
     def emit(self, output: Output) -> None:
-        """Keep an event."""
+        """Record an event for later."""
         if take := self.taker(type(output)):
             take(output)
 
@@ -75,6 +75,6 @@ class LateTrace:
         return self._kept.append if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def commanded(self, command: Command, by: str, now: float) -> None:
-        """Keep a command."""
+        """Record a command for later."""
         if not isinstance(command, UNRECORDED):
             self._kept.append(_Commanded(without_receivers(command), by, now))

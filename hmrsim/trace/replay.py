@@ -92,7 +92,7 @@ class Outcome:
 
     @property
     def header(self) -> Header:
-        """The trace's first line."""
+        """The header, which is the trace's first line."""
         return self.sections[0].header
 
     @property
@@ -102,12 +102,12 @@ class Outcome:
 
     @property
     def commands(self) -> int:
-        """How many of them are commands."""
+        """The number of identical lines that are commands."""
         return sum(section.commands for section in self.sections)
 
     @property
     def sim_time(self) -> float:
-        """How far the replay went, in simulated seconds of all sections together."""
+        """The simulated time replayed so far, in seconds summed over all sections."""
         return math.fsum(section.sim_time for section in self.sections)
 
 
@@ -160,7 +160,7 @@ class _Lengths:
         self.all: list[int] = []
 
     def wants(self, _topic: Topic) -> bool:
-        """Return False: it is told of a restart anyway."""
+        """Return False: the sink receives restarts regardless of topics."""
         return False
 
     def emit(self, output: Output) -> None:

@@ -1,4 +1,4 @@
-"""The sections of a trace: simulated time begins anew in each, at a header of its own."""
+"""The sections of a trace: simulated time begins anew in each, at its header."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class Header:
         hash: Of the world.
         definition: The world, as a native file has it.
         step_size: Simulated seconds of one step.
-        run_id: What ids of goals depend on beside the seed; empty for nothing.
+        run_id: An input to goal ids besides the seed; may be empty.
         contract: Version of the public interface.
         section: The number of the section, from 1.
         cause: Why the section began, one of `Restart`; empty for the first one.
@@ -182,7 +182,7 @@ class Trace:
             self._lines.append(self._status(output))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # likewise
+        elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # narrowed by kind
             self._add(_event_fields(output))  # type: ignore[arg-type]
         elif kind is TimeRestarted:
             self.header = self.header.after(output)  # type: ignore[arg-type]

@@ -26,7 +26,7 @@ class LaneClosures:
 
     Attributes:
         lanes: Why each closed lane is closed, in words, by cause.
-        obstructions: What stands or lies on lanes.
+        obstructions: The items and robots that block lanes.
     """
 
     def __init__(

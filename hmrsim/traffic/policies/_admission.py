@@ -21,15 +21,15 @@ class AdmissionControl(Protocol):
 
     @property
     def world(self) -> World:
-        """The world."""
+        """The world in which the vehicles drive."""
 
     @property
     def graph(self) -> WaypointGraph:
-        """Its lanes."""
+        """The graph of the world's lanes."""
 
     @property
     def publisher(self) -> EventPublisher:
-        """Publishes what happens."""
+        """The publisher of events about traffic."""
 
     @property
     def now(self) -> float:
@@ -55,7 +55,7 @@ class AdmissionControl(Protocol):
 
     @property
     def all_open(self) -> bool:
-        """Whether no lane is closed, and none has a barrier."""
+        """Return whether all lanes are open and without barriers."""
 
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
@@ -70,7 +70,7 @@ class AdmissionControl(Protocol):
         """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
 
     def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> Sequence[Blocker]:
-        """Return what is to be said of vehicles for which another one waits."""
+        """Return descriptions of the vehicles for which another one waits."""
 
     def is_held_up(self, robot: Vehicle) -> bool:
         """Return whether a vehicle can't go on because of others."""
@@ -82,19 +82,19 @@ class AdmissionControl(Protocol):
         """Call a function at this instant but after what happens now."""
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles that wait ask again, at this instant but after what happens now."""
+        """Make waiting vehicles request their legs again, at the end of this instant."""
 
     def look_again_at(self, robot: Vehicle, at: float) -> None:
-        """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
+        """Make a vehicle request again at a simulated time, in seconds, if it still waits for the same leg then."""
 
     def try_again(self, robot: Vehicle) -> None:
-        """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
+        """Make a vehicle that waits or has yielded request again, at this instant."""
 
     def release(self, robot: Vehicle) -> None:
-        """Let a vehicle go on that has been given the slots of the leg for which it waits."""
+        """Resume a waiting vehicle that now holds the slots of its leg."""
 
     def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
-        """Have a vehicle yield to another by driving legs, whose slots it has been given."""
+        """Make a vehicle yield to another by driving legs whose slots it already holds."""
 
     def abort(self, robot: Vehicle, why: GoalAborted) -> None:
-        """Abort the drive of a vehicle that waits; its next one begins to wait anew."""
+        """Abort the motion of a waiting vehicle; its next motion starts a new wait."""

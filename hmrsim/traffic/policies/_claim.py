@@ -1,4 +1,4 @@
-"""What a vehicle that has waited for long keeps others out of, so that they do not slip in before it."""
+"""Claims: slots that a vehicle which has waited for long reserves, so that others do not slip in before it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Claim:
         self._claimed.update(dict.fromkeys(slots))
 
     def end(self) -> None:
-        """Claim nothing any more."""
+        """Clear the claim."""
         self.holder = None
         self._claimed.clear()
         kept_out, self._kept_out = self._kept_out, {}
@@ -62,5 +62,5 @@ class Claim:
         return True
 
     def forget(self, robot: Vehicle) -> None:
-        """Take note that a vehicle is there no longer."""
+        """Forget a vehicle that has left the world."""
         self._kept_out.pop(robot, None)

@@ -46,7 +46,7 @@ _Before = dict[object, tuple["Places", object, _Drives]]
 
 
 class Movable(Protocol):
-    """Whether the first vehicle may be moved for the second."""
+    """Predicate: the first vehicle may be moved for the second."""
 
     def __call__(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
         """Return whether it may; if *soon*, also one that has to come to a stand or to finish its work first."""
@@ -58,7 +58,7 @@ class DeadlockResolver:
     Args:
         slots: The places of the vehicles.
         ways: Where they can go.
-        reservations: What other resolutions need.
+        reservations: The slots that other resolutions need.
         movable: Whether the first vehicle may be moved for the second.
     """
 

@@ -68,7 +68,7 @@ class Resolution:
         return found
 
     def begin(self, step: Step) -> None:
-        """Take note that the vehicles of a step set out."""
+        """Record that the vehicles of a step set out."""
         self.steps.remove(step)
         self.moving.update((move.robot, move.way) for move in step)
 

@@ -37,7 +37,7 @@ class Vehicle(Protocol):
 
     @property
     def flies(self) -> bool:
-        """Whether nothing on the ground is in its way."""
+        """Return whether the vehicle flies, so that nothing on the ground blocks it."""
 
     @property
     def speed(self) -> float:
@@ -49,35 +49,35 @@ class Vehicle(Protocol):
 
     @property
     def rerouted(self) -> int:
-        """How often it has taken another route on its trip."""
+        """The number of reroutes on the current trip."""
 
     @property
     def stands(self) -> bool:
-        """Whether it stands, and goes nowhere."""
+        """Return whether the vehicle stands and has nowhere to go."""
 
     @property
     def moves(self) -> bool:
-        """Whether it is on its way, and nothing is in it."""
+        """Return whether the vehicle is moving."""
 
     @property
     def waits(self) -> bool:
-        """Whether it stands on its way, since something is in it."""
+        """Return whether the vehicle is blocked on its route."""
 
     @property
     def sets_out(self) -> bool:
-        """Whether it begins a lane or a turn at this very instant."""
+        """Return whether the vehicle begins a lane or a turn at this very instant."""
 
     @property
     def busy(self) -> bool:
-        """Whether its goal needs it to stand still."""
+        """Return whether the current goal requires the vehicle to stand still."""
 
     @property
     def may_yield(self) -> bool:
-        """Whether it stands, and could go somewhere else for a while."""
+        """Return whether the vehicle stands and can make room for others."""
 
     @property
     def will_yield(self) -> bool:
-        """Whether it could go somewhere else for a while, now or as soon as it stands or has done its work."""
+        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
 
     def pose(self) -> Pose:
         """Return the position of its centre and its yaw, now."""
@@ -87,7 +87,7 @@ class Vehicle(Protocol):
 
     @property
     def activity(self) -> str:
-        """What it does, in words, such as ``idle``."""
+        """A description of the state, such as ``idle``."""
 
     @property
     def still_since(self) -> float:
@@ -141,7 +141,7 @@ class Wait:
     Attributes:
         leg: The leg that it is to drive.
         since: When it began to wait, in simulated seconds.
-        why: What blocks it, in words; empty where that is other vehicles.
+        why: The obstacle, in words; empty where other vehicles block it.
         told: The event that was published of it last, if any.
         asks: Whether it is to ask again at a time, as a search for a way out was put off.
     """

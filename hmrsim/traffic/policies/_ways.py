@@ -1,4 +1,4 @@
-"""Where vehicles can go from where they stand, also from places beside the lanes and from the middle of one."""
+"""Ways: the moves open to vehicles where they stand, also beside the lanes and in the middle of one."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _KEPT_POINTS = 1_024
 
 
 class Way(NamedTuple):
-    """What a vehicle drives from one place where it can stand to the next: a lane, with the line beside it, if any.
+    """A move from one place where a vehicle can stand to the next: a lane, with the line beside it, if any.
 
     Attributes:
         legs: One or two legs. The first one needs all slots, so that the vehicle stops nowhere in between.
-        slots: What the vehicle needs to set out.
+        slots: The slots that the vehicle needs to set out.
         end: The slot where it stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
         number: That of the lane, if this is all of one from waypoint to waypoint; -1 otherwise.
     """

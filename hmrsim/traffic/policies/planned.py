@@ -91,11 +91,11 @@ class Planned(Priority):
         self._turned_off: dict[Vehicle, None] = {}
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again, the one that set out first first."""
+        """Make vehicles request again, in the order in which they set out."""
         super().freed(sorted(robots, key=by_rank) if len(robots) > 1 else robots)
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Reset the policy to the start of a run."""
         super().reset()
         self._turned_off.clear()
 
@@ -113,7 +113,7 @@ class Planned(Priority):
         super().leave(robot)
 
     def blocked(self, robot: Vehicle) -> None:
-        """Have a vehicle turn off, or others make room for it, unless this is part of a resolution."""
+        """Make a vehicle turn off, or others make room for it, unless this is part of a resolution."""
         wait = self.admission.waits.get(robot)
         if wait is None or (self._resolutions and self._is_seen_to(robot)):
             return
@@ -154,7 +154,7 @@ class Planned(Priority):
         return len(inside) == 1 and inside[0].rank < robot.rank
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
-        """Have a vehicle take another lane that leads nearer to its goal and is free, if there is one.
+        """Make a vehicle take another free lane that leads nearer to its goal, if there is one.
 
         The slots are added to those *seen* that it can't have now.
         """
@@ -267,7 +267,7 @@ class Planned(Priority):
                     yield other, way
 
     def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
-        """Take note that a vehicle in a slot can't make room now."""
+        """Record that a vehicle in a slot can't make room now."""
         search.seen[slot] = None
         if not search.moving:
             search.moving = other.busy or (

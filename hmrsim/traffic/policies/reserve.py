@@ -1,7 +1,7 @@
 """A robot reserves its place and the next lane; a robot that comes later waits.
 
 A slot has room for one robot unless the world or the settings say otherwise. Robots that would touch although they are
-in different slots, as where lanes cross without a waypoint, exclude each other likewise. A robot that is blocked by one
+in different slots, as where lanes cross without a waypoint, exclude each other, too. A robot that is blocked by one
 that stands for good is rerouted if there is another route. Robots that wait for each other in a cycle never go on by
 themselves: as soon as the cycle closes, a ``deadlock`` is published; then one of them is rerouted, the one that set out
 last first, or backs off to a free waypoint beside it; where none can, the goal of the one that set out last is aborted.
@@ -103,7 +103,7 @@ class Reserve:
         self.slots.leave(robot)
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again for slots that have just become free."""
+        """Make vehicles request again the slots that have just become free."""
         self.admission.look_again(robots)
 
     def reset(self) -> None:
@@ -112,7 +112,7 @@ class Reserve:
         self._unsolved.clear()
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer: each deadlock of which it is a part is dissolved."""
+        """End the wait of a vehicle for a leg, which dissolves each deadlock it is part of."""
         self.slots.forget(robot, leg)
         if self._deadlocks:
             for circle in [circle for circle in self._deadlocks if robot in circle]:
@@ -163,7 +163,7 @@ class Reserve:
         return False
 
     def resolve(self, cycle: Sequence[Vehicle]) -> None:
-        """Have one vehicle of a cycle take another route, or back off, or give up; the one that set out last first."""
+        """Make one vehicle of a cycle reroute, back off or give up, trying the last to set out first."""
         last_first = sorted(cycle, key=by_rank, reverse=True)
         for solve in (self._turn_off, self._back_off):
             if any(solve(robot, cycle) for robot in last_first):
@@ -184,7 +184,7 @@ class Reserve:
         return robot.rerouted < self.settings.reroutes and robot.reroute([*self._not_now(robot)])
 
     def _back_off(self, robot: Vehicle, cycle: Sequence[Vehicle]) -> bool:
-        """Have a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
+        """Make a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
         if robot.rerouted >= self.settings.reroutes or not robot.may_yield:
             return False
         ahead = [leg for other in cycle if other is not robot for leg in other.legs_ahead]
