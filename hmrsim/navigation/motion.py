@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import Pose, between, distance, turn
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
@@ -343,7 +343,7 @@ class Drives:
     """
 
     def __init__(self, most: int) -> None:
-        self._kept: Kept[tuple[Any, ...], Drive] = Kept(most)
+        self._kept: LruCache[tuple[Any, ...], Drive] = LruCache(most)
 
     def drive(
         self,

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.durations import Durations
+    from hmrsim.navigation.adjacency import Durations
     from hmrsim.navigation.lanes import Foot, Lanes
     from hmrsim.navigation.search import Tree
 
@@ -50,7 +50,7 @@ class Planner:
         self._durations = durations
         self._closed = closed
         self._trees = Trees(lanes, durations, closed)
-        self._routes: Kept[bytes, Route | None] = Kept(_KEPT_ROUTES)
+        self._routes: LruCache[bytes, Route | None] = LruCache(_KEPT_ROUTES)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.

@@ -30,7 +30,7 @@ from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import WriteError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.cache import LruCache
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
@@ -140,7 +140,7 @@ class Trace:
         self._write = write
         self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
-        self._texts: Kept[tuple[str, str], str] = Kept(_KEPT_TEXTS)
+        self._texts: LruCache[tuple[str, str], str] = LruCache(_KEPT_TEXTS)
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
             commands.SendGoal: _send_goal,
             commands.CancelGoal: _cancel_goal,

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
@@ -59,10 +59,10 @@ class Ways:
         self._lanes: Lanes = admission.graph.lanes
         self._slots = slots
         self._from_waypoint: dict[int, list[Way]] = self._lanes.derived(Ways.from_waypoint, dict)
-        self._from_point: Kept[Point, list[Way]] = Kept(_KEPT_POINTS)
-        self._to_point: Kept[tuple[int, Point], list[tuple[int, Way]]] = Kept(_KEPT_POINTS)
+        self._from_point: LruCache[Point, list[Way]] = LruCache(_KEPT_POINTS)
+        self._to_point: LruCache[tuple[int, Point], list[tuple[int, Way]]] = LruCache(_KEPT_POINTS)
         # The slots of spots are those of a run; the legs are those of the map.
-        self._legs: Kept[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: Kept(_KEPT_POINTS))
+        self._legs: LruCache[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: LruCache(_KEPT_POINTS))
 
     def leaving(self, robot: Vehicle) -> list[Way]:
         """Return the open ways from where a vehicle stands."""

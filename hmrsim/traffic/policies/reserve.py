@@ -19,7 +19,7 @@ from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
@@ -70,8 +70,8 @@ class Reserve:
         capacities = _capacities(admission.world, lanes, settings)
         # Of those with room for any number, no one has a place.
         compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
-        around: Kept[bytes, Mapping[int, float]] = lanes.derived(
-            (slots_around, compared, reach), lambda: Kept(_KEPT_POINTS)
+        around: LruCache[bytes, Mapping[int, float]] = lanes.derived(
+            (slots_around, compared, reach), lambda: LruCache(_KEPT_POINTS)
         )
         self.slots = Slots(
             capacities,

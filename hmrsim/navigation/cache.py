@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from struct import pack
 from typing import Generic, TypeVar
 
@@ -16,7 +16,7 @@ def exact(*numbers: float) -> bytes:
     return pack(f"{len(numbers)}d", *numbers)
 
 
-class Kept(Generic[K, V]):
+class LruCache(Generic[K, V]):
     """A bounded cache that drops the least recently used value.
 
     `functools.lru_cache` around an object's own method would be a cycle, and such objects stay in memory until Python's
@@ -45,4 +45,37 @@ class Kept(Generic[K, V]):
         value = values[key] = make()
         if len(values) > self._most:
             values.popitem(last=False)
+        return value
+
+
+T = TypeVar("T")
+
+
+class LazySequence(Generic[T]):
+    """A sequence whose values are computed on first access.
+
+    Args:
+        count: The number of values.
+        make: Computes the value at an index; it must not refer to the owner of the sequence, see `LruCache`.
+    """
+
+    def __init__(self, count: int, make: Callable[[int], T]) -> None:
+        self._count = count
+        self._make = make
+        self._values: dict[int, T] = {}
+
+    def __len__(self) -> int:
+        """Return the number of values, computed or not."""
+        return self._count
+
+    def __iter__(self) -> Iterator[T]:
+        """Compute all values."""
+        return map(self.__getitem__, range(self._count))
+
+    def __getitem__(self, number: int) -> T:
+        """Return the value at an index."""
+        values = self._values
+        if number in values:
+            return values[number]
+        value = values[number] = self._make(number)
         return value
