@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.sampling import Telemetry
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.goals.connectivity import CutOff
+    from hmrsim.goals.fault_effects import DisconnectedRobots
     from hmrsim.goals.servers import ActionServers, ServedGoal
     from hmrsim.interfaces.message import Message
 
@@ -34,7 +34,7 @@ class Feedback:
         self,
         env: Environment,
         servers: ActionServers,
-        cut_off: CutOff,
+        cut_off: DisconnectedRobots,
         telemetry: Telemetry,
         *,
         publisher: EventPublisher,

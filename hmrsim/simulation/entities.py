@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
-    from hmrsim.goals.hindrances import Hindrances
+    from hmrsim.goals.fault_effects import GoalFaults
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.outputs import Output
@@ -199,9 +199,9 @@ class Roster:
         self._publisher.publish(make)
 
     @property
-    def goals(self) -> Hindrances:
+    def goals(self) -> GoalFaults:
         """The faults that reject or abort goals."""
-        return self._dispatcher.hindrances
+        return self._dispatcher.faults
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""
@@ -209,7 +209,7 @@ class Roster:
 
     def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
         """Delay updates about a robot's goals; return a function that ends the delay."""
-        return self._dispatcher.news.delay(name, seconds)
+        return self._dispatcher.updates.delay(name, seconds)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
         robot = Robot(

@@ -535,7 +535,7 @@ class Lockstep:
             self._halt()
 
     def _note_change(self, change: GoalChanged) -> None:
-        if change.robot not in self._simulator.dispatcher.news.late:
+        if change.robot not in self._simulator.dispatcher.updates.late:
             self._note_news(change)
         self._follow(change)
 

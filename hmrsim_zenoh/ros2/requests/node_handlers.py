@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
-from hmrsim.goals.connectivity import no_connection
+from hmrsim.goals.fault_effects import no_connection
 from hmrsim.goals.node_states import ACTIVE, NAMES, TRANSITIONS
 from hmrsim.interfaces.lifecycle_msgs import ChangeState as ChangeStateService
 from hmrsim.interfaces.lifecycle_msgs import (
