@@ -22,8 +22,7 @@ from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_flow
 from hmrsim.cli.plain import plain
 from hmrsim.errors import HmrsimError
 from hmrsim.program.signals import exit_code_of, on_signals
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.goal import GoalStatus, parse_goal_id
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError

@@ -24,8 +24,7 @@ from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.message import lists_messages
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import Cause, GoalEvent, GoalStatus, Verdict, next_status
-from hmrsim.protocol.goal_ids import ZERO_ID
+from hmrsim.protocol.goal import ZERO_ID, Cause, GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:

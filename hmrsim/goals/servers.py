@@ -20,8 +20,7 @@ from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.interfaces.quantities import flaw
 from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, GoalStatus, Verdict
-from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
+from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, Verdict, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     import simpy

@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hmrsim.protocol.goal import Verdict
-from hmrsim.protocol.goal_ids import ZERO_ID
+from hmrsim.protocol.goal import ZERO_ID, Verdict
 from hmrsim.protocol.time import CheckWatchdog, Intervene, Join, Leave, ReadTime, SetClock, TokenSeen
 
 if TYPE_CHECKING:

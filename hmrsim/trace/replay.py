@@ -28,8 +28,7 @@ from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.recorded import Line, command_of, line_of
-from hmrsim.trace.sections import begins_section
+from hmrsim.trace.sections import Line, begins_section, command_of, line_of
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 

@@ -14,7 +14,7 @@ from hmrsim.diagnostics import Finding, listed, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.topology.bottlenecks import SingleTracks
 from hmrsim.traffic.policies import settings_of
-from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.network import nearest

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
-from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:

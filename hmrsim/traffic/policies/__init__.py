@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol
 from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
-from hmrsim.traffic.policies._admission import AdmissionControl
-from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
 from hmrsim.world.derived import Derived
 
 __all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "settings_of"]

@@ -12,17 +12,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Protocol
 
+from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
-from hmrsim.traffic.policies._vehicle import by_rank
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Reservations
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.traffic.policies._ways import Way, Ways
 
 _MAX_SEARCHED = 6

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Reservations
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.traffic.policies._ways import Way, Ways
 
 Places = tuple[int, ...]

@@ -13,9 +13,8 @@ from hmrsim.navigation.route import Leg
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.lanes import Edge, Foot, Lanes
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._vehicle import Vehicle
 
     _Legs = list[tuple[int, tuple[Leg, ...]]]
     """Legs by the waypoint to which, or from which, they lead."""

@@ -22,17 +22,16 @@ from pydantic import Field
 
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._claim import AFTER
+from hmrsim.traffic.policies._admission import by_rank
+from hmrsim.traffic.policies._resolution import AFTER
 from hmrsim.traffic.policies._streets import against
-from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
 from hmrsim.traffic.policies.reserve import waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
-    from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
 
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""

@@ -26,19 +26,17 @@ from pydantic import Field
 from hmrsim.diagnostics import listed
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._claim import AFTER, Claim
+from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
-from hmrsim.traffic.policies._resolution import Reservations, Resolution
-from hmrsim.traffic.policies._vehicle import by_rank
+from hmrsim.traffic.policies._resolution import AFTER, Claim, Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
     from hmrsim.traffic.policies._resolution import Move, Step
-    from hmrsim.traffic.policies._vehicle import Vehicle, Wait
     from hmrsim.traffic.policies._ways import Way
 
     _Chain = list[tuple[Vehicle, Way]]

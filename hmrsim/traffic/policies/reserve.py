@@ -23,19 +23,17 @@ from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
-from hmrsim.traffic.policies._clearance import rooms_of_waypoints
-from hmrsim.traffic.policies._nearness import near_slots, slots_around, widest
+from hmrsim.traffic.policies._admission import by_rank
+from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
-from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Ways
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._nearness import Near
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
