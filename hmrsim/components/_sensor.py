@@ -21,7 +21,7 @@ class SensorSettings(Settings):
     """The settings that all sensors share.
 
     Attributes:
-        range: Range in the world's unit, from the robot's centre to that of the detected entity.
+        range: Range in the world's unit, from the robot's center to that of the detected entity.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
     """
 

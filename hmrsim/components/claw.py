@@ -20,7 +20,7 @@ class ClawSettings(Settings):
     """The reach and payload of a claw.
 
     Attributes:
-        reach: From the robot's centre to the item's, in the world's unit; None for 1 m, or 80 px.
+        reach: From the robot's center to the item's, in the world's unit; None for 1 m, or 80 px.
         max_weight: In kg; None for no limit.
         handling_time: Seconds that picking up or placing takes.
     """

@@ -12,7 +12,7 @@ class ProximitySettings(SensorSettings):
     """The range of a proximity sensor.
 
     Attributes:
-        range: Range, from the robot's centre to that of the detected entity; None for 2 m, or 160 px.
+        range: Range, from the robot's center to that of the detected entity; None for 2 m, or 160 px.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
         through_walls: Whether walls hide nothing from it, as with radio tags.
     """

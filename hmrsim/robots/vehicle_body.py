@@ -278,7 +278,7 @@ class VehicleBody:
         return self._drive.progress(self._number, 0.0 if self._state.waits else self._env.now - self._began)
 
     def pose(self) -> Pose:
-        """Return the position of its centre and its yaw, now."""
+        """Return the position of its center and its yaw, now."""
         if self._drive is None:
             return self._rest
         self._catch_up()
@@ -324,11 +324,11 @@ class VehicleBody:
         return self.progress().length
 
     def distance_to(self, point: Point) -> float:
-        """Return how far its centre is from *point*."""
+        """Return how far its center is from *point*."""
         return distance(self.pose().point, point)
 
     def is_within(self, room: float, point: Point) -> bool:
-        """Return whether its centre is less than *room* away from *point*; quick if it stands somewhere else."""
+        """Return whether its center is less than *room* away from *point*; quick if it stands somewhere else."""
         x, y = self._rest.point if self._drive is None else self.pose().point
         return abs(x - point[0]) < room and abs(y - point[1]) < room and self.distance_to(point) < room
 

@@ -247,8 +247,8 @@ class BlockTree(Generic[T]):
                 blocks_of.setdefault(vertex, []).append(number)
         self.cuts = [vertex for vertex, blocks in blocks_of.items() if len(blocks) > 1]
         self._number = {vertex: len(self.blocks) + i for i, vertex in enumerate(blocks_of)}
-        self._neighbours = [[self._number[vertex] for vertex in block] for block in self.blocks]
-        self._neighbours += blocks_of.values()
+        self._neighbors = [[self._number[vertex] for vertex in block] for block in self.blocks]
+        self._neighbors += blocks_of.values()
         self._parent, walk = self._walk()
         self._position = {number: i for i, number in enumerate(walk)}
         vertices: list[T | None] = [None] * len(self.blocks)
@@ -269,7 +269,7 @@ class BlockTree(Generic[T]):
 
     def _walk(self) -> tuple[list[int | None], list[int]]:
         """Return the parent of each number, and all of them so that what is below one follows it at once."""
-        count = len(self._neighbours)
+        count = len(self._neighbors)
         parent: list[int | None] = [None] * count
         walk: list[int] = []
         seen = [False] * count
@@ -279,7 +279,7 @@ class BlockTree(Generic[T]):
                 number = stack.pop()
                 seen[number] = True
                 walk.append(number)
-                for other in self._neighbours[number]:
+                for other in self._neighbors[number]:
                     if not seen[other]:
                         parent[other] = number
                         stack.append(other)
@@ -288,11 +288,11 @@ class BlockTree(Generic[T]):
     def sides(self, cut: T) -> list[Stretches]:
         """Return the parts on each side of a vertex, without it."""
         number = self._number[cut]
-        return [self._beyond(number, block) for block in self._neighbours[number]]
+        return [self._beyond(number, block) for block in self._neighbors[number]]
 
     def ends(self, block: int) -> list[Stretches]:
         """Return what hangs on each vertex of a block, with that vertex."""
-        return [self._beyond(block, vertex) for vertex in self._neighbours[block]]
+        return [self._beyond(block, vertex) for vertex in self._neighbors[block]]
 
     def counts(self, stretches: Stretches) -> tuple[int, int]:
         """Return what some stretches count, and how many names are there."""
@@ -305,7 +305,7 @@ class BlockTree(Generic[T]):
         return [name for part in stretches for name in self._names[before[part.start] : before[part.stop]]]
 
     def _beyond(self, number: int, other: int) -> Stretches:
-        """Return the part on the side of *other*, a neighbour, when *number* is removed."""
+        """Return the part on the side of *other*, a neighbor, when *number* is removed."""
         if self._parent[other] == number:
             return (self._below(other),)
         root, below = self._below(self._root[number]), self._below(number)

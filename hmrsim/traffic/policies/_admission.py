@@ -167,10 +167,10 @@ class Vehicle(Protocol):
         """Return whether the vehicle can make room, now or once it stands or has finished its work."""
 
     def pose(self) -> Pose:
-        """Return the position of its centre and its yaw, now."""
+        """Return the position of its center and its yaw, now."""
 
     def distance_to(self, point: Point) -> float:
-        """Return how far its centre is from *point*."""
+        """Return how far its center is from *point*."""
 
     @property
     def activity(self) -> str:

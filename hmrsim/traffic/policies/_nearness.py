@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 Near = dict[int, dict[int, float]]
-"""By slot, its neighbours in order and how far each is away, in the world's unit; slots without any are left out."""
+"""By slot, its neighbors in order and how far each is away, in the world's unit; slots without any are left out."""
 
 _SHIFT = 0.382
 """Share of a cell by which cells are moved: the lanes of a lattice would run along their borders, and be in two."""
 
 
 class _Shape(NamedTuple):
-    """A slot with its ends, and the box around it in which its neighbours are."""
+    """A slot with its ends, and the box around it in which its neighbors are."""
 
     slot: int
     start: int
