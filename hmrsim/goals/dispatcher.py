@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
-    from hmrsim.engine.sampling import Telemetry
-    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.engine.subscriptions import EventPublisher, Telemetry
     from hmrsim.goals.fault_effects import Abortion
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message

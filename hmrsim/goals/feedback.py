@@ -12,8 +12,7 @@ from hmrsim.protocol.topics import Topic
 if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
-    from hmrsim.engine.sampling import Telemetry
-    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.engine.subscriptions import EventPublisher, Telemetry
     from hmrsim.goals.fault_effects import DisconnectedRobots
     from hmrsim.goals.servers import ActionServers, ServedGoal
     from hmrsim.interfaces.message import Message

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from hmrsim.engine.chance import Chance
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
-from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.engine.subscriptions import EventPublisher, Interest
+from hmrsim.engine.subscriptions import EventPublisher, Interest, Telemetry
 from hmrsim.events.participants import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
