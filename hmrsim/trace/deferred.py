@@ -1,4 +1,4 @@
-"""A trace that is written when it is asked for: most runs of a test are never looked at that closely."""
+"""A trace that is written on demand: most runs of a test never need theirs."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class _Commanded(NamedTuple):
     now: float
 
 
-class LateTrace:
-    """A sink that keeps what a trace says, as all of that is immutable, and has a `Trace` write it upon request.
+class DeferredTrace:
+    """A sink that collects the immutable outputs of a run, and writes them as a `Trace` on demand.
 
     Args:
-        world: What is run.
-        settings: How.
+        world: The world of the run.
+        settings: The settings of the run.
     """
 
     def __init__(self, world: World, settings: RunSettings) -> None:
