@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic_core import to_json
 
 from hmrsim.actions import error_of
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.errors import ResultExpired
 
 if TYPE_CHECKING:

@@ -70,7 +70,7 @@ class Codes:
         canceled: In the result of a canceled goal.
         preempted: ... of a goal that another goal preempted.
         rejected: In the answer to a rejected goal.
-        unknown: For errors without a code of their own.
+        unknown: The code for errors that have no specific one.
         busy: For a goal that finds the base held; None when it preempts the goal that holds the base.
         tf_error: For a pose in an unknown frame; None for *unknown*.
     """

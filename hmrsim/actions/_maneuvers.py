@@ -38,7 +38,7 @@ def keep_time(robot: Robot, report: Report[Any], result: type[R]) -> Callable[[]
 def perform(
     robot: Robot, rest: Callable[[], Piece | None], allowance: Duration, timeout: int
 ) -> Generator[Any, Any, None]:
-    """Let a robot make a motion within the time allowance; zero is no limit.
+    """Run a motion of a robot within the time allowance; zero is no limit.
 
     A robot that has broken down makes the rest of it when it works again, as one whose behavior server keeps on
     commanding a velocity. *rest* returns what is left of the motion from where the robot stands; None for nothing.
@@ -68,7 +68,7 @@ def perform(
 def drive_straight(
     robot: Robot, goal: BackUp.Goal | DriveOnHeading.Goal, how_far: float, codes: Any
 ) -> Generator[Any, Any, None]:
-    """Let a robot drive straight ahead, or back if *how_far* is negative, at the goal's speed or its own maximum.
+    """Drive a robot straight ahead, or back if *how_far* is negative, at the goal's speed or its own maximum.
 
     *how_far* is in the world's unit; *codes* is the action's result type, which has its codes.
 

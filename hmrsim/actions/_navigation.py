@@ -66,7 +66,7 @@ def plan(robot: Robot, goal: PoseStamped, start: PoseStamped | None = None) -> G
 
 
 def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any, None]:
-    """Let a robot drive a route or straight to points, then turn to *final_yaw*, if any.
+    """Drive a robot along a route or straight to points, then turn it to *final_yaw*, if any.
 
     Raises:
         GoalAborted: Something blocks the way, and the robot stands before it; or it can't continue.

@@ -1,4 +1,4 @@
-"""How a robot keeps to a path by its own estimate of its pose, as Nav2's controller server tells it."""
+"""Path tracking by the robot's own pose estimate, as in Nav2's controller server."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class RouteTracker:
         return False
 
     def _note(self, *, rerouted: bool = False) -> None:
-        """Take note of where the robot is on its route now, for feedback until that changes."""
+        """Record where the robot is on its route, for feedback until that changes."""
         ids, nodes = self._robot.graph.ids, self._route.nodes
         self._feedback = {
             "last_node_id": ids.nodes[self._last] if self._last else 0,
@@ -127,7 +127,7 @@ class RouteTracker:
 
     @property
     def _at_end(self) -> bool:
-        """Whether the next waypoint is the last one, or the first one of a robot that comes from no lane."""
+        """Return whether the next waypoint is the last one, or the first one of a robot that comes from no lane."""
         return self._lane is None or self._next == len(self._route.nodes) - 1
 
     def _achieved(self) -> bool:

@@ -56,7 +56,7 @@ class GraphRoute:
 
 
 class Ends(NamedTuple):
-    """Where a route begins and ends.
+    """The start and the end of a route.
 
     Attributes:
         start: None for where the robot is.

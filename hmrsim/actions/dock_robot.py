@@ -30,7 +30,7 @@ _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
 
 
 class _Docking:
-    """The progress of docking."""
+    """The progress of a docking goal."""
 
     def __init__(self, robot: Robot, report: Report[DockRobot.Feedback]) -> None:
         self._robot, self._report = robot, report
@@ -96,7 +96,7 @@ def _check_order(dock: DockBay, code: int) -> None:
 
 
 def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
-    """Let a robot drive straight into its dock.
+    """Drive a robot straight into its dock.
 
     Raises:
         GoalAborted: Something blocks its way.

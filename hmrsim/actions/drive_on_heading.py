@@ -1,4 +1,4 @@
-"""Drive straight on the way that the robot faces."""
+"""Drive straight ahead, in the direction the robot faces."""
 
 from __future__ import annotations
 

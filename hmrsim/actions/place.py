@@ -65,18 +65,18 @@ def _held(claw: Claw, name: str) -> Item:
 
 
 def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLocation]:
-    """Return the first location within reach; the robot's centre where none was asked for.
+    """Return the first location within reach; the robot's center where none was asked for.
 
     Raises:
         GoalAborted: None of those asked for is within reach.
     """
-    centre = robot.pose().point
+    center = robot.pose().point
     if not goal.place_locations:
-        return centre, _anywhere().model_copy(update={"place_pose": robot.pose_stamped()})
+        return center, _anywhere().model_copy(update={"place_pose": robot.pose_stamped()})
     reach = claw.reach(robot.units)
     for location in goal.place_locations:
         position = location.place_pose.pose.position
-        if distance(centre, (position.x, position.y)) <= reach:
+        if distance(center, (position.x, position.y)) <= reach:
             return (position.x, position.y), location
     raise GoalAborted(
         MoveItErrorCodes.PLANNING_FAILED,

@@ -1,4 +1,4 @@
-"""Turn on the spot."""
+"""Turn a robot on the spot."""
 
 from __future__ import annotations
 

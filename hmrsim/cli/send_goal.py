@@ -140,7 +140,7 @@ def _check_that_time_moves(client: Client) -> None:
 
 
 def _goal_id(text: str | None) -> str | None:
-    from hmrsim.protocol.goal_ids import parse_goal_id
+    from hmrsim.protocol.goal import parse_goal_id
 
     try:
         return None if text is None else parse_goal_id(text)

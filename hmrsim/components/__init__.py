@@ -1,4 +1,4 @@
-"""What robots can carry: one component a file.
+"""Components that robots can carry, one per file.
 
 World files name them, robots are built with them, and actions ask for them.
 """
@@ -16,14 +16,14 @@ from hmrsim.plugins import discover
 
 
 class Settings(BaseModel):
-    """What a world file may set of a component: unknown keys, NaN and infinity are errors."""
+    """The settings of a component in a world file: unknown keys, NaN and infinity are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 @dataclass(frozen=True)
 class Component:
-    """A kind of component.
+    """A kind of component that robots can carry.
 
     Attributes:
         name: As in world files, and that of its module.

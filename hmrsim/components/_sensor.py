@@ -18,10 +18,10 @@ _RESOLUTION = 0.1
 
 
 class SensorSettings(Settings):
-    """What sensors have in common.
+    """The settings that all sensors share.
 
     Attributes:
-        range: Range in the world's unit, from the robot's centre to that of the detected entity.
+        range: Range in the world's unit, from the robot's center to that of the detected entity.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
     """
 
@@ -31,7 +31,7 @@ class SensorSettings(Settings):
 
 @dataclass(eq=False)
 class Sensor:
-    """One robot's sensor."""
+    """A sensor that a robot carries."""
 
     settings: Any
     blind: bool = False
@@ -41,7 +41,7 @@ class Sensor:
 
     @property
     def through_walls(self) -> bool:
-        """Whether walls and doors hide nothing from it."""
+        """Return whether the sensor detects items through walls and doors."""
         return False
 
     def set_blind(self, *, blind: bool) -> None:

@@ -22,7 +22,7 @@ _LAST_POWER: Final = 0.05
 
 
 class Drain(Settings):
-    """What empties a battery, in units of energy; a unit a second is a watt.
+    """The consumption of a battery, in units of energy; a unit a second is a watt.
 
     Attributes:
         default: A second, for *still* and *moving* where they are left out; None for 1.
@@ -51,12 +51,12 @@ class Drain(Settings):
 
 
 class BatterySettings(Settings):
-    """How much a battery holds, what empties it, and what it is made of.
+    """The capacity, consumption and cells of a battery.
 
     Attributes:
         capacity: Units of energy when full.
         initial_charge: Units of energy at the start; None for a full battery.
-        drain: What empties it.
+        drain: The consumers of the battery.
         low: Share at which ``battery_low`` is published.
         critical: Share at which ``battery_critical`` is published, and to which an empty battery has to be charged
             before the robot can use it.
@@ -101,7 +101,7 @@ class Battery:
         drained: Energy drawn since the start.
         charged: Energy charged since the start.
         usable: Units of energy that it holds when full, by the cells that work.
-        failed: The cells that do not work any more, by number from 0.
+        failed: The failed cells, by number from 0.
     """
 
     def __init__(self, settings: BatterySettings) -> None:
@@ -166,7 +166,7 @@ class Battery:
 
     @property
     def _taper(self) -> tuple[float, float]:
-        """What the charge would come to if charging never ended, and how slowly: the constant of its exponential."""
+        """The charge that endless charging would approach, and the time constant of its exponential."""
         begins = self._taper_from
         limit = (self.usable - _LAST_POWER * begins) / (1.0 - _LAST_POWER)
         # Without a taper, which is never asked for then, nothing is left of it.
@@ -188,7 +188,7 @@ class Battery:
         self.settle(now, max(0.0, self._charge - energy))
 
     def drop(self, now: float, charge: float) -> None:
-        """Have no more units of energy in it than so many, at once."""
+        """Reduce the energy to at most so many units, at once."""
         self.settle(now)
         self.settle(now, min(self._charge, charge))
 
@@ -197,7 +197,7 @@ class Battery:
         self._since = to
 
     def fail_cell(self, now: float, cell: int) -> None:
-        """Let a cell fail, of a number from 0, with all that is in it; the others are as full as they were."""
+        """Make a cell fail, by its number from 0, and lose its charge; the others keep theirs."""
         self._resize(now, self.failed | {range(self.settings.cells)[cell]})
 
     def mend(self, now: float, cell: int) -> None:

@@ -20,10 +20,10 @@ _EDGE = 1e-9
 
 
 class CameraSettings(SensorSettings):
-    """How far a camera sees, and how wide.
+    """The range and field of view of a camera.
 
     Attributes:
-        range: Range, from the robot's centre to that of the detected entity; None for 10 m, or 800 px.
+        range: Range, from the robot's center to that of the detected entity; None for 10 m, or 800 px.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
         field_of_view: Horizontal field of view in radians, half of it to either side of the robot's heading.
     """
@@ -33,7 +33,7 @@ class CameraSettings(SensorSettings):
 
 @dataclass(eq=False)
 class Camera(Sensor):
-    """One robot's camera."""
+    """A camera that a robot carries."""
 
     default_range = 10.0
 

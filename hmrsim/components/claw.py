@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 class ClawSettings(Settings):
-    """How far a claw reaches and what it lifts.
+    """The reach and payload of a claw.
 
     Attributes:
-        reach: From the robot's centre to the item's, in the world's unit; None for 1 m, or 80 px.
+        reach: From the robot's center to the item's, in the world's unit; None for 1 m, or 80 px.
         max_weight: In kg; None for no limit.
         handling_time: Seconds that picking up or placing takes.
     """
@@ -32,7 +32,7 @@ class ClawSettings(Settings):
 
 @dataclass
 class Claw:
-    """One robot's claw.
+    """A claw that a robot carries.
 
     Attributes:
         misses: The causes that make it miss; each returns whether it does, this time.
@@ -47,11 +47,11 @@ class Claw:
         return self.settings.reach or METER[units]
 
     def grasp(self, item: Item) -> None:
-        """Hold an item."""
+        """Grasp an item, and hold it."""
         self.item = item
 
     def release(self) -> None:
-        """Hold nothing any more."""
+        """Release the held item, if any."""
         self.item = None
 
 

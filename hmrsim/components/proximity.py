@@ -9,10 +9,10 @@ from hmrsim.components._sensor import Sensor, SensorSettings
 
 
 class ProximitySettings(SensorSettings):
-    """How far a proximity sensor reaches.
+    """The range of a proximity sensor.
 
     Attributes:
-        range: Range, from the robot's centre to that of the detected entity; None for 2 m, or 160 px.
+        range: Range, from the robot's center to that of the detected entity; None for 2 m, or 160 px.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
         through_walls: Whether walls hide nothing from it, as with radio tags.
     """
@@ -22,13 +22,13 @@ class ProximitySettings(SensorSettings):
 
 @dataclass(eq=False)
 class Proximity(Sensor):
-    """One robot's proximity sensor."""
+    """A proximity sensor that a robot carries."""
 
     default_range = 2.0
 
     @property
     def through_walls(self) -> bool:
-        """Whether walls hide nothing from it."""
+        """Return whether the sensor detects items through walls."""
         through: bool = self.settings.through_walls
         return through
 

@@ -1,6 +1,6 @@
 """Random numbers of what a world leaves to chance.
 
-There is a stream for each subject and use, and each occurrence has a number of its own: the third time that a door
+There is a stream for each subject and use, and each occurrence has its number: the third time that a door
 opens takes as long whatever else has happened before. So two controllers under one seed meet the same world, in
 whatever order they do things: common random numbers (Law, Simulation Modeling and Analysis, 5th edition, 11.2).
 """
@@ -46,7 +46,7 @@ class Chance:
         Args:
             value: A number or a distribution.
             subject: Whom it concerns: a robot, a door, an order.
-            use: What it is for, such as ``opening_time``.
+            use: The purpose, such as ``opening_time``.
         """
         if not isinstance(value, Distribution):
             return value

@@ -84,14 +84,14 @@ class Environment(_Clock):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is scheduled but alarms and abandoned events."""
+        """Return whether only alarms and abandoned events are scheduled."""
         return len(self._queue) == self._abandoned + self._background
 
     def alarm(self, delay: float, ring: Callable[[], None]) -> Alarm:
         """Call *ring* after a delay, if time advances that far for other events; `cancel` cancels the alarm.
 
         An ordinary event, such as the next level of an idle robot's battery, would keep a simulation running in which
-        nothing else happens any more.
+        nothing else is left to happen.
         """
         alarm = Alarm(self, ring)
         self._background += 1
@@ -152,7 +152,7 @@ class Environment(_Clock):
         heapq.heappush(self._queue, (at, priority, self._scheduled, event))
 
     def succeed(self, event: simpy.Event) -> None:
-        """Let an event happen at this instant, after all that is due; at once if nothing is, as it would be the next.
+        """Trigger an event at this instant, after all events that are due; at once if none is.
 
         Called last in a callback, it saves the way through the schedule.
         """
@@ -216,7 +216,7 @@ class Environment(_Clock):
         return queue[0][0] if queue else math.inf
 
     def abandon(self, event: simpy.Timeout | At) -> None:
-        """Abandon an event of some time that no process waits for any more: time does not advance for it."""
+        """Abandon a timed event that no process waits for: time does not advance for it."""
         self._abandon(event)
 
     def _abandon(self, event: simpy.Event) -> None:

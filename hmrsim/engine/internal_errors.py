@@ -46,10 +46,10 @@ class InternalErrors:
         """Log an error, with its traceback the first time, publish it and mark its robot.
 
         Args:
-            part: What raised it, such as ``action dance``.
+            part: The part that raised it, such as ``action dance``.
             error: The error.
             robot: The robot concerned; empty for none.
-            replayed: Whether a replay of the run repeats it. What depends on subscribers is not in the trace, and
+            replayed: Whether a replay of the run repeats it. Effects of subscribers are not in the trace, and
                 marks no robot.
 
         Raises:

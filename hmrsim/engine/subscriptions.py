@@ -1,10 +1,18 @@
-"""The topics that have subscribers, as no others are computed, and the publisher of the world's events."""
+"""Subscribed topics, their sampling, and the publisher of the world's events; topics without subscribers cost nothing.
+
+Samples are not events of the simulation: they change no state and are not part of the trace. Sampling times are whole
+multiples of the period after a sampler's start, in simulated time.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import heapq
+import math
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.outputs import EventStamped, Sampled
 from hmrsim.protocol.topics import Topic
 
@@ -13,7 +21,6 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
-
 
 _NAMES: Final = {topic: topic.name.lower() for topic in Topic}
 
@@ -42,7 +49,7 @@ class Interest:
         self.refresh()
 
     def refresh(self) -> None:
-        """Query all sinks again."""
+        """Refresh the topics that the sinks want."""
         for topic, name in _NAMES.items():
             setattr(self, name, True in [sink.wants(topic) for sink in self._sinks])
 
@@ -53,12 +60,12 @@ class Interest:
 
     @property
     def sampled(self) -> bool:
-        """Whether a sink wants a topic that is sampled between events."""
+        """Return whether a sink wants a topic that is sampled between events."""
         return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
 class Clock(Protocol):
-    """Tells the simulated time."""
+    """A source of the simulated time."""
 
     @property
     def stamp(self) -> int:
@@ -84,7 +91,7 @@ class EventPublisher:
             self.emit(EventStamped(self._clock.stamp, make()))
 
     def publish_untraced(self, make: Callable[[], Event]) -> None:
-        """Publish an event that is not in traces, likewise."""
+        """Publish an event that is not recorded in traces."""
         if self.interest.motion:
             self.emit(EventStamped(self._clock.stamp, make()))
 
@@ -92,3 +99,76 @@ class EventPublisher:
         """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""
         if self.interest.in_(topic):
             self.emit(Sampled(topic, robot, message()))
+
+
+@dataclass(eq=False)
+class _Sampler:
+    topic: Topic
+    start: float
+    period: float
+    take: Callable[[], None]
+    stopped: bool = False
+
+    def due_after(self, now: float) -> float:
+        """Return the first sampling time after the instant of *now*; like every instant, it is a whole nanosecond."""
+        instant = round(now * NANOSECONDS)
+        number = math.floor((now - self.start) / self.period)
+        while (due := round((self.start + number * self.period) * NANOSECONDS)) <= instant:
+            number += 1
+        return due / NANOSECONDS
+
+
+class Telemetry:
+    """All samplers, and when the next one is due."""
+
+    def __init__(self, interest: Interest) -> None:
+        self._interest = interest
+        self._samplers: dict[Hashable, _Sampler] = {}
+        self._heap: list[tuple[float, int, _Sampler]] = []
+        self._order = 0
+
+    @property
+    def next_due(self) -> float:
+        """When the next sample is due; infinite without a subscriber."""
+        while self._heap and self._heap[0][2].stopped:
+            heapq.heappop(self._heap)
+        return self._heap[0][0] if self._heap else math.inf
+
+    def start(
+        self, key: Hashable, topic: Topic, begin: float, rate: float, take: Callable[[], None], *, now: float = 0.0
+    ) -> None:
+        """Sample *take* from *now* on, at *rate* samples a second since *begin*; *key* stops it again."""
+        sampler = self._samplers[key] = _Sampler(topic, begin, 1.0 / rate, take)
+        if self._interest.in_(topic):
+            self._push(sampler, sampler.due_after(max(begin, now)))
+
+    def __contains__(self, key: object) -> bool:
+        """Return whether a sampler has this key."""
+        return key in self._samplers
+
+    def stop(self, key: Hashable) -> None:
+        """Remove the sampler of a key, if there is one."""
+        sampler = self._samplers.pop(key, None)
+        if sampler:
+            sampler.stopped = True
+
+    def refresh(self, now: float) -> None:
+        """Start sampling topics that have subscribers now, and stop sampling those that no longer have any."""
+        # A sampler that runs already may be due at this very instant.
+        due = {sampler: time for time, _, sampler in self._heap}
+        self._heap.clear()
+        for sampler in self._samplers.values():
+            if self._interest.in_(sampler.topic):
+                self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
+
+    def sample(self, let_it_be: Callable[[float], None]) -> None:
+        """Take the sample that is due next, which must exist; *let_it_be* is called with its time first."""
+        due, _, sampler = self._heap[0]
+        self._order += 1
+        heapq.heapreplace(self._heap, (sampler.due_after(due), self._order, sampler))
+        let_it_be(due)
+        sampler.take()
+
+    def _push(self, sampler: _Sampler, due: float) -> None:
+        self._order += 1
+        heapq.heappush(self._heap, (due, self._order, sampler))

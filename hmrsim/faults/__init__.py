@@ -71,7 +71,7 @@ class Occurrence(BaseModel):
 
     @property
     def subject(self) -> str:
-        """What it affects: the name of a robot, an item or a part of the building, or the waypoints of a lane."""
+        """The target: the name of a robot, an item or a part of the building, or the waypoints of a lane."""
         said = self.__dict__
         for name in SUBJECTS:
             if value := said.get(name):
@@ -132,7 +132,7 @@ class GoalSite(Protocol):
         delay: float,
         done: Callable[[], None],
     ) -> Callable[[], None]:
-        """Abort goals some seconds after they began to execute, or now if they do so for longer; likewise."""
+        """Abort goals some seconds after they began to execute; return a function that ends it."""
 
 
 class FaultSite(Protocol):
@@ -143,7 +143,7 @@ class FaultSite(Protocol):
 
     @property
     def robots(self) -> Mapping[str, Robot]:
-        """The robots, by name."""
+        """All robots of the world, by name."""
 
     @property
     def fixtures(self) -> Mapping[str, Any]:
@@ -151,7 +151,7 @@ class FaultSite(Protocol):
 
     @property
     def admission(self) -> Admission:
-        """What admits robots to lanes, and knows which are closed."""
+        """The traffic admission, which lets robots onto lanes and closes lanes."""
 
     @property
     def goals(self) -> GoalSite:
@@ -193,7 +193,7 @@ class Case(Generic[S]):
 
     @property
     def claw(self) -> Claw:
-        """That robot's claw."""
+        """The claw of the affected robot."""
         claw: Claw = self.robot.components["claw"]
         return claw
 
@@ -208,7 +208,7 @@ class Case(Generic[S]):
 
 @dataclass(frozen=True)
 class FaultType(Generic[S]):
-    """A kind of fault.
+    """A kind of fault that can be injected.
 
     Attributes:
         name: As in world files, and that of its module.
@@ -218,7 +218,7 @@ class FaultType(Generic[S]):
         component: The component that the robot needs; None for none.
         example: Valid settings in the world of the contract tests, in plain values.
         title: Its name for users; empty for its name in words.
-        changes: What it changes in a picture of the world, beside what its events say: ``ailments``, ``connected``,
+        changes: The fields of a snapshot that it changes beside those its events change: ``ailments``, ``connected``,
             ``sensors`` or ``speed`` of its robot, or ``jammed`` of its door; empty for nothing.
     """
 
@@ -265,7 +265,7 @@ class FaultType(Generic[S]):
 
     @property
     def lasts(self) -> bool:
-        """Whether it lasts for some time, and does not end at the instant at which it begins."""
+        """Return whether the fault lasts for some time instead of ending at the instant it begins."""
         return issubclass(self.settings, Spell)
 
 

@@ -14,12 +14,12 @@ Seconds = Annotated[float, Field(strict=True, ge=0, le=_MAX, json_schema_extra={
 
 
 class Anchor(EventPattern):
-    """Which event a fault waits for: an event with values of its fields, or a change of a goal.
+    """The event a fault waits for: an event with values of its fields, or a change of a goal.
 
     Attributes:
         event: A kind of event, such as ``picked``.
         where: Values of its fields, as its JSON has them; all must be equal.
-        goal: What becomes of a goal; ``ended`` stands for succeeded, canceled and aborted.
+        goal: The change of a goal; ``ended`` stands for succeeded, canceled and aborted.
         action: The action of that goal; left out for any.
         robot: The robot that it is about; left out for any.
         nth: Which one of them, from 1, since the run or the section began, or the fault was injected.

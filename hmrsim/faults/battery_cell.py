@@ -11,7 +11,7 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class BatteryCell(Spell):
-    """When which cell fails.
+    """A period during which a battery cell fails.
 
     Attributes:
         robot: The robot's name.

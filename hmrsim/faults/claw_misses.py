@@ -9,7 +9,7 @@ from hmrsim.faults import Case, FaultType, Name, Probability, Spell
 
 
 class ClawMisses(Spell):
-    """When which claw misses.
+    """A period during which a claw misses.
 
     Attributes:
         robot: The robot's name.

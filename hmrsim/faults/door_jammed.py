@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class DoorJammed(Spell):
-    """When which door jams.
+    """A period during which a door jams.
 
     Attributes:
         door: Its name.

@@ -1,4 +1,4 @@
-"""The item is gone: taken away by someone, or fallen where nobody finds it."""
+"""The item is lost: taken away by a person, or fallen where no robot finds it."""
 
 from __future__ import annotations
 

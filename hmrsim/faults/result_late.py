@@ -1,4 +1,4 @@
-"""What becomes of the robot's goals reaches clients late: their status, and their results."""
+"""The status and results of the robot's goals reach clients late."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hmrsim.faults import Case, FaultType, Name, SomeSeconds, Spell
 
 
 class ResultLate(Spell):
-    """When which robot's news are late.
+    """A period during which updates about a robot's goals reach clients late.
 
     Attributes:
         robot: Its name.

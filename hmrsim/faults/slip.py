@@ -10,11 +10,11 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class Slip(Spell):
-    """When which robot slips.
+    """A period during which a robot slips.
 
     Attributes:
         robot: Its name.
-        factor: What its speed is multiplied with.
+        factor: The factor by which its speed is multiplied.
     """
 
     robot: Name

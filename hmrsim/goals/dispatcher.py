@@ -17,17 +17,14 @@ from simpy.events import Interruption
 from hmrsim.engine.internal_errors import BUGS, described
 from hmrsim.errors import GoalAborted, GoalRejected
 from hmrsim.events.goals import SendGoalRejected
-from hmrsim.goals.connectivity import CutOff, no_connection
+from hmrsim.goals.fault_effects import DelayedUpdates, DisconnectedRobots, GoalFaults, no_connection
 from hmrsim.goals.feedback import Feedback
-from hmrsim.goals.hindrances import Hindrances
-from hmrsim.goals.late_news import LateNews
 from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.message import lists_messages
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import Cause, GoalEvent, GoalStatus, Verdict, next_status
-from hmrsim.protocol.goal_ids import ZERO_ID
+from hmrsim.protocol.goal import ZERO_ID, Cause, GoalEvent, GoalStatus, Verdict, next_status
 from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:
@@ -36,9 +33,8 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
-    from hmrsim.engine.sampling import Telemetry
-    from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.goals.hindrances import Abortion
+    from hmrsim.engine.subscriptions import EventPublisher, Telemetry
+    from hmrsim.goals.fault_effects import Abortion
     from hmrsim.goals.servers import ActionServer, Owner
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import CancelGoal, ChangeState, ForgetResult, GetResult, SendGoal, StopWaiting
@@ -83,8 +79,8 @@ class Dispatcher:
     Attributes:
         cut_off: The robots that clients can't reach: requests are rejected, results are withheld.
         nodes: The states of the ROS nodes that serve the actions.
-        hindrances: What faults do to goals.
-        news: What clients do not know yet.
+        faults: The faults that reject or abort goals.
+        updates: The goal updates that have not reached clients yet.
         feedback: Publishes the feedback of goals.
     """
 
@@ -102,13 +98,13 @@ class Dispatcher:
     ) -> None:
         self._env = env
         self.servers = ActionServers(actions, seed)
-        self.cut_off = CutOff()
+        self.cut_off = DisconnectedRobots()
         self.nodes = NodeStates()
-        self.hindrances = Hindrances(env, self.servers.active, self._hinder)
+        self.faults = GoalFaults(env, self.servers.active, self._abort_by_fault)
         self.feedback = Feedback(
             env, self.servers, self.cut_off, telemetry, publisher=publisher, errors=errors, rate=feedback_rate
         )
-        self.news = LateNews(env, lambda robot: map(self._status, self.servers.of(robot)))
+        self.updates = DelayedUpdates(env, lambda robot: map(self._status, self.servers.of(robot)))
         self._emit = publisher.emit
         self._publisher = publisher
         self._interest = publisher.interest
@@ -153,7 +149,7 @@ class Dispatcher:
                 if rejection.code is None or command.goal is None or not _aborts(command.verdict, rejection):
                     raise
                 message, flaw = command.goal, (rejection.code, str(rejection))
-            self.hindrances.check(command)
+            self.faults.check(command)
         except GoalRejected as rejection:
             self._reject(command, rejection.reason, str(rejection))
             return
@@ -211,7 +207,7 @@ class Dispatcher:
             result = self._failed(goal, action.codes.busy, f"{name} is busy with {running}")
             self._end(goal, GoalEvent.ABORT, result, Cause.BUSY)
             return
-        hit = self.hindrances.met(name, action.name)
+        hit = self.faults.met(name, action.name)
         if hit is not None:
             self._end(goal, GoalEvent.ABORT, self._failed(goal, self._code_of(hit, goal), hit.why), hit.cause)
             hit.done()
@@ -219,7 +215,7 @@ class Dispatcher:
         if needed:
             self._holders[needed] = goal
         goal.process = self._env.process(self._pursue(goal, message))
-        self.hindrances.begun(goal)
+        self.faults.begun(goal)
 
     def _begin(self, goal: ServedGoal, message: Message) -> None:
         """Publish that a goal executes."""
@@ -232,7 +228,7 @@ class Dispatcher:
         self._change(goal, GoalEvent.EXECUTE)
         server.robot.act(server.action.name, begins=True)
 
-    def _hinder(self, goal: ServedGoal, hit: Abortion) -> None:
+    def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
         """Abort an executing goal, as a fault says."""
         self._halt(goal, GoalEvent.ABORT, self._code_of(hit, goal), hit.why, hit.cause)
 
@@ -337,16 +333,16 @@ class Dispatcher:
             return
         name = goal.server.robot.name
         self.feedback.finish(goal)
-        self.hindrances.ended(goal)
+        self.faults.ended(goal)
         needed = _needed(goal)
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, begins=False)
         goal.end(self._env.stamp, result, cause)
         self._change(goal, event)
-        late = name in self.news.late
+        late = name in self.updates.late
         if late:
-            self.news.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))
+            self.updates.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))
         self._tell(goal, inside=late or name in self.cut_off)
         ended = self._ended.setdefault(name, {})
         ended[goal] = None
@@ -378,9 +374,9 @@ class Dispatcher:
         robot, action = server.robot.name, server.action.name
         change = GoalChanged(self._env.stamp, robot, action, goal.goal_id, goal.status, message, result, goal.cause)
         self._emit(change)
-        if robot in self.news.late:
+        if robot in self.updates.late:
             status = self._status(server)
-            self.news.send(status, lambda: self._tell_change(change, status))
+            self.updates.send(status, lambda: self._tell_change(change, status))
         elif self._interest.status:
             self._emit(self._status(server))
 
@@ -424,7 +420,7 @@ class Dispatcher:
 
     def _is_known(self, goal: ServedGoal) -> bool:
         """Return whether clients may know the result of a goal."""
-        return goal.status.terminal and not self.news.holds(goal)
+        return goal.status.terminal and not self.updates.holds(goal)
 
     def withdraw(self, command: StopWaiting) -> None:
         """Drop some requests that wait for a result."""
@@ -440,7 +436,7 @@ class Dispatcher:
             GoalRejected: There is no such robot or action.
         """
         server = self.servers.find(robot, action)
-        return self.news.known(robot, action) or self._status(server)
+        return self.updates.known(robot, action) or self._status(server)
 
     def forget(self, command: ForgetResult) -> None:
         """Drop an expired result; one that is unknown or still awaited is ignored."""
@@ -459,7 +455,7 @@ class Dispatcher:
             # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason, cause)
-        self.news.flush(robot)
+        self.updates.flush(robot)
         # A client of a disconnected robot would wait for its result for ever.
         for name in sorted(self.cut_off) if robot is None else [robot]:
             self.connect(name, connected=True)
@@ -525,7 +521,7 @@ class Dispatcher:
 
 
 def _needed(goal: ServedGoal) -> str:
-    """Return what one goal at a time can hold, the base of a robot or an action of its own; empty for nothing."""
+    """Return the resource that one goal at a time can hold: the robot's base or the action itself; empty for none."""
     action, name = goal.server.action, goal.server.robot.name
     return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 

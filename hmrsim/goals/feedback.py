@@ -12,9 +12,8 @@ from hmrsim.protocol.topics import Topic
 if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
-    from hmrsim.engine.sampling import Telemetry
-    from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.goals.connectivity import CutOff
+    from hmrsim.engine.subscriptions import EventPublisher, Telemetry
+    from hmrsim.goals.fault_effects import DisconnectedRobots
     from hmrsim.goals.servers import ActionServers, ServedGoal
     from hmrsim.interfaces.message import Message
 
@@ -34,7 +33,7 @@ class Feedback:
         self,
         env: Environment,
         servers: ActionServers,
-        cut_off: CutOff,
+        cut_off: DisconnectedRobots,
         telemetry: Telemetry,
         *,
         publisher: EventPublisher,
@@ -76,7 +75,7 @@ class Feedback:
                 self.send(goal, feedback, last=True)
 
     def stop(self, goal: ServedGoal) -> None:
-        """Make no more feedback of a goal."""
+        """Stop the feedback of a goal."""
         goal.sample = None
         self._telemetry.stop(goal)
 
@@ -104,7 +103,7 @@ class Feedback:
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, take, now=self._env.now)
 
     def _of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
-        """Return the current feedback of a goal; None if it has none, or no more because of a bug.
+        """Return the current feedback of a goal; None if it has none, or if a bug has ended it.
 
         The goal goes on: feedback is made for subscribers only, and they must not make a difference.
         """

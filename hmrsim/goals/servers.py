@@ -20,8 +20,7 @@ from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.interfaces.quantities import flaw
 from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, GoalStatus, Verdict
-from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id, parse_goal_id
+from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, Verdict, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     import simpy
@@ -39,7 +38,7 @@ class Owner(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name in the world file."""
 
     @property
     def components(self) -> Mapping[str, Any]:
@@ -63,7 +62,7 @@ class ServedGoal:
         from_client: Whether the client made the id, and so may send it again.
         ended: When it ended, in simulated nanoseconds; None while it is active.
         message: The goal message; None after the end.
-        process: The process that executes it; None when it has none any more.
+        process: The process that executes the goal; None once it has ended.
         waiting: The requests for its result, by their id, as not all are hashable.
         sample: Returns feedback; None for none, and after the end.
         sampled_from: The time since which it is sampled.
@@ -143,7 +142,7 @@ class ActionServer:
     """One action of one robot, and its goals in order of acceptance.
 
     Attributes:
-        number: It has one of its own.
+        number: The unique number of the goal.
         goals: The goals that are kept, by id.
     """
 

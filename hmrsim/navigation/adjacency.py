@@ -1,15 +1,16 @@
-"""Which waypoints ways join, by number, in arrays: a grid has two million ways, most of which are never driven."""
+"""The adjacency of waypoints in arrays: a grid has two million ways, most of which are never driven."""
 
 from __future__ import annotations
 
 import math
 from array import array
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import accumulate, chain, permutations, repeat
 from typing import TYPE_CHECKING
 
+from hmrsim.navigation.cache import LruCache
 from hmrsim.world.model import PlainLanes
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Adjacency:
     def _rows(
         self, world: World, limits: dict[tuple[int, int], float], rides: dict[tuple[int, int], float]
     ) -> list[list[int]]:
-        """Return by waypoint where ways lead from there, in order; note what is said of them."""
+        """Return the successors of each waypoint, in order, and record the attributes of the ways."""
         index = self.index
         rows: list[list[int]] = [[] for _ in self.names]
         lanes = world.lanes
@@ -161,3 +162,39 @@ class Numbers(Mapping[tuple[str, str], int]):
     def __len__(self) -> int:
         """Return how many ways there are."""
         return len(self._ways.ends)
+
+
+_KEPT_SPEEDS = 16
+"""Speeds for which the durations of all ways are cached."""
+
+
+class Durations:
+    """The seconds that ways count for: as long as they take, those that are avoided for longer.
+
+    Args:
+        ways: The ways.
+        avoided: The numbers of the avoided ones.
+        factor: How many times as long these count for.
+    """
+
+    def __init__(self, ways: Adjacency, avoided: Sequence[int] = (), factor: float = 1.0) -> None:
+        self._ways = ways
+        self._avoided, self._factor = avoided, factor
+        self._kept: LruCache[float, array[float]] = LruCache(_KEPT_SPEEDS)
+
+    def at(self, speed: float) -> array[float]:
+        """Return how long each way counts for a robot of this greatest speed, by its number."""
+        return self._kept.get(speed, lambda: self._counted(speed))
+
+    def without(self, closed: Collection[int], speed: float) -> array[float]:
+        """Return the same where some ways are closed: these take infinitely long."""
+        seconds = self.at(speed)[:]
+        for number in closed:
+            seconds[number] = math.inf
+        return seconds
+
+    def _counted(self, speed: float) -> array[float]:
+        seconds = self._ways.seconds(speed)
+        for number in self._avoided:
+            seconds[number] *= self._factor
+        return seconds

@@ -1,4 +1,4 @@
-"""What chance does to robots on their ways: lanes with people on them, and lifts that take their time."""
+"""Random delays of robots: lanes with people on them, and lifts that take their time."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Plans:
 
     @property
     def all_kept(self) -> bool:
-        """Whether an answer is kept to each request."""
+        """Return whether each request has a stored answer."""
         return self._waiting.keys() <= self._kept.keys()
 
     def take_kept(self) -> list[PlanAnswered]:

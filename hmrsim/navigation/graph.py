@@ -13,12 +13,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import SAME_PLACE, Point, between, distance
+from hmrsim.geometry import SAME_PLACE, Obstacles, Point, between, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.closed_doors import ClosedDoors
-from hmrsim.navigation.ground import ground_of
 from hmrsim.navigation.lanes import START
-from hmrsim.navigation.planners import Lane
+from hmrsim.navigation.road_map import Lane, road_map_of
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.route_graph import route_ids
 
@@ -39,7 +37,7 @@ class WaypointGraph:
         world: Where they are. Its names must have been checked.
 
     Attributes:
-        lanes: What no run changes of them.
+        lanes: The properties of the lanes that no run changes.
         drives: How robots drive there.
         doors: The doors that are closed now.
     """
@@ -47,10 +45,10 @@ class WaypointGraph:
     def __init__(self, world: World) -> None:
         self._world = world
         self.waypoints = world.points
-        self._ground = ground_of(world)
-        self._planners = self._ground.planners()
-        self.lanes = self._ground.lanes
-        self.drives = self._ground.drives
+        self._road_map = road_map_of(world)
+        self._planners = self._road_map.planners()
+        self.lanes = self._road_map.lanes
+        self.drives = self._road_map.drives
         self.doors = ClosedDoors()
         self._closed: frozenset[Lane] = frozenset()
         self._current: Planner | None = None
@@ -83,7 +81,7 @@ class WaypointGraph:
 
     def avoid(self, ways: Sequence[int], factor: float) -> None:
         """Have routes count these ways so many times as long as they take."""
-        self._planners, self._current = self._ground.planners(ways, factor), None
+        self._planners, self._current = self._road_map.planners(ways, factor), None
 
     def seconds(self, speed: float) -> array[float]:
         """Return how long each way counts for a robot of this greatest speed, by its number: as long as it takes.
@@ -204,3 +202,26 @@ class WaypointGraph:
                 return self.lanes.route(legs), f"an obstacle stands between {between}"
             legs.append(self.lanes.part(edge, a, b) if edge else Leg(a, b, distance(a, b)))
         return self.lanes.route(legs), ""
+
+
+class ClosedDoors:
+    """The doors that are closed now, each identified by its jambs; each is a wall off the lanes."""
+
+    def __init__(self) -> None:
+        self._closed: dict[tuple[Point, Point], None] = {}
+        self._made: Obstacles | None = None
+
+    def set(self, at: tuple[Point, Point], *, is_open: bool) -> None:
+        """Record that a door is open or closed now."""
+        if is_open:
+            self._closed.pop(at, None)
+        else:
+            self._closed[at] = None
+        self._made = None
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """The closed doors as obstacles, computed on demand because many may close at one instant."""
+        if self._made is None:
+            self._made = Obstacles(self._closed, ())
+        return self._made

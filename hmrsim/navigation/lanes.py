@@ -13,8 +13,7 @@ from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Adjacency, Numbers
-from hmrsim.navigation.kept import Kept, exact
-from hmrsim.navigation.made import Made
+from hmrsim.navigation.cache import LazySequence, LruCache, exact
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
 
@@ -158,12 +157,12 @@ class Lanes:
         self.ways = ways = Adjacency(world)
         self.names, self.points, self.numbers = ways.names, ways.points, Numbers(ways)
         self.legs = Legs(ways)
-        self.edges = Made(len(ways.ends), partial(_edge, ways, self.legs))
+        self.edges = LazySequence(len(ways.ends), partial(_edge, ways, self.legs))
         self.driven: Sequence[int] = range(len(ways.ends))
         if ways.rides:
             self.driven = [number for number in self.driven if number not in ways.rides]
-        self.out = Made(len(ways.names), partial(_out, ways, self.edges))
-        self.into = Made(len(ways.names), partial(_into, ways, self.edges))
+        self.out = LazySequence(len(ways.names), partial(_out, ways, self.edges))
+        self.into = LazySequence(len(ways.names), partial(_into, ways, self.edges))
         entered = set(ways.ends)
         touched = [
             node for node in range(len(ways.names)) if ways.first[node] < ways.first[node + 1] or node in entered
@@ -171,16 +170,16 @@ class Lanes:
         self.at = {ways.points[node]: node for node in touched}
         self.apart = len(self.at) == len(touched)
         self.limited = bool(ways.limits or ways.rides)
-        self._kept_nearest: Kept[Point, tuple[float, set[tuple[int, int]]]] = Kept(_KEPT_POINTS)
+        self._kept_nearest: LruCache[Point, tuple[float, set[tuple[int, int]]]] = LruCache(_KEPT_POINTS)
         points = min(_KEPT_POINTS, _KEPT_FEET // max(1, len(self.driven)))
-        self._kept_feet: Kept[Point, tuple[bool, Mapping[int, Foot]]] = Kept(points)
-        self._kept_occupied: Kept[Point, bool] = Kept(_KEPT_LINES)
-        self._kept_clear: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
-        self._kept_blocked: Kept[tuple[Point, Point], bool] = Kept(_KEPT_LINES)
-        self._kept_crossed: Kept[tuple[Point, Point], list[Edge]] = Kept(_KEPT_POINTS)
-        self._kept_seen: Kept[tuple[Point, int], Sequence[Foot]] = Kept(_KEPT_LINES)
-        self._kept_entrances: Kept[bytes, tuple[float, Point]] = Kept(_KEPT_POINTS)
-        self._derived: Kept[Hashable, Any] = Kept(_KEPT_DERIVED)
+        self._kept_feet: LruCache[Point, tuple[bool, Mapping[int, Foot]]] = LruCache(points)
+        self._kept_occupied: LruCache[Point, bool] = LruCache(_KEPT_LINES)
+        self._kept_clear: LruCache[tuple[Point, Point], bool] = LruCache(_KEPT_LINES)
+        self._kept_blocked: LruCache[tuple[Point, Point], bool] = LruCache(_KEPT_LINES)
+        self._kept_crossed: LruCache[tuple[Point, Point], list[Edge]] = LruCache(_KEPT_POINTS)
+        self._kept_seen: LruCache[tuple[Point, int], Sequence[Foot]] = LruCache(_KEPT_LINES)
+        self._kept_entrances: LruCache[bytes, tuple[float, Point]] = LruCache(_KEPT_POINTS)
+        self._derived: LruCache[Hashable, Any] = LruCache(_KEPT_DERIVED)
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
@@ -190,7 +189,7 @@ class Lanes:
         return [(self.names[a], self.names[b]) for a, b in ends]
 
     def derived(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what follows from the lanes and a *key* alone, made now or kept; nobody may change it."""
+        """Return a cached value that depends on the lanes and *key* only; callers must not change it."""
         value: T = self._derived.get(key, make)
         return value
 
@@ -364,7 +363,7 @@ class Lanes:
     def approaches(self, point: Point) -> tuple[bool, Mapping[int, Foot]]:
         """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
 
-        Lanes are told by their numbers, in order.
+        Lanes are identified by their numbers, in order.
         """
         return self._kept_feet.get(point, lambda: self._approaches(point))
 
@@ -446,10 +445,10 @@ def _edge(ways: Adjacency, legs: Legs, number: int) -> Edge:
     return Edge(number, ways.starts[number], ways.ends[number], leg.length, leg.speed_limit, leg, leg.ride)
 
 
-def _out(ways: Adjacency, edges: Made[Edge], node: int) -> list[Edge]:
+def _out(ways: Adjacency, edges: LazySequence[Edge], node: int) -> list[Edge]:
     return [edges[number] for number in range(ways.first[node], ways.first[node + 1])]
 
 
-def _into(ways: Adjacency, edges: Made[Edge], node: int) -> list[Edge]:
+def _into(ways: Adjacency, edges: LazySequence[Edge], node: int) -> list[Edge]:
     begins, numbers = ways.into
     return [edges[number] for number in numbers[begins[node] : begins[node + 1]]]

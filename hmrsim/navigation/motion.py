@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import Pose, between, distance, turn
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ class Piece(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a robot is on its way.
+    """The progress of a robot on its route.
 
     Attributes:
         length: Remaining length of the way, in the world's unit.
@@ -179,19 +179,19 @@ class Drive(Protocol):
 
     @property
     def seconds(self) -> Sequence[float]:
-        """How long each piece takes."""
+        """The duration of each piece, in seconds."""
 
     @property
     def legs(self) -> Sequence[Leg | None]:
-        """Which leg each piece drives; None for a turn."""
+        """The leg that each piece drives; None for a turn."""
 
     @property
     def in_pieces(self) -> bool:
-        """Whether each piece takes as long by itself, so that one may stop between any two."""
+        """Return whether each piece takes as long by itself, so that a robot may stop between any two."""
 
     @property
     def end(self) -> Pose:
-        """Where it ends; only one with pieces ends anywhere."""
+        """The pose at the end; only a motion with pieces has one."""
 
     def piece(self, number: int) -> Piece:
         """Return the piece of this index."""
@@ -343,7 +343,7 @@ class Drives:
     """
 
     def __init__(self, most: int) -> None:
-        self._kept: Kept[tuple[Any, ...], Drive] = Kept(most)
+        self._kept: LruCache[tuple[Any, ...], Drive] = LruCache(most)
 
     def drive(
         self,
@@ -381,7 +381,7 @@ def straight(start: Pose, end: Point, *, speed: float, acceleration: float | Non
 
 
 def drive_of(piece: Piece) -> Drive:
-    """Return the drive that is one piece and no more."""
+    """Return a motion of a single piece."""
     return _Profiled([piece])
 
 
@@ -402,7 +402,7 @@ def _ride(made: list[Piece], pose: Pose, leg: Leg) -> Pose:
 
 
 def _stretches(legs: Sequence[Leg]) -> list[list[Leg]]:
-    """Return the legs in runs that are straight and have one speed limit; a ride is one of its own."""
+    """Return the legs grouped into straight runs with one speed limit; a ride is a separate run."""
     runs: list[list[Leg]] = []
     for leg in legs:
         if runs and _continues(runs[-1][-1], leg):

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.navigation.search import Trees
 
 if TYPE_CHECKING:
-    from hmrsim.navigation.durations import Durations
+    from hmrsim.navigation.adjacency import Durations
     from hmrsim.navigation.lanes import Foot, Lanes
     from hmrsim.navigation.search import Tree
 
@@ -26,7 +26,7 @@ _KEPT_ROUTES = 256
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """What to do next on the way to a destination.
+    """The next step towards a destination.
 
     Attributes:
         way: The number of the lane to drive.
@@ -38,7 +38,7 @@ class _Step:
 
 
 class Planner:
-    """Plans routes.
+    """A planner of quickest routes on the lanes.
 
     Args:
         durations: How long each lane counts for.
@@ -50,7 +50,7 @@ class Planner:
         self._durations = durations
         self._closed = closed
         self._trees = Trees(lanes, durations, closed)
-        self._routes: Kept[bytes, Route | None] = Kept(_KEPT_ROUTES)
+        self._routes: LruCache[bytes, Route | None] = LruCache(_KEPT_ROUTES)
 
     def find_ways(self, goal: Point, speed: float) -> None:
         """Find the quickest ways to a destination from everywhere, so that to plan one takes no time.
@@ -139,7 +139,7 @@ class Planner:
         return legs[::-1]
 
     def _straight(self, start: Point, goal: Point) -> bool:
-        """Return whether both see each other and the lanes are of no use between them.
+        """Return whether the straight line is free and the lanes offer nothing better.
 
         That is where the straight line is no longer than the ways to the lanes and back, and where both are beside the
         same lane, with none nearer to either.

@@ -16,7 +16,7 @@ class Leg:
         length: In the world's unit.
         lane: The waypoints of the lane that it runs on, in its direction; None off the lanes.
         speed_limit: Most that may be driven there; infinite without a limit.
-        slots: What a robot occupies that drives it, and then stands at its end, as `hmrsim.traffic.policies` counts:
+        slots: The slots that a robot occupies on the leg and then at its end, as `hmrsim.traffic.policies` counts:
             the lane, if it is one, and the waypoint at its end, if there is one.
         ride: Seconds that a lift carries the robot, which is at its start until they are over; 0 on a driven leg.
         leaves_for: The point off the lanes to which its robot drives next, and which it needs to begin this leg; None

@@ -9,11 +9,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.navigation.durations import Durations
+    from hmrsim.navigation.adjacency import Durations
     from hmrsim.navigation.lanes import Foot, Lanes
 
 _TIE = 1e-9
@@ -68,9 +68,9 @@ class Trees:
         self._lanes = lanes
         self._durations = durations
         self._closed = closed
-        self._kept_seconds: Kept[float, array[float]] = Kept(_KEPT_SPEEDS)
+        self._kept_seconds: LruCache[float, array[float]] = LruCache(_KEPT_SPEEDS)
         most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
-        self._trees: Kept[bytes, Tree] = Kept(most)
+        self._trees: LruCache[bytes, Tree] = LruCache(most)
 
     def __contains__(self, key: tuple[Point, float]) -> bool:
         """Return whether the tree of a destination and a speed is there."""
@@ -146,7 +146,7 @@ class Trees:
         return along + leave.away / speed, ways.starts[number], 2 * number + 1, number, leave
 
     def _settle_ties(self, tree: Tree, speed: float) -> None:
-        """Where several ways take equally long, choose the next waypoint that comes first by name."""
+        """Break ties between equally long ways by the name of the next waypoint."""
         cost, step, takes = tree.cost, tree.step, self._seconds(speed)
         ways = self._lanes.ways
         first, ends = ways.first, ways.ends

@@ -46,7 +46,7 @@ class CancelResponse(NamedTuple):
 
 
 class ResultResponse(NamedTuple):
-    """How a goal ended; *result* is the action's defaults where *status* is unknown.
+    """The outcome of a goal; *result* has the action's defaults where *status* is unknown.
 
     *cause* says why it did not succeed, as an identifier.
     """

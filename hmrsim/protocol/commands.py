@@ -11,8 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hmrsim.protocol.goal import Verdict
-from hmrsim.protocol.goal_ids import ZERO_ID
+from hmrsim.protocol.goal import ZERO_ID, Verdict
 from hmrsim.protocol.time import CheckWatchdog, Intervene, Join, Leave, ReadTime, SetClock, TokenSeen
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ class SendGoal(NamedTuple):
         goal: The goal message; None when the action is not known, so that the message could not be decoded.
         goal_id: 32 hex digits; None lets the simulation make one; any other text is rejected.
         reply_to: Handed back with the answer.
-        verdict: What becomes of it if it can't be executed.
+        verdict: The outcome of a goal that can't be executed.
         result_to: Handed back with the result, if the goal is accepted, as by a `GetResult` right behind it.
     """
 
@@ -155,7 +154,7 @@ class PlannerPresent(NamedTuple):
 
 
 class PlanAnswered(NamedTuple):
-    """An external planner has answered, or can't any more; dropped if no goal waits for it.
+    """The answer of an external planner, or its failure; dropped if no goal waits for it.
 
     Attributes:
         request: The number that `PlanWanted` had.
@@ -194,7 +193,7 @@ UNRECORDED = (GetResult, StopWaiting, ForgetResult, Read, InterestChanged)
 
 
 def without_receivers(command: Command) -> Command:
-    """Return a command that is recorded without the objects that its answers go to: some end when nobody has them."""
+    """Return a command for the record, without its reply objects: some close once they are garbage-collected."""
     match command:
         case SendGoal():
             return command._replace(reply_to=None, result_to=None)
@@ -208,7 +207,7 @@ class Unreadable(NamedTuple):
     """A command of an advance that can't be read, or that its sender may not give.
 
     Attributes:
-        answer: Its answer, as it was made by whoever read it.
+        answer: The answer, as made by the reader of the request.
     """
 
     answer: Any

@@ -48,7 +48,7 @@ class Watch(NamedTuple):
     """Have time stop as soon as all comparisons hold in one message; answered by `Watching`.
 
     Attributes:
-        name: What its sender calls it; one of the same name is replaced.
+        name: The sender's name for it; a condition of the same name is replaced.
         robot: Of which robot; empty for the events of the world.
         action: Of which action, for `Topic.FEEDBACK`.
     """
@@ -71,7 +71,7 @@ class Unwatch(NamedTuple):
 
 
 class Watching(NamedTuple):
-    """Whether a condition is watched now."""
+    """The answer to a request to watch a condition."""
 
     watching: bool
 

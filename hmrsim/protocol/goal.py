@@ -17,6 +17,8 @@ A rejected goal never enters the machine.
 
 from __future__ import annotations
 
+import hashlib
+import re
 from enum import Enum, IntEnum, StrEnum
 from types import MappingProxyType
 from typing import Final
@@ -26,7 +28,7 @@ WORLD: Final = "_world"
 
 
 class Verdict(StrEnum):
-    """What becomes of a goal that can't be executed."""
+    """The outcome of a goal that can't be executed."""
 
     REJECT = "reject"
     """It is rejected with the reason."""
@@ -37,7 +39,7 @@ class Verdict(StrEnum):
 
 
 class GoalStatus(IntEnum):
-    """Where a goal is in its life.
+    """The status of a goal, as in action_msgs.
 
     Attributes:
         terminal: Whether the goal has ended.
@@ -59,7 +61,7 @@ class GoalStatus(IntEnum):
 
     @property
     def cancelable(self) -> bool:
-        """Whether a cancel request may select the goal; one that is canceling may not be canceled again."""
+        """Return whether a cancel request may select the goal; a canceling goal may not be canceled again."""
         return self in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
 
 
@@ -136,3 +138,31 @@ def next_status(status: GoalStatus, event: GoalEvent) -> GoalStatus:
         return TRANSITIONS[status, event]
     except KeyError:
         raise IllegalTransition(f"a goal that is {status.name} can't {event.value}") from None
+
+
+ZERO_ID: Final = "0" * 32
+"""The goal id that stands for "all goals" in a cancel request."""
+
+_GOAL_ID = re.compile(r"[0-9a-f]{32}")
+_MAX_SHOWN = 200
+
+
+def parse_goal_id(text: str) -> str:
+    """Return a goal id as 32 lower-case hex digits; hyphens are dropped.
+
+    Any 16 bytes are an id: rclcpp's are not valid version-4 UUIDs either.
+
+    Raises:
+        ValueError: *text* has another form.
+    """
+    if _GOAL_ID.fullmatch(text):
+        return text
+    goal_id = text.replace("-", "").lower()
+    if not _GOAL_ID.fullmatch(goal_id):
+        raise ValueError(f"goal id {text[:_MAX_SHOWN]!r} is not a UUID of 32 hex digits")
+    return goal_id
+
+
+def made_goal_id(owner: str, number: int) -> str:
+    """Return the id of the goal with this number, from 1, that *owner* sends: the same in every run."""
+    return hashlib.blake2b(f"{owner}/{number}".encode(), digest_size=16).hexdigest()

@@ -25,7 +25,7 @@ class Inbox:
 
     @property
     def closed(self) -> bool:
-        """Whether no more commands will come."""
+        """Return whether the inbox accepts no further commands."""
         return self._closed
 
     def put(self, command: AnyCommand) -> None:
@@ -42,7 +42,7 @@ class Inbox:
 
     @property
     def waiting(self) -> bool:
-        """Whether a command is there to be taken."""
+        """Return whether a command is waiting in the inbox."""
         return bool(self._commands)
 
     def poll(self) -> AnyCommand | None:
@@ -55,7 +55,7 @@ class Inbox:
             self._changed.wait_for(lambda: self._commands or self._closed, timeout)
 
     def close(self) -> None:
-        """Take no more commands, and wake the simulation."""
+        """Close the inbox, and wake the simulation."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

@@ -55,7 +55,7 @@ class GoalChanged(NamedTuple):
 
 
 class GoalTold(NamedTuple):
-    """A change of a goal reaches clients later than it happened, as the news of its robot are late."""
+    """A change of a goal reaches clients later than it happened, as updates about its robot are delayed."""
 
     change: GoalChanged
 
@@ -69,7 +69,7 @@ class StatusChanged(NamedTuple):
 
 
 class FeedbackSent(NamedTuple):
-    """Feedback of a goal.
+    """Feedback that a goal has sent.
 
     Attributes:
         feedback: The action's feedback message, or the same in plain values.
@@ -145,7 +145,7 @@ class EventStamped(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """The event's kind."""
+        """The kind of the event, as on the wire."""
         return self.event.kind
 
     @property
@@ -155,7 +155,7 @@ class EventStamped(NamedTuple):
 
 
 class Granted(NamedTuple):
-    """Time has advanced.
+    """The answer to a request to advance time.
 
     Attributes:
         epoch: The next one.
@@ -163,7 +163,7 @@ class Granted(NamedTuple):
         accepted: The answer to each command, in order; None for a result that there is not yet.
         events: The events of the requested kinds, in order, each with its kind and its stamp.
         met: The names of the conditions that were met, and are watched no longer.
-        over: What ended the run, in words, if that is why time is granted no more.
+        over: The reason why the run has ended, if that is why no further time is granted.
     """
 
     epoch: int

@@ -18,7 +18,7 @@ class Sink(Protocol):
     """
 
     def emit(self, output: Output) -> None:
-        """Take an output."""
+        """Process an output of the simulation."""
 
     def wants(self, topic: Topic) -> bool:
         """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""

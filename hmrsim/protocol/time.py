@@ -88,13 +88,13 @@ class Joined(NamedTuple):
 
 
 class HasLeft(NamedTuple):
-    """A participant has left."""
+    """The notice that a participant has left."""
 
     participant: str
 
 
 class TimeState(NamedTuple):
-    """The state of time.
+    """The state of simulated time.
 
     Attributes:
         clock: One of `CLOCKS`.

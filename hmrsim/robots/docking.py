@@ -21,7 +21,7 @@ class DockBay(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name in the world file."""
 
     @property
     def pose(self) -> Pose:
@@ -29,15 +29,15 @@ class DockBay(Protocol):
 
     @property
     def spec(self) -> Dock:
-        """What the world file states of it."""
+        """The settings in the world file."""
 
     @property
     def staging(self) -> Point:
-        """Where robots line up before they drive in."""
+        """The point where robots line up before they drive in."""
 
     @property
     def out_of_order(self) -> bool:
-        """Whether no robot can dock there, and none is charged."""
+        """Return whether the dock is out of order: no robot can dock there, and none is charged."""
 
     def serves(self, robot: DockClient) -> bool:
         """Return whether a robot may dock here."""
@@ -64,7 +64,7 @@ class DockBay(Protocol):
         """Dock a robot that stands here."""
 
     def release(self, robot: DockClient) -> None:
-        """Undock a robot."""
+        """Release the dock, which a robot leaves."""
 
 
 class DockClient(Vehicle, Protocol):
@@ -74,7 +74,7 @@ class DockClient(Vehicle, Protocol):
         """Be docked, and charge if the dock is a charger."""
 
     def leave_dock(self) -> None:
-        """Be docked no longer."""
+        """Clear the dock at which the robot is."""
 
     def dock_changed(self) -> None:
-        """Take note that its dock charges, or does no longer."""
+        """Record whether the dock charges the robot."""

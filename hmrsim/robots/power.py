@@ -46,7 +46,7 @@ _INSTANT = 1e-9
 
 
 class Level(IntEnum):
-    """How much is left, as it is published."""
+    """The level of a battery, as published."""
 
     GOOD = 0
     LOW = 1
@@ -62,11 +62,11 @@ class PoweredRobot(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name in the world file."""
 
     @property
     def load(self) -> float:
-        """What it carries, in kg."""
+        """The mass of the carried item, in kg."""
 
     @property
     def doing(self) -> Sequence[str]:
@@ -82,7 +82,7 @@ class PoweredRobot(Protocol):
 
     @property
     def queue(self) -> str:
-        """In which queue it waits, and for whom, in words; empty if it is in none."""
+        """A description of the queue in which the robot waits, and for which robots; empty if in none."""
 
     def pose(self) -> Pose:
         """Return where it is now."""
@@ -124,7 +124,7 @@ class Energy:
         self.switch()
 
     def look(self, *, moves: bool) -> None:
-        """Take note of whether the robot moves, and how fast; this is called with each lane."""
+        """Record whether the robot moves, and how fast; called with each lane."""
         if moves is not self._moves or self.battery.settings.drain.distance:
             self._moves = moves
             self.switch()
@@ -155,7 +155,7 @@ class Energy:
         self._observers.append(changed)
 
     def ignore(self, changed: Callable[[], None]) -> None:
-        """Do so no longer."""
+        """Remove the callback for changes of the level."""
         self._observers.remove(changed)
 
     def _demand(self) -> float:
@@ -171,12 +171,12 @@ class Energy:
         return power
 
     def act(self) -> None:
-        """Take note that a goal begins or ends."""
+        """Record that a goal begins or ends."""
         if self.battery.settings.drain.actions:
             self.switch()
 
     def carry(self, *, handled: bool) -> None:
-        """Take note that the robot carries something else, and of the work if it has *handled* it itself."""
+        """Record that the carried load has changed, and the work if the robot has *handled* it itself."""
         drain = self.battery.settings.drain
         if handled and drain.handling:
             self.battery.spend(self._env.now, drain.handling)
@@ -184,7 +184,7 @@ class Energy:
             self.switch()
 
     def fail_cell(self, cell: int) -> None:
-        """Let a cell fail, by its number from 0."""
+        """Make a cell fail, by its number from 0."""
         self.battery.fail_cell(self._env.now, cell)
         self.switch()
 
@@ -199,7 +199,7 @@ class Energy:
         self.switch()
 
     def stop(self) -> None:
-        """Set no alarm any more: the robot is there no longer, or time is reset."""
+        """Cancel the alarm, because the robot was removed or time is reset."""
         self.battery.settle(self._env.now)
         if self._alarm is not None:
             self._env.cancel(self._alarm)
@@ -234,7 +234,7 @@ class Energy:
         else:
             self._target = battery.usable * self._shares[self.level + 1]
             if charge <= self._target:
-                # What changes now comes first.
+                # Changes at this instant come first.
                 self._env.call_soon(self._publish_levels)
                 return
         self._due = battery.reaches(self._target)
@@ -286,7 +286,7 @@ class Energy:
 
     @property
     def tags(self) -> list[str]:
-        """How it is now, as tags of the robot; an empty battery is a reason why that is disabled."""
+        """The battery's condition as tags of the robot; an empty battery disables the robot."""
         charging = ["charging"] if self.battery.charging else []
         # While it is charged, the level that it has come up to is not noted.
         level = min(self.level, self._level(self.battery.charge(self._env.now)))

@@ -171,7 +171,7 @@ class Robot(MobileBase):
         self.localization_error = error
 
     def estimated(self, pose: Pose) -> Pose:
-        """Return the robot's estimate of a pose, which has the error of its own."""
+        """Return the robot's estimate of a pose, with the same error as its own pose."""
         if self.localization_error == _NO_ERROR:
             return pose
         here, (dx, dy, turned) = self.pose(), self.localization_error
@@ -210,7 +210,7 @@ class Robot(MobileBase):
         self.settle_in()
 
     def retire(self) -> None:
-        """Leave the dock, and set no alarm any more."""
+        """Leave the dock and cancel all alarms."""
         if self.dock is not None:
             self.dock.release(self)
         if self.energy is not None:
@@ -261,12 +261,12 @@ class Robot(MobileBase):
         self.dock_changed()
 
     def leave_dock(self) -> None:
-        """Be docked no longer."""
+        """Clear the dock at which the robot is."""
         self.dock = None
         self.dock_changed()
 
     def dock_changed(self) -> None:
-        """Take note that it is charged now, or no longer."""
+        """Record whether the robot is charged now."""
         if self.energy is not None:
             self.energy.switch()
 
@@ -278,7 +278,7 @@ class Robot(MobileBase):
 
     @property
     def load(self) -> float:
-        """What it carries, in kg."""
+        """The mass of the carried item, in kg."""
         return math.fsum(item.weight for item in self.items.values() if item.carrier is self)
 
     @property
@@ -325,7 +325,7 @@ class Robot(MobileBase):
 
     @property
     def queue(self) -> str:
-        """In which queue it waits, and for whom, in words; empty if it is in none."""
+        """A description of the queue in which the robot waits, and for which robots; empty if in none."""
         return self._where()
 
     @contextmanager
@@ -353,17 +353,17 @@ class Robot(MobileBase):
 
     @property
     def may_yield(self) -> bool:
-        """Whether it stands, and could go somewhere else for a while; in a dock, only if it waits to leave that."""
+        """Return whether the robot stands and can make room; in a dock, only if it waits to leave."""
         return (self.dock is None or self.waits) and super().may_yield
 
     @property
     def will_yield(self) -> bool:
-        """Whether it could go somewhere else for a while, now or soon; not from a dock, as `may_yield` says."""
+        """Return whether the robot can make room, now or soon; in a dock, only if it waits to leave."""
         return (self.dock is None or not self.stands) and super().will_yield
 
     @property
     def activity(self) -> str:
-        """What it does, in words."""
+        """A description of the current state, in words."""
         if self.dock is not None and self.stands and not self.disabled:
             charging = self.energy is not None and self.energy.battery.charging
             return f"{'charging' if charging else 'docked'} in {self.dock.name!r}"
@@ -372,7 +372,7 @@ class Robot(MobileBase):
         return f"waiting {self.queue}," if self.queue else super().activity
 
     def act(self, action: str, *, begins: bool) -> None:
-        """Take note that a goal of an action begins, or ends."""
+        """Record that a goal of an action begins or ends."""
         if begins:
             self.doing.append(action)
         else:
@@ -400,7 +400,7 @@ class Robot(MobileBase):
         self._publisher.publish(lambda: ItemPlaced(self.name, item.name, point))
 
     def drop(self, item: Item) -> None:
-        """Let an item fall where it is; it obstructs a lane, however small it is."""
+        """Drop the item where the robot is; it obstructs a lane, however small it is."""
         point = self.pose().point
         self.lose(item)
         self._lay(item, point)

@@ -186,7 +186,7 @@ class MobileBase(DrivingVehicle):
         self._enter(VehicleEvent.WORK)
 
     def finish_work(self) -> None:
-        """Have no work any more; nothing happens if it does something else by now."""
+        """Finish the work; do nothing if the vehicle has moved on to something else."""
         self._works = False
         if self._state is VehicleState.WORKING:
             self._still_since = self._env.now

@@ -1,4 +1,4 @@
-"""What a vehicle does and where it is: its state, and its pose as a formula of time."""
+"""The body of a vehicle: its state, and its pose as a function of time."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NEVER_STOPPED: Final = (-1.0, 0.0)
 class VehicleBody:
     """A vehicle as it stands or moves.
 
-    What it does is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
+    Its activity is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
 
     Args:
         speed: Its maximum speed, in the world's unit a second.
@@ -52,7 +52,7 @@ class VehicleBody:
         disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
     """
 
-    # More attributes than a class can share the names of among its objects: each would have a large table of its own.
+    # More attributes than a class can share the names of among its objects: each would get a separate large table.
     __slots__ = (
         "_admission",
         "_arrived",
@@ -159,37 +159,37 @@ class VehicleBody:
 
     @property
     def state(self) -> VehicleState:
-        """What it does."""
+        """The current state of the vehicle."""
         return self._state
 
     @property
     def stands(self) -> bool:
-        """Whether it stands, and goes nowhere."""
+        """Return whether the vehicle stands and has nowhere to go."""
         return self._state.stands
 
     @property
     def moves(self) -> bool:
-        """Whether it is on its way, and nothing is in it."""
+        """Return whether the vehicle is moving."""
         return self._state.moves
 
     @property
     def waits(self) -> bool:
-        """Whether it stands on its way, since something is in it."""
+        """Return whether the vehicle is blocked on its route."""
         return self._state.waits
 
     @property
     def sets_out(self) -> bool:
-        """Whether it begins a lane or a turn at this very instant."""
+        """Return whether the vehicle begins a lane or a turn at this very instant."""
         return self._state.moves and self._env.now < self.began + _NANOSECOND
 
     @property
     def busy(self) -> bool:
-        """Whether its goal needs it to stand still."""
+        """Return whether the current goal requires the vehicle to stand still."""
         return self._state is VehicleState.WORKING
 
     @property
     def activity(self) -> str:
-        """What it does, in words."""
+        """A description of the current state, in words."""
         if self.disabled:
             return f"disabled ({self.disabled})"
         if self.busy:
@@ -208,13 +208,13 @@ class VehicleBody:
 
     @property
     def may_yield(self) -> bool:
-        """Whether it stands, and could go somewhere else for a while."""
+        """Return whether the vehicle stands and can make room for others."""
         state, route = self._state, self._route
         return state is VehicleState.IDLE or (state.waits and route is not None and route.goal is not None)
 
     @property
     def will_yield(self) -> bool:
-        """Whether it could go somewhere else for a while, now or as soon as it stands or has done its work."""
+        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
         if self._state.moves:
             return self._state is VehicleState.YIELDING or (self._state.needs_admission and self.goal is not None)
         return self.busy or self.may_yield
@@ -239,7 +239,7 @@ class VehicleBody:
         self.rank = (math.inf if self._state.stands else self._set_out, self.name)
 
     def _stop_progress(self) -> None:
-        """Take note that it ceases to make progress, unless it has made none since it was told to."""
+        """Record that the vehicle ceases to make progress, unless it has made none since its command."""
         if self._began < self._env.now:
             self._still_since = self._env.now
 
@@ -260,7 +260,7 @@ class VehicleBody:
             event.succeed()
 
     def _catch_up(self) -> None:
-        """Take note of the pieces that it has driven since the last event; at the end of one it is on the next."""
+        """Record the pieces driven since the last event; at the end of a piece the vehicle is on the next."""
         if self._number == self._last or not self._state.moves:
             return
         now, seconds, number, last = self._env.now, self._seconds, self._number, self._last
@@ -278,7 +278,7 @@ class VehicleBody:
         return self._drive.progress(self._number, 0.0 if self._state.waits else self._env.now - self._began)
 
     def pose(self) -> Pose:
-        """Return the position of its centre and its yaw, now."""
+        """Return the position of its center and its yaw, now."""
         if self._drive is None:
             return self._rest
         self._catch_up()
@@ -324,11 +324,11 @@ class VehicleBody:
         return self.progress().length
 
     def distance_to(self, point: Point) -> float:
-        """Return how far its centre is from *point*."""
+        """Return how far its center is from *point*."""
         return distance(self.pose().point, point)
 
     def is_within(self, room: float, point: Point) -> bool:
-        """Return whether its centre is less than *room* away from *point*; quick if it stands somewhere else."""
+        """Return whether its center is less than *room* away from *point*; quick if it stands somewhere else."""
         x, y = self._rest.point if self._drive is None else self.pose().point
         return abs(x - point[0]) < room and abs(y - point[1]) < room and self.distance_to(point) < room
 

@@ -16,7 +16,7 @@ A vehicle stands, moves, or waits on its way::
      │
      └──disable, enable──► DISABLED
 
-What moves or waits comes back to IDLE by ``arrive`` at the end of its way, and by ``halt`` anywhere on it.
+A moving or waiting vehicle returns to IDLE by ``arrive`` at the end of its route, and by ``halt`` anywhere on it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import Final
 
 
 class VehicleState(Enum):
-    """What a vehicle does.
+    """The activity of a vehicle.
 
     Attributes:
         stands: Whether it goes nowhere.
@@ -80,7 +80,7 @@ class VehicleState(Enum):
 
 
 class VehicleEvent(Enum):
-    """What can happen to a vehicle."""
+    """The events that change a vehicle's state."""
 
     __hash__ = object.__hash__
 

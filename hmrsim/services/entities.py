@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import instead
 from hmrsim.facilities import Fixture
-from hmrsim.goals.connectivity import no_connection
+from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.geometry_msgs import Accel, PoseStamped, Twist
 from hmrsim.interfaces.hmrsim_msgs import IsDetected
 from hmrsim.interfaces.simulation_interfaces import (

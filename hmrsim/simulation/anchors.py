@@ -44,7 +44,7 @@ class Anchors:
             self._changed()
 
     def remove(self, name: str) -> None:
-        """Let a fault wait no longer; one that does not is passed over."""
+        """Stop the wait of a fault; do nothing if it does not wait."""
         for kind in [kind for kind, waiting in self._waiting.items() if name in waiting]:
             self._drop(kind, name)
 
@@ -56,7 +56,7 @@ class Anchors:
 
     @property
     def waits(self) -> bool:
-        """Whether any fault waits."""
+        """Return whether any fault waits for an event."""
         return bool(self._waiting)
 
     def wants(self, topic: Topic) -> bool:

@@ -1,6 +1,6 @@
 """The demand of a world: orders come, their items lie there, and what becomes of them is measured from the truth.
 
-An order is delivered when its item lies near where it has to be, whoever has brought it and by whatever goals. Its item
+An order is delivered when its item lies near where it has to be, no matter which robot brought it or how. Its item
 then leaves the world. Controllers are not asked.
 """
 
@@ -73,7 +73,7 @@ class Demand:
 
     @property
     def served(self) -> bool:
-        """Whether all orders have ended, and none will come."""
+        """Return whether all orders have ended and none will come."""
         return not (self.open or self._coming or self._held_back)
 
     def has(self, item: str) -> bool:
@@ -89,7 +89,7 @@ class Demand:
         }
 
     def begin(self, world: World) -> None:
-        """Let the orders of a world come, from now on; those that were open must have ended."""
+        """Start the orders of a world; earlier orders must have ended."""
         self._world = world
         for spec in world.demand:
             self._expect(spec)
@@ -130,7 +130,7 @@ class Demand:
         return self.emit if kind is EventStamped else None
 
     def emit(self, output: Output) -> None:
-        """Note what happens to the item of an order; what comes of it is told at the end of this instant.
+        """Record an event of an order's item; its consequences are published at the end of this instant.
 
         All sinks are to know of the one before the other.
         """
@@ -146,7 +146,7 @@ class Demand:
             self._moved[item] = None
 
     def place(self, spec: DemandSpec, *, by_client: bool = False) -> Order:
-        """Let an order come now."""
+        """Release an order now."""
         world = self._world
         if world is None:
             raise AssertionError

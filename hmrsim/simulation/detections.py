@@ -105,7 +105,7 @@ class Detections:
         return tuple(name for name, sensor in looking.items() if sensor.through_walls or not hidden)
 
     def message(self, robot: Robot, seen: list[Seen]) -> Sampled:
-        """Return what a robot says that it sees: where, by what it knows of its own place."""
+        """Return a robot's detections, placed according to its own pose estimate."""
         header = robot.stamped(robot.pose())["header"]
         found = {"header": header, "detections": [_detection(header, robot, each.thing) for each in seen]}
         return Sampled(Topic.DETECTIONS, robot.name, Detection3DArray.model_validate(found))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.geometry import Point, Pose
     from hmrsim.goals.dispatcher import Dispatcher
-    from hmrsim.goals.hindrances import Hindrances
+    from hmrsim.goals.fault_effects import GoalFaults
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
     from hmrsim.protocol.outputs import Output
@@ -199,17 +199,17 @@ class Roster:
         self._publisher.publish(make)
 
     @property
-    def goals(self) -> Hindrances:
-        """What faults do to goals."""
-        return self._dispatcher.hindrances
+    def goals(self) -> GoalFaults:
+        """The faults that reject or abort goals."""
+        return self._dispatcher.faults
 
     def connect(self, name: str, *, connected: bool) -> None:
         """Connect a robot to the network, or disconnect it."""
         self._dispatcher.connect(name, connected=connected)
 
     def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
-        """Let the news of a robot's goals reach clients late; return what ends that."""
-        return self._dispatcher.news.delay(name, seconds)
+        """Delay updates about a robot's goals; return a function that ends the delay."""
+        return self._dispatcher.updates.delay(name, seconds)
 
     def _robot(self, name: str, spec: RobotSpec) -> Robot:
         robot = Robot(
@@ -233,7 +233,7 @@ class Roster:
         return robot
 
     def _lay(self, item: Item, point: Point) -> None:
-        """Have an item lie somewhere; a bulky one obstructs the lane there, and no other."""
+        """Put an item down somewhere; a bulky one obstructs the lane there, and no other."""
         item.lie_at(point)
         self.admission.closures.clear(item.name)
         if item.blocks:

@@ -43,11 +43,11 @@ V_co = TypeVar("V_co", covariant=True)
 
 
 class InternalFault(Spell):
-    """The mark of a robot that a bug has hit; it has no effect of its own.
+    """The mark of a robot that a bug has hit, without further effect.
 
     Attributes:
         robot: The robot's name.
-        error: What has raised which exception.
+        error: The source and the exception.
     """
 
     robot: str
@@ -68,7 +68,7 @@ class InjectedFault:
     """One fault that is scheduled, active, or over.
 
     Attributes:
-        settings: What was asked for, with distributions.
+        settings: The settings as requested, with distributions.
         drawn: The same for the present occurrence, with numbers.
         times: Random numbers for its times.
         what: Random numbers for its effects.

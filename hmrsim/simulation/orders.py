@@ -11,7 +11,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 
 
 class OrderState(StrEnum):
-    """How far an order is; the last two are final."""
+    """The progress of an order; the last two states are final."""
 
     WAITING = "waiting"
     CARRIED = "carried"
@@ -20,7 +20,7 @@ class OrderState(StrEnum):
 
     @property
     def open(self) -> bool:
-        """Whether it is still to be served."""
+        """Return whether the order has yet to be served."""
         return self in {OrderState.WAITING, OrderState.CARRIED}
 
 
@@ -36,7 +36,7 @@ class Order:
         to: Where it has to be brought.
         placed: When the order came.
         due: When it is late; None for never.
-        robot: Who carries the item, or has brought it; empty for nobody.
+        robot: The robot that carries the item or has brought it; empty for none.
         picked_up: When the item was picked up the first time; None if it was not.
         ended: When it was delivered, or lost; None while it is open.
         late: Whether it was not delivered when it was due.
@@ -75,7 +75,7 @@ class Order:
 
 @dataclass
 class Totals:
-    """How many orders there were.
+    """The number of orders by outcome.
 
     Attributes:
         placed: All that came.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.errors import GoalRejected
-from hmrsim.goals.connectivity import no_connection
+from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Readings:
-    """Reads the world."""
+    """Read access to the state of the world."""
 
     def __init__(self, env: simpy.Environment, roster: Roster, dispatcher: Dispatcher, detections: Detections) -> None:
         self._env = env

@@ -66,7 +66,7 @@ def load(simulator: Simulator, world: World) -> None:
 
 
 def _begin(simulator: Simulator, loaded: World | None) -> None:
-    """Let a simulation be at its start whose world was replaced: by another, or by itself."""
+    """Reset a simulation to its start after its world was replaced by another or by itself."""
     simulator.gate.set(SimulationState.STATE_STOPPED, "")
     _restart_time(simulator, Restart.WORLD_LOADED, loaded)
     world = simulator.world

@@ -34,8 +34,8 @@ class Gate:
         state: Whether it plays, is paused or stopped, by the numbers of SimulationState. It is paused during steps.
         stepping: Whether steps are being made.
         name: The world's, where a robot has its name.
-        components: None; likewise.
-        disabled_reasons: Always empty; likewise.
+        components: Always None.
+        disabled_reasons: Always empty.
     """
 
     name: Final = WORLD

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class ScriptState(Enum):
-    """How far a script is."""
+    """The progress of a script."""
 
     RUNNING = "running"
     DONE = "done"
@@ -96,7 +96,7 @@ class Scripts:
 
     @property
     def running(self) -> bool:
-        """Whether any script goes on."""
+        """Return whether any script is still running."""
         return any(script.state is ScriptState.RUNNING for script in self.all.values())
 
     def wants(self, _topic: Topic) -> bool:
@@ -123,7 +123,7 @@ class Scripts:
         self._publisher.publish(script.event)
 
     def _carry_out(self, robot: str, order: Order) -> Generator[Any, Any, str]:
-        """Have a robot do something; return why it did not, or ""."""
+        """Make a robot execute a step; return why it did not, or ""."""
         accepted, ended = self._env.event(), self._env.event()
         self._submit(SendGoal(robot, order.action.name, order.goal, reply_to=accepted))
         response: GoalResponse = yield accepted

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from hmrsim.engine.chance import Chance
 from hmrsim.engine.environment import Environment
 from hmrsim.engine.internal_errors import BUGS, FATAL, InternalErrors, described
-from hmrsim.engine.sampling import Telemetry
 from hmrsim.engine.sim_time import end_of_instant, stamp
-from hmrsim.engine.subscriptions import EventPublisher, Interest
+from hmrsim.engine.subscriptions import EventPublisher, Interest, Telemetry
 from hmrsim.events.simulation import PARTICIPATION
 from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -82,11 +81,11 @@ _BEGINNING = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
 
 
 class Service(Protocol):
-    """What a simulation knows of a service; see `hmrsim.services.Service`."""
+    """The part of a service that the simulation needs; see `hmrsim.services.Service`."""
 
     @property
     def request(self) -> type[Message]:
-        """The request's message type."""
+        """The message type of the request."""
 
     @property
     def serve(self) -> Callable[[Any, Any], Any]:
@@ -94,15 +93,15 @@ class Service(Protocol):
 
     @property
     def changes_world(self) -> bool:
-        """Whether it does something that a replay has to do again."""
+        """Return whether the service changes the world, so that a replay has to repeat it."""
 
     @property
     def recorded(self) -> Callable[[Any, Any], Any]:
-        """Return a request that needs no file or network any more, or the answer at once."""
+        """Return a request that needs neither file nor network, or the immediate answer."""
 
 
 class Simulator:
-    """Runs one world.
+    """A simulation of one world.
 
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
@@ -118,9 +117,9 @@ class Simulator:
         gate: Controls whether time may move.
         plans: The open requests to an external planner.
         demand: The orders of the world.
-        detections: What its robots' sensors see.
+        detections: The detections of the robots' sensors.
         readings: The latest message of each topic.
-        scripts: What its robots do by themselves.
+        scripts: The scripts that robots run by themselves.
         generation: How often time was reset.
         allow_files: The folder whose files clients may load worlds from; None for none.
     """
@@ -225,7 +224,7 @@ class Simulator:
 
     @property
     def items(self) -> dict[str, Item]:
-        """All items, by name."""
+        """All items of the world, by name."""
         return self.roster.items
 
     def begin_chance(self) -> None:
@@ -238,13 +237,13 @@ class Simulator:
             self.watch_orders()
 
     def watch_orders(self) -> None:
-        """Let the demand see what becomes of its items; a world without any does not pay for that."""
+        """Subscribe the demand to item events, if the world has any demand."""
         if self.demand not in self._sinks:
             self._add_sinks(self.demand)
             self.interest.refresh()
 
     def _watch_anchors(self) -> None:
-        """Let faults that begin after an event hear of events while one waits; a world without any has no such sink.
+        """Subscribe anchored faults to events while one waits, if the world has any.
 
         It stays among the sinks until time begins anew, as outputs may be on their way to them.
         """
@@ -254,12 +253,12 @@ class Simulator:
         self.interest.refresh()
 
     def end_scripts(self) -> None:
-        """Let the robots do no more of what the world says that they do by themselves."""
+        """Stop the scripts that robots run by themselves."""
         self.scripts.end()
         self._remove_sinks(self.scripts)
 
     def begin_scripts(self) -> None:
-        """Let the robots do what the world says that they do by themselves."""
+        """Start the scripts that robots run by themselves."""
         self.scripts = Scripts(self.env, self.world, submit=self._apply, publisher=self.publisher)
         if self.scripts.all:
             self._add_sinks(self.scripts)
@@ -477,7 +476,7 @@ class Simulator:
 
     @property
     def paused(self) -> bool:
-        """Whether time may not move."""
+        """Return whether the simulation is paused."""
         return self.gate.limit <= self.env.now
 
     @property

@@ -23,7 +23,7 @@ from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.local import LocalTrial
 from hmrsim.world.model import World
 from hmrsim.world.overlays.overlay import overlay_of
@@ -141,7 +141,7 @@ class Run:
         self._limited = limited
         self._robots = robots
         self._record = Record(self.where)
-        self._trace = LateTrace(world, settings)
+        self._trace = DeferredTrace(world, settings)
         self._named: tuple[World | None, Sequence[str], Sequence[Point]] = (None, (), ())
         self._trial = LocalTrial(world, settings, sinks=[self._trace, self._record])
         self.simulator: Simulator = self._trial.simulator

@@ -21,7 +21,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.answers import Refused, ResultResponse
 from hmrsim.protocol.commands import CancelGoal, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
 from hmrsim.protocol.conditions import Unwatch, Watch
-from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.outputs import (
     Answered,
     EventStamped,
@@ -535,7 +535,7 @@ class Lockstep:
             self._halt()
 
     def _note_change(self, change: GoalChanged) -> None:
-        if change.robot not in self._simulator.dispatcher.news.late:
+        if change.robot not in self._simulator.dispatcher.updates.late:
             self._note_news(change)
         self._follow(change)
 

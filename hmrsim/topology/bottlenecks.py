@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from functools import cached_property
+from itertools import accumulate
+from typing import Final, Generic, Literal, NamedTuple, TypeAlias, TypeVar, cast
 
 import networkx as nx
-
-from hmrsim.topology._block_tree import BlockTree
-
-if TYPE_CHECKING:
-    from hmrsim.topology._block_tree import Stretches
 
 MAX_LISTED: Final = 1_000
 """Bottlenecks that are listed with the parts that they separate; the others are counted."""
@@ -42,10 +39,10 @@ class Side:
 
 @dataclass(frozen=True)
 class Bottleneck:
-    """What takes the graph apart when robots can't pass it.
+    """A bottleneck: the graph falls apart when robots can't pass it.
 
     Attributes:
-        kind: What it is.
+        kind: The kind of bottleneck.
         name: Of the waypoint or the lift; of the waypoints at both ends of a lane.
         sides: The separated parts, without a waypoint that is the bottleneck itself; the largest first.
     """
@@ -136,3 +133,184 @@ def _pairs(sizes: tuple[int, ...]) -> int:
 def _sides(tree: BlockTree[_Vertex], found: _Found) -> tuple[Side, ...]:
     sides = [Side(tree.counts(side)[0], tuple(sorted(tree.names(side)))) for side in found.sides]
     return tuple(sorted(sides, key=lambda side: (-side.waypoints, -len(side.places), side.places)))
+
+
+class SingleTracks:
+    """The lanes and rides of a graph without direction, and how many robots there is room for at each waypoint.
+
+    Args:
+        graph: Its lanes that are closed do not count.
+        rooms: By waypoint, how many robots may be there at once.
+    """
+
+    def __init__(self, graph: nx.DiGraph[str], rooms: Mapping[str, float]) -> None:
+        self._rooms = rooms
+        self._graph: nx.Graph[str] = nx.Graph()
+        for start, end, lane in graph.edges(data=True):
+            if not lane["closed"]:
+                self._graph.add_edge(start, end, both_ways=not lane["lift"] and graph.has_edge(end, start))
+
+    @cached_property
+    def parts(self) -> tuple[frozenset[str], ...]:
+        """The waypoints of each part that is connected, in order of the first ones; without those of no lane."""
+        return tuple(sorted(map(frozenset, nx.connected_components(self._graph)), key=min))
+
+    @cached_property
+    def _cuts(self) -> frozenset[str]:
+        return frozenset(nx.articulation_points(self._graph))
+
+    @cached_property
+    def _bridges(self) -> frozenset[frozenset[str]]:
+        return frozenset(map(frozenset, nx.bridges(self._graph)))
+
+    @cached_property
+    def corridors(self) -> tuple[tuple[str, ...], ...]:
+        """Chains of waypoints with room for one each, in which two robots that meet can't pass, nor go around.
+
+        There is no other way between their ends. One of the two could only go back where the other one has to go. Two
+        waypoints make a chain: at a single one a robot meets another one that is still outside, and can go aside.
+        """
+        narrow = {name for name, lanes in self._graph.degree() if lanes <= 2 and self._rooms[name] == 1}  # noqa: PLR2004
+        chains: nx.Graph[str] = nx.Graph()
+        for a, b in self._bridges:
+            if {a, b} <= narrow and self._graph.edges[a, b]["both_ways"]:
+                chains.add_edge(a, b)
+        return tuple(sorted(self._from_end_to_end(chains)))
+
+    def _from_end_to_end(self, chains: nx.Graph[str]) -> Iterator[tuple[str, ...]]:
+        """Yield the waypoints of each chain, from the end that comes first by name."""
+        for chain in nx.connected_components(chains):
+            first = min(name for name in chain if chains.degree(name) == 1)
+            yield tuple(nx.dfs_preorder_nodes(chains, first))
+
+    def cut_off(self, *place: str) -> frozenset[str]:
+        """Return the waypoints to which no way leads past a robot that stands at a waypoint, or between two on a lane.
+
+        There are none where another way leads around. Of the parts on its sides, the largest one is not cut off.
+        """
+        is_only_way = place[0] in self._cuts if len(place) == 1 else frozenset(place) in self._bridges
+        if not is_only_way:
+            return frozenset()
+        rest: nx.Graph[str] = nx.Graph(self._graph)
+        if len(place) > 1:
+            beside = [*place]
+            rest.remove_edge(*place)
+        else:
+            beside = [*rest[place[0]]]
+            rest.remove_node(place[0])
+        sides = {frozenset(nx.node_connected_component(rest, name)) for name in beside}
+        *smaller, _ = sorted(sides, key=lambda side: (len(side), min(side)))
+        return frozenset[str]().union(*smaller)
+
+    def room(self, part: frozenset[str]) -> float:
+        """Return for how many robots there is room at the waypoints of a part."""
+        return math.fsum(self._rooms[name] for name in part)
+
+    def room_aside(self, part: frozenset[str]) -> float:
+        """Return how many robots can stand there so that one more passes wherever there is but one way."""
+        return math.fsum(self._rooms[name] - (name in self._cuts) for name in part)
+
+
+T = TypeVar("T")
+
+Stretches = tuple[range, ...]
+"""Positions in the walk along the forest, which stand for one side of a vertex or edge."""
+
+
+class BlockTree(Generic[T]):
+    """Blocks and vertices, each with a number: vertices' numbers follow those of blocks.
+
+    Args:
+        graph: The graph; vertices without an edge are left out.
+        weight: The weight of a vertex.
+        names: What is at it.
+        order: The order of the vertices in a block: networkx returns sets.
+
+    Attributes:
+        blocks: The vertices of each.
+        cuts: The vertices that belong to several blocks.
+    """
+
+    def __init__(
+        self,
+        graph: nx.Graph[T],
+        weight: Callable[[T], int],
+        names: Mapping[T, Sequence[str]],
+        order: Callable[[T], tuple[bool, str]],
+    ) -> None:
+        # The stubs call what is yielded a list of sets.
+        blocks = cast("Iterable[set[T]]", nx.biconnected_components(graph))
+        self.blocks = [sorted(block, key=order) for block in blocks]
+        blocks_of: dict[T, list[int]] = {}
+        for number, block in enumerate(self.blocks):
+            for vertex in block:
+                blocks_of.setdefault(vertex, []).append(number)
+        self.cuts = [vertex for vertex, blocks in blocks_of.items() if len(blocks) > 1]
+        self._number = {vertex: len(self.blocks) + i for i, vertex in enumerate(blocks_of)}
+        self._neighbors = [[self._number[vertex] for vertex in block] for block in self.blocks]
+        self._neighbors += blocks_of.values()
+        self._parent, walk = self._walk()
+        self._position = {number: i for i, number in enumerate(walk)}
+        vertices: list[T | None] = [None] * len(self.blocks)
+        vertices += blocks_of
+        walked = [vertices[number] for number in walk]
+        self._names = [name for vertex in walked if vertex is not None for name in names.get(vertex, ())]
+        weights = (0 if vertex is None else weight(vertex) for vertex in walked)
+        named = (0 if vertex is None else len(names.get(vertex, ())) for vertex in walked)
+        # Sums over all that is before a position: what is below a number is one stretch of the walk.
+        self._before = [list(accumulate(counts, initial=0)) for counts in (weights, named)]
+        self._size, self._root = [1] * len(walk), list(range(len(walk)))
+        for number in reversed(walk):
+            if (parent := self._parent[number]) is not None:
+                self._size[parent] += self._size[number]
+        for number in walk:
+            if (parent := self._parent[number]) is not None:
+                self._root[number] = self._root[parent]
+
+    def _walk(self) -> tuple[list[int | None], list[int]]:
+        """Return the parent of each number, and all of them so that what is below one follows it at once."""
+        count = len(self._neighbors)
+        parent: list[int | None] = [None] * count
+        walk: list[int] = []
+        seen = [False] * count
+        for root in range(count):
+            stack = [] if seen[root] else [root]
+            while stack:
+                number = stack.pop()
+                seen[number] = True
+                walk.append(number)
+                for other in self._neighbors[number]:
+                    if not seen[other]:
+                        parent[other] = number
+                        stack.append(other)
+        return parent, walk
+
+    def sides(self, cut: T) -> list[Stretches]:
+        """Return the parts on each side of a vertex, without it."""
+        number = self._number[cut]
+        return [self._beyond(number, block) for block in self._neighbors[number]]
+
+    def ends(self, block: int) -> list[Stretches]:
+        """Return what hangs on each vertex of a block, with that vertex."""
+        return [self._beyond(block, vertex) for vertex in self._neighbors[block]]
+
+    def counts(self, stretches: Stretches) -> tuple[int, int]:
+        """Return what some stretches count, and how many names are there."""
+        weight, names = (sum(before[part.stop] - before[part.start] for part in stretches) for before in self._before)
+        return weight, names
+
+    def names(self, stretches: Stretches) -> list[str]:
+        """Return the names in some stretches."""
+        before = self._before[1]
+        return [name for part in stretches for name in self._names[before[part.start] : before[part.stop]]]
+
+    def _beyond(self, number: int, other: int) -> Stretches:
+        """Return the part on the side of *other*, a neighbor, when *number* is removed."""
+        if self._parent[other] == number:
+            return (self._below(other),)
+        root, below = self._below(self._root[number]), self._below(number)
+        return range(root.start, below.start), range(below.stop, root.stop)
+
+    def _below(self, number: int) -> range:
+        start = self._position[number]
+        return range(start, start + self._size[number])

@@ -1,4 +1,4 @@
-"""Where traffic concentrates: the share of all quickest trips that take a lane, on a graph like `World.graph`."""
+"""Traffic concentration: the share of all quickest trips that take a lane, on a graph like `World.graph`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TAKES: Final = "takes"
 
 @dataclass(frozen=True)
 class Concentration:
-    """What share of trips takes which lane, when from each start one trip goes to each destination.
+    """The share of trips on each lane, with one trip from each start to each destination.
 
     Attributes:
         shares: By the waypoints at both ends of a lane or ride, in order of name, with the share of trips that take

@@ -10,7 +10,7 @@ import networkx as nx
 
 @dataclass(frozen=True)
 class Reach:
-    """What can be reached from what.
+    """The reachability of waypoints from each other.
 
     Attributes:
         strong: How many waypoints there are in each part within which all reach each other; the largest first.

@@ -1,4 +1,4 @@
-"""Where two runs first differ."""
+"""The first difference between two runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Difference(NamedTuple):
     Attributes:
         line: Its number, from 1.
         was: The line of the first trace; None if that ends before.
-        now: The line of the second trace; likewise.
+        now: The line of the second trace, in the same form.
     """
 
     line: int

@@ -28,8 +28,7 @@ from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.recorded import Line, command_of, line_of
-from hmrsim.trace.sections import begins_section
+from hmrsim.trace.sections import Line, begins_section, command_of, line_of
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
 
@@ -92,7 +91,7 @@ class Outcome:
 
     @property
     def header(self) -> Header:
-        """The trace's first line."""
+        """The header, which is the trace's first line."""
         return self.sections[0].header
 
     @property
@@ -102,12 +101,12 @@ class Outcome:
 
     @property
     def commands(self) -> int:
-        """How many of them are commands."""
+        """The number of identical lines that are commands."""
         return sum(section.commands for section in self.sections)
 
     @property
     def sim_time(self) -> float:
-        """How far the replay went, in simulated seconds of all sections together."""
+        """The simulated time replayed so far, in seconds summed over all sections."""
         return math.fsum(section.sim_time for section in self.sections)
 
 
@@ -160,7 +159,7 @@ class _Lengths:
         self.all: list[int] = []
 
     def wants(self, _topic: Topic) -> bool:
-        """Return False: it is told of a restart anyway."""
+        """Return False: the sink receives restarts regardless of topics."""
         return False
 
     def emit(self, output: Output) -> None:

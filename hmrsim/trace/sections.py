@@ -1,16 +1,29 @@
-"""The sections of a trace: simulated time begins anew in each, at a header of its own."""
+"""The sections of a trace: simulated time begins anew in each, at its header; a replay submits their commands again."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple
 
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import from_json
 
-from hmrsim.diagnostics import shown
+from hmrsim.actions import registry as actions
+from hmrsim.diagnostics import dotted, shown
 from hmrsim.errors import TraceError
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
+from hmrsim.protocol import commands
+from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Restart
+from hmrsim.services import registry as services
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+    from hmrsim.protocol.commands import Command
 
 _MARK: Final = re.compile(r'"kind":\s*"header"')
 """What is in each header, and hardly in any other line."""
@@ -91,3 +104,156 @@ def _header(line: str) -> dict[str, Any] | None:
         return None
     # A goal's fields may say the same of themselves.
     return found if isinstance(found, dict) and found.get("kind") == "header" else None
+
+
+class Line(BaseModel):
+    """The fields that a replay needs of every line but headers."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+    kind: str
+    stamp: Time
+    command: str = ""
+    by: str = ""
+
+
+def line_of(text: str, number: int) -> Line:
+    """Return what a line of a trace says.
+
+    Raises:
+        TraceError: It makes no sense.
+    """
+    try:
+        return Line.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise TraceError(f"line {number}: {_said(first)}") from None
+
+
+def _said(error: ErrorDetails) -> str:
+    return ": ".join(filter(None, (dotted(error["loc"]), error["msg"])))
+
+
+def _known_service(name: str) -> str:
+    if name not in services():
+        raise ValueError(f"no service {shown(name)}")
+    return name
+
+
+def command_of(line: Line, number: int) -> Command:
+    """Return the command that a line stands for.
+
+    Raises:
+        TraceError: It stands for none, or is of a version that counted events.
+    """
+    if "after" in (line.model_extra or {}):
+        raise TraceError(f"line {number}: a trace of an older version, which counts events; record the run again")
+    if line.command not in _COMMANDS:
+        raise TraceError(f"line {number}: no command {shown(line.command)}; there are {', '.join(_COMMANDS)}")
+    try:
+        return _COMMANDS[line.command].model_validate(line.model_extra).command()
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise TraceError(f"line {number}: {line.command}: {_said(first)}") from None
+
+
+class _Recorded(BaseModel):
+    """The fields of a command in a trace."""
+
+    model_config = ConfigDict(strict=True)
+
+    def command(self) -> Command:
+        """Return the command to submit."""
+        raise NotImplementedError
+
+
+class _SendGoal(_Recorded):
+    robot: str
+    action: str
+    goal: Any
+    goal_id: str | None
+    verdict: Annotated[Verdict, Field(strict=False)] = Verdict.REJECT
+
+    def command(self) -> commands.SendGoal:
+        action = actions().get(self.action)
+        goal = None if action is None or self.goal is None else action.goal.model_validate_json(json.dumps(self.goal))
+        return commands.SendGoal(self.robot, self.action, goal, self.goal_id, verdict=self.verdict)
+
+
+class _GoalInfo(BaseModel):
+    goal_id: str
+    stamp: Any
+
+
+class _CancelGoal(_Recorded):
+    robot: str
+    action: str
+    goal_info: _GoalInfo
+
+    def command(self) -> commands.CancelGoal:
+        before = Time.model_validate_json(json.dumps(self.goal_info.stamp)).to_nanoseconds()
+        return commands.CancelGoal(self.robot, self.action, self.goal_info.goal_id, before)
+
+
+class _ChangeState(_Recorded):
+    robot: str
+    node: str
+    actions: list[str]
+    transition: int
+
+    def command(self) -> commands.ChangeState:
+        return commands.ChangeState(self.robot, self.node, tuple(self.actions), self.transition)
+
+
+class _CallService(_Recorded):
+    service: Annotated[str, AfterValidator(_known_service)]
+    request: Any
+
+    def command(self) -> commands.CallService:
+        service = services()[self.service]
+        return commands.CallService(service.name, service.request.model_validate_json(json.dumps(self.request)))
+
+
+class _Participation(_Recorded):
+    participant: str
+    change: Literal["joined", "left", "dropped"]
+    why: str
+
+    def command(self) -> commands.Participation:
+        return commands.Participation(self.participant, self.change, self.why)
+
+
+class _PlannerPresent(_Recorded):
+    present: bool
+
+    def command(self) -> commands.PlannerPresent:
+        return commands.PlannerPresent(self.present)
+
+
+class _PlanAnswered(_Recorded):
+    request: int
+    result: Any
+
+    def command(self) -> commands.PlanAnswered:
+        return commands.PlanAnswered(
+            self.request, ComputePathToPose.Result.model_validate_json(json.dumps(self.result))
+        )
+
+
+class _Stop(_Recorded):
+    reason: str
+
+    def command(self) -> commands.Stop:
+        return commands.Stop(self.reason)
+
+
+_COMMANDS: Final[dict[str, type[_Recorded]]] = {
+    "send_goal": _SendGoal,
+    "cancel_goal": _CancelGoal,
+    "change_state": _ChangeState,
+    "call_service": _CallService,
+    "participation": _Participation,
+    "planner_present": _PlannerPresent,
+    "plan_answered": _PlanAnswered,
+    "stop": _Stop,
+}

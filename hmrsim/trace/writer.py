@@ -30,7 +30,7 @@ from hmrsim import CONTRACT, __version__
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import WriteError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.navigation.kept import Kept
+from hmrsim.navigation.cache import LruCache
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
@@ -69,7 +69,7 @@ class Header:
         hash: Of the world.
         definition: The world, as a native file has it.
         step_size: Simulated seconds of one step.
-        run_id: What ids of goals depend on beside the seed; empty for nothing.
+        run_id: An input to goal ids besides the seed; may be empty.
         contract: Version of the public interface.
         section: The number of the section, from 1.
         cause: Why the section began, one of `Restart`; empty for the first one.
@@ -140,7 +140,7 @@ class Trace:
         self._write = write
         self._lines: list[str] = [header.line()]
         self._results: dict[str, tuple[Message, str]] = {}
-        self._texts: Kept[tuple[str, str], str] = Kept(_KEPT_TEXTS)
+        self._texts: LruCache[tuple[str, str], str] = LruCache(_KEPT_TEXTS)
         self._recorders: dict[type, Callable[[Any], dict[str, Any] | None]] = {
             commands.SendGoal: _send_goal,
             commands.CancelGoal: _cancel_goal,
@@ -182,7 +182,7 @@ class Trace:
             self._lines.append(self._status(output))  # type: ignore[arg-type]  # by its exact type: asked for each event
             if len(self._lines) >= _BATCH:
                 self.flush()
-        elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # likewise
+        elif kind is EventStamped and output.event.traced:  # type: ignore[union-attr]  # narrowed by kind
             self._add(_event_fields(output))  # type: ignore[arg-type]
         elif kind is TimeRestarted:
             self.header = self.header.after(output)  # type: ignore[arg-type]

@@ -111,7 +111,7 @@ class Admission:
             raise NoRoute(error.code, f"{error}; {', '.join(closed)}") from None
 
     def add_barrier(self, barrier: Barrier) -> None:
-        """Have vehicles ask a barrier on its lanes, and where they leave the lanes, too."""
+        """Register a barrier: vehicles request passage on its lanes and when they leave the graph."""
         self._barriers.add(barrier)
         self._update_needed()
 
@@ -138,7 +138,7 @@ class Admission:
         self.needed = self._rules is not None or self._obstructed
 
     def place(self, robot: Vehicle) -> None:
-        """Take note that a vehicle stands where it has not driven to, or is new."""
+        """Record that a vehicle is new, or was put where it now stands."""
         self._vehicles[robot] = None
         self.forget(robot)
         self._barriers.leave(robot)
@@ -175,7 +175,7 @@ class Admission:
         )
 
     def remove(self, robot: Vehicle) -> None:
-        """Take note that a vehicle is there no longer."""
+        """Forget a vehicle that has left the world."""
         self._vehicles.pop(robot, None)
         self.closures.clear(robot.name)
         self.forget(robot)
@@ -186,7 +186,7 @@ class Admission:
             self._rules.leave(robot)
 
     def arrived(self, robot: Vehicle) -> None:
-        """Take note that a vehicle stands at the end of what it has driven."""
+        """Record that a vehicle has reached the end of its leg."""
         if robot in self.waits:
             self.forget(robot)
         if self._obstructed:
@@ -195,7 +195,7 @@ class Admission:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
 
     def stopped(self, robot: Vehicle, leg: Leg | None) -> None:
-        """Take note that a vehicle stops on its way; *leg* is what it was driving, None if it had not begun any."""
+        """Record that a vehicle stops on its leg, which is None if it had not begun one."""
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
@@ -209,7 +209,7 @@ class Admission:
             self._rules.stand(robot, leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point))
 
     def _stand_back(self, robot: Vehicle, rules: Rules) -> None:
-        """Have a vehicle stand where it was before this instant; those that set out to be there step back."""
+        """Put a vehicle back where it was before this instant; vehicles that set out for that place step back."""
         slots = self._slots_at(robot.pose().point)
         for slot in slots:
             inside = [*rules.inside(slot)] if rules.full(slot) else []
@@ -279,7 +279,7 @@ class Admission:
         self._env.call_soon(call)
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles that wait ask again, at this instant but after what happens now."""
+        """Make waiting vehicles request their legs again, at the end of this instant."""
         if not robots:
             return
         if not self._asking:
@@ -288,7 +288,7 @@ class Admission:
         self._asking.update(dict.fromkeys(robots))
 
     def look_again_at(self, robot: Vehicle, at: float) -> None:
-        """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
+        """Make a vehicle request again at a simulated time, in seconds, if it still waits for the same leg then."""
         wait = self.waits.get(robot)
 
         def ask(_event: Event) -> None:
@@ -333,7 +333,7 @@ class Admission:
 
     @property
     def all_open(self) -> bool:
-        """Whether no lane is closed, and none has a barrier."""
+        """Return whether all lanes are open and without barriers."""
         return not self._obstructed
 
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
@@ -350,14 +350,14 @@ class Admission:
         return not hindered
 
     def opened(self, lanes: Collection[Lane]) -> None:
-        """Take note that a barrier on these lanes has changed; vehicles that wait there or off the lanes ask again."""
+        """Record that a barrier on these lanes has changed; vehicles that wait there or off the lanes request again."""
         if self._rules is not None:
             self._rules.opened()
         waits = self.waits.values()
         self.look_again([wait.robot for wait in waits if not wait.leg.lane or wait.leg.lane in lanes])
 
     def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
-        """Have a vehicle yield to another by driving legs, whose slots it has been given."""
+        """Make a vehicle yield to another by driving legs whose slots it already holds."""
         self.forget(robot)
         self._barriers.enter(robot, legs[0])
         start, wanted_by = robot.pose().point, "" if by is robot else by.name
@@ -365,12 +365,12 @@ class Admission:
         robot.yield_along(legs, rerouted=rerouted)
 
     def abort(self, robot: Vehicle, why: GoalAborted) -> None:
-        """Abort the drive of a vehicle that waits; its next one begins to wait anew."""
+        """Abort the motion of a waiting vehicle; its next motion starts a new wait."""
         robot.give_up(why)
         self._stopped.pop(robot, None)
 
     def release(self, robot: Vehicle) -> None:
-        """Let a vehicle go on that has been given the slots of the leg for which it waits."""
+        """Resume a waiting vehicle that now holds the slots of its leg."""
         wait = self.waits[robot]
         self.forget(robot)
         self._barriers.enter(robot, wait.leg)
@@ -379,19 +379,19 @@ class Admission:
         robot.go_on()
 
     def try_again(self, robot: Vehicle) -> None:
-        """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
+        """Make a vehicle that waits or has yielded request again, at this instant."""
         if robot in self.waits:
             self.look_again([robot])
         elif robot.waits:
             self._env.call_soon(robot.ask_again)
 
     def became_idle(self, robot: Vehicle) -> None:
-        """Take note that a vehicle can yield from now on where it stands."""
+        """Record that a vehicle can yield from now on where it stands."""
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot))
 
     def yielded(self, robot: Vehicle) -> None:
-        """Take note that a vehicle has yielded; it goes on if the traffic policy lets it."""
+        """Record that a vehicle has yielded; it goes on if the traffic policy lets it."""
         if self._rules is not None and self._rules.stays_aside(robot):
             return
         if self._asking:
@@ -408,13 +408,13 @@ class Admission:
         return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
 
     def queue(self, robot: Vehicle, holders: Callable[[], Sequence[Vehicle]]) -> None:
-        """Take note that a vehicle stands in a queue until one of the *holders* leaves; `unqueue` it again."""
+        """Record that a vehicle queues until one of the *holders* leaves; the caller must `unqueue` it."""
         self._queues[robot] = holders
         # Vehicles that wait for it may do so in vain from now on.
         self.became_idle(robot)
 
     def unqueue(self, robot: Vehicle) -> None:
-        """Take note that a vehicle stands in a queue no longer; nothing happens if it does not."""
+        """Record that a vehicle has left its queue; do nothing if it was in none."""
         self._queues.pop(robot, None)
 
     def is_held_up(self, robot: Vehicle) -> bool:
@@ -451,7 +451,7 @@ class Admission:
             self._rules.blocked(robot)
 
     def explain(self, robot: Vehicle, why: str) -> None:
-        """Take note of why a barrier does not let a vehicle pass that waits for one; it does not ask again."""
+        """Record why a barrier refuses a waiting vehicle, without requesting passage again."""
         wait = self.waits.get(robot)
         if wait is not None and wait.why and not self.closures.why(wait.leg):
             wait.why = why
@@ -520,7 +520,7 @@ class Admission:
         self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> list[Blocker]:
-        """Return what is to be said of vehicles for which another one waits."""
+        """Return descriptions of the vehicles for which another one waits."""
         return [
             Blocker(
                 other.name,
@@ -550,7 +550,7 @@ class Admission:
         return self.explain_blockers(sorted(found, key=lambda other: other.name), robot)
 
     def forget(self, robot: Vehicle) -> None:
-        """Let a vehicle wait no longer; nothing happens if it does not."""
+        """End the wait of a vehicle; do nothing if it does not wait."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return

@@ -20,7 +20,7 @@ class Barrier(Protocol):
 
     @property
     def refuses(self) -> bool:
-        """Whether there may be vehicles that it never lets pass."""
+        """Return whether the barrier may refuse a vehicle for good."""
 
     def may_pass(self, robot: Vehicle) -> bool:
         """Return whether it ever lets a vehicle pass; if not, routes avoid it."""
@@ -35,10 +35,10 @@ class Barrier(Protocol):
         """Come for a vehicle that is to be moved along a leg, and does not wait for it."""
 
     def enter(self, robot: Vehicle, leg: Leg) -> None:
-        """Take note that a vehicle begins to drive through."""
+        """Record that a vehicle begins to drive through."""
 
     def leave(self, robot: Vehicle) -> None:
-        """Take note that a vehicle has driven through, or has stopped on its way."""
+        """Record that a vehicle has driven through or has stopped on its leg."""
 
 
 class Barriers:
@@ -93,12 +93,12 @@ class Barriers:
         return first
 
     def summon(self, leg: Leg) -> None:
-        """Have the barriers on a leg come for a vehicle that is to be moved along it."""
+        """Call the barriers on a leg for a vehicle that is going to drive it."""
         for barrier in self._on_lanes.get(leg.lane, ()) if leg.lane else ():
             barrier.summon(leg)
 
     def enter(self, robot: Vehicle, leg: Leg) -> None:
-        """Take note that a vehicle begins a leg, and has left what it drove through before."""
+        """Record that a vehicle begins a leg, and has left the barriers of the one before."""
         if robot in self._inside:
             self.leave(robot)
         lane = leg.leads_onto
@@ -112,6 +112,6 @@ class Barriers:
         return robot in self._inside
 
     def leave(self, robot: Vehicle) -> None:
-        """Take note that a vehicle is at the end of its leg, or has stopped on it."""
+        """Record that a vehicle has reached the end of its leg or has stopped on it."""
         for barrier in self._inside.pop(robot, ()):
             barrier.leave(robot)

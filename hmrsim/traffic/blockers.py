@@ -1,4 +1,4 @@
-"""Who is in the way of a vehicle that waits: in which state, where, since when, and why it makes no room."""
+"""Descriptions of the vehicles that block a waiting one: state, place, since when, and why they make no room."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Blocker(NamedTuple):
 
     Attributes:
         robot: Its name.
-        state: What it does, such as ``idle`` or ``docked at 'charger_1'``.
+        state: The state of the vehicle, such as ``idle`` or ``docked at 'charger_1'``.
         at: Where it is, by name if the place has one.
         since: When it last made progress, in simulated seconds; infinite while it does.
         why: Why it makes no room; empty where that is clear from its state.

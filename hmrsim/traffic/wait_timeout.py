@@ -1,4 +1,4 @@
-"""How long vehicles wait for the right of way before their goals are aborted."""
+"""The timeout after which goals of vehicles that wait for the right of way are aborted."""
 
 from __future__ import annotations
 

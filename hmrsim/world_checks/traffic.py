@@ -14,7 +14,7 @@ from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.documents.validation import explain
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.policies._clearance import rooms_of_waypoints
+from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
 from hmrsim.world.segments import SegmentGrid

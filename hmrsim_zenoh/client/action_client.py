@@ -13,7 +13,7 @@ from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import CancelGoal, SendGoal
-from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.goal import parse_goal_id
 from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
 from hmrsim_zenoh.client.goal_exchange import GoalExchange
 from hmrsim_zenoh.errors import RequestError, RequestTimeout

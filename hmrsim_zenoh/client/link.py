@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
 
-from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.client.queries import Queries

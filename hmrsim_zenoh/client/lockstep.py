@@ -21,7 +21,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.conditions import Unwatch
-from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.participant import Participant, Wish

@@ -12,7 +12,7 @@ from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message, complete
 from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.goal import parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.conditions import Watched

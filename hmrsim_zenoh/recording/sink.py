@@ -77,7 +77,7 @@ class RecordingSink:
         self._settle(due=self._recorder.scene_due)
 
     def _nearest_tick(self, now: int) -> int:
-        """Return the nearest time of a regular clock sample, computed as in `hmrsim.engine.sampling`."""
+        """Return the nearest time of a regular clock sample, computed as in `hmrsim.engine.subscriptions`."""
         return round(round(now / NANOSECONDS / self._period) * self._period * NANOSECONDS)
 
     def _settle(self, *, due: bool) -> None:

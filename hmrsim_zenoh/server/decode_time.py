@@ -18,7 +18,7 @@ from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.conditions import Watching
-from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.goal import parse_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
 from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition

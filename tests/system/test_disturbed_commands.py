@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.replay import replay
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.disturbances import Disturbance, Disturber
@@ -60,7 +60,7 @@ def disturbed(tmp_path):
     def run(*disturbances, duration=600.0, on_act=lambda _acted: None):
         loaded = load_world(str(tmp_path / "world.yaml"))
         settings = RunSettings(duration=duration, clock="lockstep")
-        trace = LateTrace(loaded.world, settings)
+        trace = DeferredTrace(loaded.world, settings)
         disturber = Disturber([Disturbance.model_validate(each) for each in disturbances], on_act)
 
         def watchers(simulator, pacing):

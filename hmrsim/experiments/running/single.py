@@ -16,7 +16,7 @@ from hmrsim.experiments.results.row import Row
 from hmrsim.experiments.running.coverages import packed
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.endings import CRASHED, ERROR, FAILED, SUCCEEDED, TIMEOUT
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
@@ -41,7 +41,7 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     judge = Judge(plan.file.ends)
     try:
         loaded = plan.world(run.scenario, run.treatment)
-        trace = LateTrace(loaded.world, settings)
+        trace = DeferredTrace(loaded.world, settings)
         report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
         trial = trial_of(
             loaded,
@@ -88,7 +88,7 @@ def needs_trace(plan: Plan) -> bool:
     return plan.file.keep.traces != "none" or plan.file.replications.max > 1
 
 
-def with_trace(plan: Plan, row: Row, trace: LateTrace, simulator: Simulator) -> Row:
+def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator) -> Row:
     """Return the result of a run with its trace, if that is kept, and its fingerprint, if others may have the same."""
     keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
     compares = plan.file.replications.max > 1 and not simulator.chance.used

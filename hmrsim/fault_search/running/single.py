@@ -23,7 +23,7 @@ from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.endings import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
@@ -118,7 +118,7 @@ class _Run:
         self._observer = Observer(story=wanted.story)
         self._drawn: Drawn | None = None
         self._simulator: Simulator | None = None
-        self._trace = LateTrace(self._world, self._settings) if wanted.trace else None
+        self._trace = DeferredTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
         self._disturber = Disturber(
             [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE],

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol
 from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
-from hmrsim.traffic.policies._admission import AdmissionControl
-from hmrsim.traffic.policies._vehicle import Vehicle, Wait
+from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
 from hmrsim.world.derived import Derived
 
 __all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "settings_of"]
@@ -62,7 +61,7 @@ class Rules(Protocol):
         """Release all slots of a vehicle."""
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer."""
+        """End the wait of a vehicle for a leg."""
 
     def spot(self, point: Point) -> int:
         """Return the slot of a point beside the lanes."""
@@ -86,13 +85,13 @@ class Rules(Protocol):
         """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
 
     def halted(self, robot: Vehicle) -> None:
-        """Take note that a vehicle was stopped on its way, so that it will not arrive."""
+        """Record that a vehicle was stopped on its leg, so that it will not arrive."""
 
     def stays_aside(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
 
     def opened(self) -> None:
-        """Take note that a door has opened, a cabin has come, or a lane is open or closed now."""
+        """Record that a door opened, a cabin arrived, or a lane opened or closed."""
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the wait of a vehicle that begins to wait, if that is possible."""

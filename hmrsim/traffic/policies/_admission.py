@@ -1,18 +1,21 @@
-"""The interface of `hmrsim.traffic.admission` for traffic policies."""
+"""The interfaces that traffic policies use: `hmrsim.traffic.admission`, its vehicles and their waits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import TYPE_CHECKING, Final, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.errors import GoalAborted
-    from hmrsim.geometry import Point
+    from hmrsim.events.traffic import Waiting
+    from hmrsim.geometry import Point, Pose
     from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.motion import Piece
     from hmrsim.navigation.route import Leg, Route
     from hmrsim.traffic.blockers import Blocker
-    from hmrsim.traffic.policies._vehicle import Vehicle, Wait
     from hmrsim.world.model import World
 
 
@@ -21,15 +24,15 @@ class AdmissionControl(Protocol):
 
     @property
     def world(self) -> World:
-        """The world."""
+        """The world in which the vehicles drive."""
 
     @property
     def graph(self) -> WaypointGraph:
-        """Its lanes."""
+        """The graph of the world's lanes."""
 
     @property
     def publisher(self) -> EventPublisher:
-        """Publishes what happens."""
+        """The publisher of events about traffic."""
 
     @property
     def now(self) -> float:
@@ -55,7 +58,7 @@ class AdmissionControl(Protocol):
 
     @property
     def all_open(self) -> bool:
-        """Whether no lane is closed, and none has a barrier."""
+        """Return whether all lanes are open and without barriers."""
 
     def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
         """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
@@ -70,7 +73,7 @@ class AdmissionControl(Protocol):
         """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
 
     def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> Sequence[Blocker]:
-        """Return what is to be said of vehicles for which another one waits."""
+        """Return descriptions of the vehicles for which another one waits."""
 
     def is_held_up(self, robot: Vehicle) -> bool:
         """Return whether a vehicle can't go on because of others."""
@@ -82,19 +85,157 @@ class AdmissionControl(Protocol):
         """Call a function at this instant but after what happens now."""
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles that wait ask again, at this instant but after what happens now."""
+        """Make waiting vehicles request their legs again, at the end of this instant."""
 
     def look_again_at(self, robot: Vehicle, at: float) -> None:
-        """Have a vehicle ask again at a time, in simulated seconds, if it still waits then for the same."""
+        """Make a vehicle request again at a simulated time, in seconds, if it still waits for the same leg then."""
 
     def try_again(self, robot: Vehicle) -> None:
-        """Have a vehicle ask again, at this instant, whether it waits or has yielded."""
+        """Make a vehicle that waits or has yielded request again, at this instant."""
 
     def release(self, robot: Vehicle) -> None:
-        """Let a vehicle go on that has been given the slots of the leg for which it waits."""
+        """Resume a waiting vehicle that now holds the slots of its leg."""
 
     def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
-        """Have a vehicle yield to another by driving legs, whose slots it has been given."""
+        """Make a vehicle yield to another by driving legs whose slots it already holds."""
 
     def abort(self, robot: Vehicle, why: GoalAborted) -> None:
-        """Abort the drive of a vehicle that waits; its next one begins to wait anew."""
+        """Abort the motion of a waiting vehicle; its next motion starts a new wait."""
+
+
+by_rank: Final = attrgetter("rank")
+"""The key by which vehicles are ordered."""
+
+
+class Vehicle(Protocol):
+    """A robot as those see it that admit it to lanes, open for it, or carry it."""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is unique."""
+
+    @property
+    def type(self) -> str:
+        """The name of its robot type."""
+
+    @property
+    def radius(self) -> float:
+        """Of its footprint; 0 if it has none."""
+
+    @property
+    def flies(self) -> bool:
+        """Return whether the vehicle flies, so that nothing on the ground blocks it."""
+
+    @property
+    def speed(self) -> float:
+        """The maximum speed that it can go now, in the world's unit a second."""
+
+    @property
+    def rank(self) -> tuple[float, str]:
+        """By what vehicles are ordered: by when they set out, those that go nowhere last."""
+
+    @property
+    def rerouted(self) -> int:
+        """The number of reroutes on the current trip."""
+
+    @property
+    def stands(self) -> bool:
+        """Return whether the vehicle stands and has nowhere to go."""
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the vehicle is moving."""
+
+    @property
+    def waits(self) -> bool:
+        """Return whether the vehicle is blocked on its route."""
+
+    @property
+    def sets_out(self) -> bool:
+        """Return whether the vehicle begins a lane or a turn at this very instant."""
+
+    @property
+    def busy(self) -> bool:
+        """Return whether the current goal requires the vehicle to stand still."""
+
+    @property
+    def may_yield(self) -> bool:
+        """Return whether the vehicle stands and can make room for others."""
+
+    @property
+    def will_yield(self) -> bool:
+        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
+
+    def pose(self) -> Pose:
+        """Return the position of its center and its yaw, now."""
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its center is from *point*."""
+
+    @property
+    def activity(self) -> str:
+        """A description of the state, such as ``idle``."""
+
+    @property
+    def still_since(self) -> float:
+        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works."""
+
+    @property
+    def goal(self) -> Point | None:
+        """The point to which any route may lead; None if it goes nowhere, or its path is given point by point."""
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that it drives now; None when it stands, or waits."""
+
+    @property
+    def next_leg(self) -> Leg | None:
+        """The leg that it drives now, or waits for; None when it stands, or turns."""
+
+    @property
+    def legs_ahead(self) -> list[Leg]:
+        """The legs that it has not driven to their ends; none when it stands."""
+
+    def look_ahead(self) -> None:
+        """Ask again before each lane on its way that may be closed by now."""
+
+    def go_on(self) -> None:
+        """Drive the leg for which it waits: it is admitted now."""
+
+    def ask_again(self) -> None:
+        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+
+    def step_back(self) -> None:
+        """Lose the right of way at the instant at which it sets out, and wait."""
+
+    def reroute(self, avoid: Collection[Lane]) -> bool:
+        """Take another route from where it waits, without these lanes; return whether there is one."""
+
+    def take_route(self, route: Route) -> None:
+        """Take a route from where it waits; it asks for the right of way again."""
+
+    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving legs, to which it is admitted already; it may count as another route."""
+
+    def give_up(self, why: GoalAborted) -> None:
+        """Stop on its way, and fail the drive."""
+
+
+@dataclass(eq=False)
+class Wait:
+    """A vehicle that waits for the right of way.
+
+    Attributes:
+        leg: The leg that it is to drive.
+        since: When it began to wait, in simulated seconds.
+        why: The obstacle, in words; empty where other vehicles block it.
+        told: The event that was published of it last, if any.
+        asks: Whether it is to ask again at a time, as a search for a way out was put off.
+    """
+
+    robot: Vehicle
+    leg: Leg
+    since: float
+    why: str = ""
+    told: Waiting | None = None
+    asks: bool = False

@@ -79,7 +79,7 @@ class Clearing:
         return best
 
     def _route(self, places: Places) -> list[Way] | None:
-        """Return the ways by which the first vehicle gets to its target, whoever of the group is there."""
+        """Return the routes by which the first vehicle reaches its target, ignoring the rest of the group."""
         group = self._group
         came: dict[int, tuple[int, Way] | None] = {places[0]: None}
         todo = deque([places[0]])
@@ -99,7 +99,7 @@ class Clearing:
         return route[::-1]
 
     def _clear(self, places: Places, wanted: Sequence[tuple[int, Way]]) -> tuple[Places, Drives] | None:
-        """Return where all are when nobody is in the way of the first vehicle any more, and the moves for that."""
+        """Return the placement in which no vehicle blocks the first one, and the moves that lead there."""
         moves: Drives = ()
         for _ in range(2 * len(places)):
             blocker = self._blocker(places, wanted)
@@ -124,7 +124,7 @@ class Clearing:
     def _move_aside(
         self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
     ) -> tuple[Places, Drives] | None:
-        """Return where all are when a vehicle has left for where it is in nobody's way, and the moves for that."""
+        """Return the placement after a vehicle has moved to where it blocks no other, and the moves that lead there."""
         for tried, path in enumerate(self._refuges(places, j, wanted, stay)):
             self._tries += 1
             if tried >= _MOST_REFUGES or self._tries > _MOST_TRIES:
@@ -163,7 +163,7 @@ class Clearing:
     def _refuges(
         self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
     ) -> Iterator[list[Way]]:
-        """Yield the paths of a vehicle to where it is in nobody's way, the shortest first."""
+        """Yield the routes of a vehicle to places where it blocks no other, the shortest first."""
         group, number = self._group, 0
         heap: list[tuple[int, int, int, list[Way]]] = [(0, 0, places[j], [])]
         done: set[int] = set()

@@ -12,17 +12,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Protocol
 
+from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
-from hmrsim.traffic.policies._vehicle import by_rank
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Reservations
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.traffic.policies._ways import Way, Ways
 
 _MAX_SEARCHED = 6
@@ -46,7 +45,7 @@ _Before = dict[object, tuple["Places", object, _Drives]]
 
 
 class Movable(Protocol):
-    """Whether the first vehicle may be moved for the second."""
+    """Predicate: the first vehicle may be moved for the second."""
 
     def __call__(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
         """Return whether it may; if *soon*, also one that has to come to a stand or to finish its work first."""
@@ -58,7 +57,7 @@ class DeadlockResolver:
     Args:
         slots: The places of the vehicles.
         ways: Where they can go.
-        reservations: What other resolutions need.
+        reservations: The slots that other resolutions need.
         movable: Whether the first vehicle may be moved for the second.
     """
 

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Reservations
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.traffic.policies._ways import Way, Ways
 
 Places = tuple[int, ...]
@@ -24,7 +23,7 @@ class Group:
     Args:
         slots: The places of all vehicles.
         ways: Where vehicles can go.
-        reservations: What other resolutions need.
+        reservations: The slots that other resolutions need.
         robots: The vehicles, the one that is to go on first.
         target: The slot where that one is to be.
 
@@ -66,7 +65,7 @@ class Group:
         self._kept_hits: dict[tuple[int, ...], dict[int, float]] = {}
 
     def _ways_to_target(self) -> dict[int, list[Way]]:
-        """Return the ways from waypoints to where the first vehicle is to be, if that is no waypoint."""
+        """Return the ways from waypoints to the first vehicle's target, if that is no waypoint."""
         found: dict[int, list[Way]] = {}
         if self.target in self._slots.points:
             into = self._finder.to_spot(self.target)
@@ -94,7 +93,7 @@ class Group:
     def ways(self, i: int, places: Places) -> list[Way]:
         """Return the ways from where a vehicle is on which only others of the group can be in its way."""
         place = places[i]
-        # A vehicle in the middle of a lane has ways of its own; elsewhere they are those of its kind.
+        # A vehicle in the middle of a lane has individual ways; elsewhere all vehicles of its kind share them.
         key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
         known = self._ways.get(key)
         if known is None:
@@ -169,7 +168,7 @@ class Group:
         return True
 
     def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
-        """Return whether a vehicle at a place would be in another one's way, whoever else is there."""
+        """Return whether a vehicle at a place would block another one, ignoring the rest of the group."""
         near = self._near(way.slots)
         for slot in self.occupied(j, place):
             if slot in way.slots and self._room(slot) <= 1:

@@ -1,7 +1,7 @@
-"""Slots at which the footprints of two vehicles touch although they are not the same: lanes that cross, for one.
+"""Slots as space: which ones bring the footprints of two vehicles into contact, and how many vehicles each one holds.
 
-Slots that share a waypoint always come near there, and vehicles follow each other from one to the next: these are no
-neighbours.
+Slots come near each other where lanes cross without a waypoint, for one. Slots that share a waypoint always do, and
+vehicles follow each other from one to the next: these are not neighbors.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, distance, foot, gap
+from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -19,14 +20,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 Near = dict[int, dict[int, float]]
-"""By slot, its neighbours in order and how far each is away, in the world's unit; slots without any are left out."""
+"""By slot, its neighbors in order and how far each is away, in the world's unit; slots without any are left out."""
 
 _SHIFT = 0.382
 """Share of a cell by which cells are moved: the lanes of a lattice would run along their borders, and be in two."""
 
 
 class _Shape(NamedTuple):
-    """A slot with its ends, and the box around it in which its neighbours are."""
+    """A slot with its ends, and the box around it in which its neighbors are."""
 
     slot: int
     start: int
@@ -159,3 +160,33 @@ def _far(a: Point, b: Point, c: Point, d: Point, reach: float) -> bool:
     one, other = dx * (c[1] - a[1]) - dy * (c[0] - a[0]), dx * (d[1] - a[1]) - dy * (d[0] - a[0])
     away = min(one, other) if one > 0.0 else min(-one, -other)
     return away > 0.0 and away > max(SAME_PLACE, reach) * math.hypot(dx, dy)
+
+
+def rooms_of_waypoints(world: World, default: int | None) -> dict[str, float]:
+    """Return how many vehicles may be at each waypoint.
+
+    A docked robot stands at the waypoint of its dock, so that the waypoint has the dock's capacity. A robot that waits
+    for a lift stands beside the door, and lets others get out.
+
+    Args:
+        world: Its waypoints; docks without a place are left out.
+        default: The capacity of waypoints that state none; None for any number.
+    """
+    stated: dict[str, int | None] = {
+        name: at.capacity for name, at in world.waypoints.items() if isinstance(at, Waypoint)
+    }
+    names = {point: name for name, point in world.points.items()}
+    for dock in world.docks:
+        name, capacity = names.get(_point(world, dock) or (math.nan, math.nan)), world.docks[dock].capacity
+        if name is not None and capacity > 1:
+            room = stated.get(name) or default
+            stated[name] = room and max(room, capacity)
+    stops = {stop for lift in world.lifts.values() for stop in lift.stops}
+    return {name: stated.get(name) or (None if name in stops else default) or math.inf for name in world.waypoints}
+
+
+def _point(world: World, dock: str) -> Point | None:
+    try:
+        return world.dock_point(dock)
+    except KeyError:
+        return None

@@ -1,6 +1,6 @@
-"""Which vehicles hold which slots, and which wait for them.
+"""Reservations: the vehicles that hold each slot, and those that wait for it.
 
-Waypoints and lanes are slots with numbers of their own. A vehicle that stands anywhere else, or is going to, holds a
+Waypoints and lanes are slots, each with a unique number. A vehicle that stands anywhere else, or is going to, holds a
 *spot*: a slot that is made when it is first needed, and touches the waypoints, lanes and spots around it.
 """
 
@@ -17,8 +17,8 @@ from hmrsim.traffic.policies._nearness import touch
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.policies._admission import Vehicle
     from hmrsim.traffic.policies._nearness import Near
-    from hmrsim.traffic.policies._vehicle import Vehicle
 
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 
@@ -127,7 +127,7 @@ class Slots:
         return slot
 
     def _drop_spots(self) -> None:
-        """Forget the spots that nobody needs: clients may send robots to any point."""
+        """Forget unused spots: clients may send robots to any point, so spots would pile up."""
         for key, slot in [*self._spots.items()]:
             if self._inside[slot] or self._wanted.get(slot) or self._reserved(slot):
                 continue
@@ -294,7 +294,7 @@ class Slots:
         return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
 
     def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
-        """Have a vehicle that waits ask again when a vehicle leaves one of these slots, or stands there from now on."""
+        """Make a waiting vehicle request again when another leaves one of these slots, or comes to rest there."""
         self._unwatch(robot)
         if self.near:
             # What is in the way may be beside them.
@@ -341,7 +341,7 @@ class Slots:
             self._release(robot, slot)
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer."""
+        """End the wait of a vehicle for a leg."""
         wanted, near = self._wanted, self.near
         for slot in self.of(leg):
             for at in (slot, *near.get(slot, ())) if near else (slot,):

@@ -21,7 +21,7 @@ _HEADINGS = 4
 
 
 class _Street(NamedTuple):
-    """A street.
+    """A street with its lanes.
 
     Attributes:
         heading: The number of its heading.

@@ -1,4 +1,4 @@
-"""Where vehicles can go from where they stand, also from places beside the lanes and from the middle of one."""
+"""Ways: the moves open to vehicles where they stand, also beside the lanes and in the middle of one."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.lanes import Edge, Foot, Lanes
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._vehicle import Vehicle
 
     _Legs = list[tuple[int, tuple[Leg, ...]]]
     """Legs by the waypoint to which, or from which, they lead."""
@@ -26,11 +25,11 @@ _KEPT_POINTS = 1_024
 
 
 class Way(NamedTuple):
-    """What a vehicle drives from one place where it can stand to the next: a lane, with the line beside it, if any.
+    """A move from one place where a vehicle can stand to the next: a lane, with the line beside it, if any.
 
     Attributes:
         legs: One or two legs. The first one needs all slots, so that the vehicle stops nowhere in between.
-        slots: What the vehicle needs to set out.
+        slots: The slots that the vehicle needs to set out.
         end: The slot where it stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
         number: That of the lane, if this is all of one from waypoint to waypoint; -1 otherwise.
     """
@@ -59,10 +58,10 @@ class Ways:
         self._lanes: Lanes = admission.graph.lanes
         self._slots = slots
         self._from_waypoint: dict[int, list[Way]] = self._lanes.derived(Ways.from_waypoint, dict)
-        self._from_point: Kept[Point, list[Way]] = Kept(_KEPT_POINTS)
-        self._to_point: Kept[tuple[int, Point], list[tuple[int, Way]]] = Kept(_KEPT_POINTS)
+        self._from_point: LruCache[Point, list[Way]] = LruCache(_KEPT_POINTS)
+        self._to_point: LruCache[tuple[int, Point], list[tuple[int, Way]]] = LruCache(_KEPT_POINTS)
         # The slots of spots are those of a run; the legs are those of the map.
-        self._legs: Kept[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: Kept(_KEPT_POINTS))
+        self._legs: LruCache[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: LruCache(_KEPT_POINTS))
 
     def leaving(self, robot: Vehicle) -> list[Way]:
         """Return the open ways from where a vehicle stands."""

@@ -22,17 +22,16 @@ from pydantic import Field
 
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._claim import AFTER
+from hmrsim.traffic.policies._admission import by_rank
+from hmrsim.traffic.policies._resolution import AFTER
 from hmrsim.traffic.policies._streets import against
-from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
 from hmrsim.traffic.policies.reserve import waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
-    from hmrsim.traffic.policies._vehicle import Vehicle
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
 
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
@@ -91,11 +90,11 @@ class Planned(Priority):
         self._turned_off: dict[Vehicle, None] = {}
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again, the one that set out first first."""
+        """Make vehicles request again, in the order in which they set out."""
         super().freed(sorted(robots, key=by_rank) if len(robots) > 1 else robots)
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Reset the policy to the start of a run."""
         super().reset()
         self._turned_off.clear()
 
@@ -113,7 +112,7 @@ class Planned(Priority):
         super().leave(robot)
 
     def blocked(self, robot: Vehicle) -> None:
-        """Have a vehicle turn off, or others make room for it, unless this is part of a resolution."""
+        """Make a vehicle turn off, or others make room for it, unless this is part of a resolution."""
         wait = self.admission.waits.get(robot)
         if wait is None or (self._resolutions and self._is_seen_to(robot)):
             return
@@ -154,7 +153,7 @@ class Planned(Priority):
         return len(inside) == 1 and inside[0].rank < robot.rank
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
-        """Have a vehicle take another lane that leads nearer to its goal and is free, if there is one.
+        """Make a vehicle take another free lane that leads nearer to its goal, if there is one.
 
         The slots are added to those *seen* that it can't have now.
         """
@@ -267,7 +266,7 @@ class Planned(Priority):
                     yield other, way
 
     def _note(self, other: Vehicle, slot: int, search: _Search) -> None:
-        """Take note that a vehicle in a slot can't make room now."""
+        """Record that a vehicle in a slot can't make room now."""
         search.seen[slot] = None
         if not search.moving:
             search.moving = other.busy or (

@@ -26,19 +26,17 @@ from pydantic import Field
 from hmrsim.diagnostics import listed
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._claim import AFTER, Claim
+from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
-from hmrsim.traffic.policies._resolution import Reservations, Resolution
-from hmrsim.traffic.policies._vehicle import by_rank
+from hmrsim.traffic.policies._resolution import AFTER, Claim, Reservations, Resolution
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, waits_for_cycle
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
     from hmrsim.traffic.policies._resolution import Move, Step
-    from hmrsim.traffic.policies._vehicle import Vehicle, Wait
     from hmrsim.traffic.policies._ways import Way
 
     _Chain = list[tuple[Vehicle, Way]]
@@ -85,10 +83,10 @@ class _Searched:
     """A search for a way out for a vehicle.
 
     Attributes:
-        wait: What it waited for.
+        wait: The wait that ended.
         at: When, in simulated seconds.
         states: How many combinations of places were looked at, at most.
-        again: What it asks again for when the next search is due; None if it does not.
+        again: The leg to request again when the next search is due, if any.
     """
 
     wait: Wait
@@ -121,7 +119,7 @@ class Priority(Reserve):
         return slot in self._reservations
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer; others may enter what it kept them out of."""
+        """End the wait of a vehicle for a leg; others may enter the slots that it claimed."""
         if robot is self._claim.holder:
             self._claim.end()
         super().forget(robot, leg)
@@ -245,13 +243,13 @@ class Priority(Reserve):
             self._drop(self._resolutions[robot])
 
     def blocked(self, robot: Vehicle) -> None:
-        """Have vehicles in the way yield if they set out later, unless this is part of a resolution."""
+        """Make blocking vehicles yield if they set out later, unless this is part of a resolution."""
         if self._is_seen_to(robot):
             return
         cycle = waits_for_cycle(self.admission, robot)
         if cycle:
             self._publish(cycle)
-            # One that stands in the queue of a dock waits for no lane, so that nobody can make way for it.
+            # A vehicle in the queue of a dock waits for no lane, so no other can make room for it.
             robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
             if self._is_seen_to(robot):
                 return
@@ -275,7 +273,7 @@ class Priority(Reserve):
             self.slots.watch(robot, seen)
 
     def _claim_for(self, robot: Vehicle, wait: Wait, seen: Iterable[int]) -> None:
-        """Have the vehicle that set out first of those that wait keep others out of what it needs, until it goes on."""
+        """Make the waiting vehicle that set out first claim the slots it needs, until it goes on."""
         if self.admission.waits.get(robot) is not wait or robot in self._resolutions:
             return
         if robot is self._claim.holder or not any(other.rank < robot.rank for other in self.admission.waits):
@@ -329,7 +327,7 @@ class Priority(Reserve):
         return True
 
     def _push(self, robot: Vehicle, seen: dict[int, None]) -> bool:
-        """Have the vehicles that block one yield, and let it go on; return whether they can.
+        """Make the vehicles that block another yield, and resume it; return whether they can.
 
         The slots are added to those *seen* on which that depends.
         """
@@ -351,7 +349,7 @@ class Priority(Reserve):
         return moves is not False
 
     def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Sequence[int]]] = ()) -> bool | None:
-        """Have all of a chain yield to a vehicle at once, which may go itself.
+        """Make a whole chain yield to a vehicle at once; the vehicle may move, too.
 
         Returns:
             Whether there is room; None if there will be, once doors and lifts on the way have opened.
@@ -504,7 +502,7 @@ class Priority(Reserve):
                     self.give_up(cycle)
             return
         if not patient and _duration(steps) > _SHORT:
-            # By then, others may be where they are in nobody's way.
+            # By then, others may have moved to where they block no vehicle.
             self._asks_later(robot)
             return
         resolution = Resolution(robot, steps)
@@ -572,7 +570,7 @@ class Priority(Reserve):
             self._begin_steps(resolution)
 
     def _let_go(self, resolution: Resolution) -> None:
-        """Have vehicles that were held back ask again."""
+        """Make vehicles that were held back request again."""
         held_back = [*resolution.held_back]
         resolution.held_back.clear()
         self.admission.look_again(held_back)

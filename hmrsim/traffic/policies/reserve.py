@@ -1,7 +1,7 @@
 """A robot reserves its place and the next lane; a robot that comes later waits.
 
 A slot has room for one robot unless the world or the settings say otherwise. Robots that would touch although they are
-in different slots, as where lanes cross without a waypoint, exclude each other likewise. A robot that is blocked by one
+in different slots, as where lanes cross without a waypoint, exclude each other, too. A robot that is blocked by one
 that stands for good is rerouted if there is another route. Robots that wait for each other in a cycle never go on by
 themselves: as soon as the cycle closes, a ``deadlock`` is published; then one of them is rerouted, the one that set out
 last first, or backs off to a free waypoint beside it; where none can, the goal of the one that set out last is aborted.
@@ -19,23 +19,21 @@ from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.navigation.kept import Kept, exact
+from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
-from hmrsim.traffic.policies._clearance import rooms_of_waypoints
-from hmrsim.traffic.policies._nearness import near_slots, slots_around, widest
+from hmrsim.traffic.policies._admission import by_rank
+from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
-from hmrsim.traffic.policies._vehicle import by_rank
 from hmrsim.traffic.policies._ways import Ways
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl
+    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._nearness import Near
-    from hmrsim.traffic.policies._vehicle import Vehicle
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
@@ -70,8 +68,8 @@ class Reserve:
         capacities = _capacities(admission.world, lanes, settings)
         # Of those with room for any number, no one has a place.
         compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
-        around: Kept[bytes, Mapping[int, float]] = lanes.derived(
-            (slots_around, compared, reach), lambda: Kept(_KEPT_POINTS)
+        around: LruCache[bytes, Mapping[int, float]] = lanes.derived(
+            (slots_around, compared, reach), lambda: LruCache(_KEPT_POINTS)
         )
         self.slots = Slots(
             capacities,
@@ -103,7 +101,7 @@ class Reserve:
         self.slots.leave(robot)
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Have vehicles ask again for slots that have just become free."""
+        """Make vehicles request again the slots that have just become free."""
         self.admission.look_again(robots)
 
     def reset(self) -> None:
@@ -112,7 +110,7 @@ class Reserve:
         self._unsolved.clear()
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """Let a vehicle wait for a leg no longer: each deadlock of which it is a part is dissolved."""
+        """End the wait of a vehicle for a leg, which dissolves each deadlock it is part of."""
         self.slots.forget(robot, leg)
         if self._deadlocks:
             for circle in [circle for circle in self._deadlocks if robot in circle]:
@@ -163,7 +161,7 @@ class Reserve:
         return False
 
     def resolve(self, cycle: Sequence[Vehicle]) -> None:
-        """Have one vehicle of a cycle take another route, or back off, or give up; the one that set out last first."""
+        """Make one vehicle of a cycle reroute, back off or give up, trying the last to set out first."""
         last_first = sorted(cycle, key=by_rank, reverse=True)
         for solve in (self._turn_off, self._back_off):
             if any(solve(robot, cycle) for robot in last_first):
@@ -184,7 +182,7 @@ class Reserve:
         return robot.rerouted < self.settings.reroutes and robot.reroute([*self._not_now(robot)])
 
     def _back_off(self, robot: Vehicle, cycle: Sequence[Vehicle]) -> bool:
-        """Have a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
+        """Make a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
         if robot.rerouted >= self.settings.reroutes or not robot.may_yield:
             return False
         ahead = [leg for other in cycle if other is not robot for leg in other.legs_ahead]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim.goals.connectivity import no_connection
+from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.rcl_interfaces import SetParametersResult

@@ -15,8 +15,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import FollowPath, Wait
 from hmrsim.interfaces.nav_msgs import Path
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.goal_ids import made_goal_id
+from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.client.conditions import Condition

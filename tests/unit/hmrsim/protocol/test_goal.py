@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.protocol.goal import TRANSITIONS, GoalEvent, GoalStatus, IllegalTransition, next_status
-from hmrsim.protocol.goal_ids import parse_goal_id
+from hmrsim.protocol.goal import TRANSITIONS, GoalEvent, GoalStatus, IllegalTransition, next_status, parse_goal_id
 
 LEGAL = {
     ("ACCEPTED", "EXECUTE"): "EXECUTING",

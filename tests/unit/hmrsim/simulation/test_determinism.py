@@ -15,7 +15,7 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import Advance, CancelGoal, InterestChanged, SendGoal
-from hmrsim.protocol.goal_ids import ZERO_ID, made_goal_id
+from hmrsim.protocol.goal import ZERO_ID, made_goal_id
 from hmrsim.protocol.inbox import Inbox
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import KINDS, Join, Leave

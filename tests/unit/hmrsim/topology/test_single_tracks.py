@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.topology.single_tracks import SingleTracks
+from hmrsim.topology.bottlenecks import SingleTracks
 from hmrsim.world import World
 from tests.profiles import examples
 

@@ -10,7 +10,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.replay import replay
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.local import LocalTrial
@@ -61,7 +61,7 @@ def disturbed():
 
     def run(controller, *disturbances, duration=1000.0):
         settings = RunSettings(duration=duration, clock="lockstep")
-        trace = LateTrace(WORLD, settings)
+        trace = DeferredTrace(WORLD, settings)
         disturber = Disturber([Disturbance.model_validate(each) for each in disturbances])
 
         def watchers(simulator, pacing):

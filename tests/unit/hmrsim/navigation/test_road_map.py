@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.navigation.ground import ground_of
+from hmrsim.navigation.road_map import road_map_of
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
 
@@ -24,14 +24,14 @@ def world(**changes: Any) -> World:
 @pytest.mark.parametrize("changes", [{}, {"robots": {}, "remap": {}}, {"items": {}}, {"seed": 5}, {"name": "other"}])
 def test_worlds_with_the_same_map_share_their_ground(changes: Mapping[str, Any]):
     """Whether they are the same object or not, and whatever else there is in them."""
-    assert ground_of(world()) is ground_of(world(**changes))
+    assert road_map_of(world()) is road_map_of(world(**changes))
 
 
 def test_doors_that_differ_in_time_share_their_ground():
     """Where they are is of the map; when they open is not."""
     door = {"at": [[3, 1], [3, 3]]}
 
-    assert ground_of(world(doors={"gate": door})) is ground_of(world(doors={"gate": {**door, "opening_time": 7.0}}))
+    assert road_map_of(world(doors={"gate": door})) is road_map_of(world(doors={"gate": {**door, "opening_time": 7.0}}))
 
 
 @pytest.mark.parametrize(
@@ -51,9 +51,9 @@ def test_worlds_with_other_maps_do_not(changes: Mapping[str, Any]):
     """Each part of the map counts, the sign of a zero too, as it shows in a trace."""
     others = ({}, {"waypoints": {**SMALL_WORLD["waypoints"], "zero": [0.0, 2]}})
 
-    assert all(
-        ground_of(world(**changes)) is not ground_of(world(**other)) for other in others if repr(other) != repr(changes)
-    )
+    road_maps = [road_map_of(world(**other)) for other in others if repr(other) != repr(changes)]
+
+    assert all(road_map_of(world(**changes)) is not other for other in road_maps)
 
 
 def test_what_a_run_changes_is_its_own():

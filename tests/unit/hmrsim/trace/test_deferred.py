@@ -6,7 +6,7 @@ from hmrsim.actions import registry
 from hmrsim.protocol.commands import GetResult, SendGoal, Stop
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.late import LateTrace
+from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
@@ -21,7 +21,7 @@ class Receiver:
 def test_it_has_the_same_bytes_as_one_that_is_written_at_once():
     """In the middle of a run, and at its end."""
     world, settings, pieces = World.model_validate(SMALL_WORLD), RunSettings(), []
-    late, trace = LateTrace(world, settings), Trace(Header.of(world, settings), pieces.append)
+    late, trace = DeferredTrace(world, settings), Trace(Header.of(world, settings), pieces.append)
     simulator = Simulator(world, settings, [late, trace])
     simulator.submit(SendGoal("wall_e", "navigate_to_pose", GOAL, "1" * 32, Receiver()))
     trace.flush()
@@ -43,7 +43,7 @@ def test_it_keeps_nobody_who_waits_for_an_answer():
         def __del__(self):
             ended.append(self)
 
-    simulator = Simulator(world, sinks=[LateTrace(world, RunSettings())])
+    simulator = Simulator(world, sinks=[DeferredTrace(world, RunSettings())])
     simulator.submit(SendGoal("wall_e", "navigate_to_pose", None, "1" * 32, Ending()))
     simulator.submit(GetResult("wall_e", "navigate_to_pose", "2" * 32, Ending()))
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import gc
 import weakref
 
-from hmrsim.navigation.durations import Durations
+from hmrsim.navigation.adjacency import Durations
+from hmrsim.navigation.cache import LruCache
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.navigation.kept import Kept
 from hmrsim.navigation.planner import Planner
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
@@ -15,7 +15,7 @@ from tests.simulation import SMALL_WORLD
 
 def test_a_value_is_made_once():
     """As long as it is kept."""
-    kept, made = Kept[int, int](2), []
+    kept, made = LruCache[int, int](2), []
 
     def value(key):
         return kept.get(key, lambda: made.append(key) or -key)

@@ -1,4 +1,4 @@
-"""A trace that is written when it is asked for: most runs of a test are never looked at that closely."""
+"""A trace that is written on demand: most runs of a test never need theirs."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class _Commanded(NamedTuple):
     now: float
 
 
-class LateTrace:
-    """A sink that keeps what a trace says, as all of that is immutable, and has a `Trace` write it upon request.
+class DeferredTrace:
+    """A sink that collects the immutable outputs of a run, and writes them as a `Trace` on demand.
 
     Args:
-        world: What is run.
-        settings: How.
+        world: The world of the run.
+        settings: The settings of the run.
     """
 
     def __init__(self, world: World, settings: RunSettings) -> None:
@@ -42,7 +42,7 @@ class LateTrace:
 
     @property
     def text(self) -> str:
-        """The trace so far."""
+        """The text of the trace so far."""
         self._written().flush()
         return "".join(self._pieces)
 
@@ -66,7 +66,7 @@ class LateTrace:
         return topic is Topic.EVENTS
 
     def emit(self, output: Output) -> None:
-        """Keep an event."""
+        """Record an event for later."""
         if take := self.taker(type(output)):
             take(output)
 
@@ -75,6 +75,6 @@ class LateTrace:
         return self._kept.append if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def commanded(self, command: Command, by: str, now: float) -> None:
-        """Keep a command."""
+        """Record a command for later."""
         if not isinstance(command, UNRECORDED):
             self._kept.append(_Commanded(without_receivers(command), by, now))
