@@ -19,12 +19,11 @@ from benchmarks._report import Row
 from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.experiments.running.replications import execute_run
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Thing
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation

@@ -14,22 +14,21 @@ from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import CheckError, Problem
 from hmrsim.fault_search.file.reading import read_repro
-from hmrsim.fault_search.results.finding import by_begin
 from hmrsim.fault_search.results.story import LONG, events_of
-from hmrsim.fault_search.running.outcome import Failure
-from hmrsim.fault_search.running.single import Wanted, run_case
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.results.summary import by_begin
+from hmrsim.fault_search.running.single import Failure, Wanted, run_case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.program.garbage import collect_rarely
 from hmrsim.program.outputs import check_outputs
 from hmrsim.settings.run import RunSettings
-from hmrsim.trials.endings import ERROR
+from hmrsim.trials.trial import ERROR
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.file.reading import Repro
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.running.single import Outcome
 
 
 def repeat(args: argparse.Namespace) -> int:

@@ -16,11 +16,11 @@ from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.outcome import Failure
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.single import Failure
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
-from hmrsim.trials.endings import TIMEOUT
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
+from hmrsim.trials.trial import TIMEOUT
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.overlay import setting
 from hmrsim.world.yaml_text import Unreadable, read
@@ -29,9 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.results.summary import Summary
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.results.summary import Finding, Summary
+    from hmrsim.fault_search.running.single import Outcome
 
 _LOOK: Final = 0.2
 """Wall seconds between two updates of the line on a terminal."""

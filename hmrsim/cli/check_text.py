@@ -11,8 +11,7 @@ from hmrsim.fault_search.results.story import passes
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.results.summary import Finding, Summary
     from hmrsim.fault_search.searching.campaign import Progress
 
 

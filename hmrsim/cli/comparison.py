@@ -14,7 +14,7 @@ from rich.text import Text
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.errors import TraceError, printable, reason_of
-from hmrsim.experiments.comparing import Contrast, contrast, sides_of
+from hmrsim.experiments.contrast import Contrast, contrast, sides_of
 from hmrsim.experiments.statistics.verdicts import WORSE
 from hmrsim.report.html import UNKNOWN
 from hmrsim.trace.difference import compared

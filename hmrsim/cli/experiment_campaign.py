@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import show, show_json, warn
 from hmrsim.cli.terminal_line import TerminalLine
-from hmrsim.experiments.comparing import withdrawal
+from hmrsim.experiments.contrast import withdrawal
 from hmrsim.experiments.results.store import FILE, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
 from hmrsim.experiments.running.checking import check_file
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.results.store import Row
     from hmrsim.experiments.statistics.verdicts import Comparison
 
 _MINUTE: Final = 60.0

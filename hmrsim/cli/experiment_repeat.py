@@ -14,7 +14,7 @@ from hmrsim.cli.run_recording import recorded
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results
-from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.experiments.running.replications import execute_run
 from hmrsim.program.outputs import check_outputs, unwritable
 from hmrsim.report import of_trace
 from hmrsim.report.compile import report_of
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.results.store import Row
 
 
 def again(args: argparse.Namespace) -> int:

@@ -15,10 +15,9 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show as say
 from hmrsim.cli.output import show_json
 from hmrsim.errors import ResultsError, printable
-from hmrsim.experiments.results.groups import Group, groups_by, groups_of
 from hmrsim.experiments.results.repeats import note_of
 from hmrsim.experiments.results.store import FILE, TRACES, Results
-from hmrsim.experiments.results.table import write_csv, write_json, write_table
+from hmrsim.experiments.results.table import Group, groups_by, groups_of, write_csv, write_json, write_table
 from hmrsim.program.outputs import check_outputs
 from hmrsim.report.html import UNKNOWN
 

@@ -1,4 +1,4 @@
-"""Fault search in a unit test: a controller is checked within the budget of the test."""
+"""Fault search in unit tests: `check` searches within a budget, `schedules` is a Hypothesis strategy."""
 
 from __future__ import annotations
 
@@ -11,16 +11,22 @@ from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
-from hmrsim.trials.executors import Serial
+from hmrsim.fault_search.space.candidates import Menu, Timeline
+from hmrsim.trials.batches import Serial
 
 if TYPE_CHECKING:
+    from hypothesis import strategies as st
+
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.schedule import Schedule
 
 _PLACE: Final = "hmrsim.testing.check"
-"""What errors speak of."""
+_PLACE_OF_SCHEDULES: Final = "hmrsim.testing.schedules"
+"""The functions that errors name instead of a file."""
 
 Test = TypeVar("Test", bound=Callable[..., object])
 
@@ -129,3 +135,41 @@ def _told(summary: Summary) -> str:
     stories = "\n\n".join("\n".join(story_of(finding)) for finding in summary.findings)
     files = "".join(f"\nhmrsim check --repro {file}" for file in summary.files.values())
     return f"{len(summary.findings)} failures in {summary.tried.runs} runs\n\n{stories}{files}"
+
+
+def schedules(
+    world: str | Path | Mapping[str, Any], *, tree: str, space: Mapping[str, Any] | None = None
+) -> st.SearchStrategy[Schedule]:
+    """Return a strategy for schedules of what can happen while a tree is run in a world; it shrinks to fewer things.
+
+    The tree is run once without faults, to know at which moments things can begin.
+
+    ::
+
+        @given(schedule=schedules("hospital", tree="my_robots.trees:mission"))
+        def test_the_medicine_is_somewhere(schedule):
+            with simulation("hospital", tree="my_robots.trees:mission", schedule=schedule) as run:
+                run.to_the_end()
+                assert run.where("medicine")
+
+    Args:
+        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        tree: The tree: ``MODULE:FUNCTION``, or the path of an XML file.
+        space: What can happen, as the file of a check says under ``space``; disturbances do not.
+
+    Raises:
+        CheckError: Something is wrong with the world, the tree or the space; it has all errors.
+    """
+    from hypothesis import strategies as st  # noqa: PLC0415 - `check` works without Hypothesis
+
+    said = {"families": ("faults", "changes"), **(space or {})}
+    source = dict(world) if isinstance(world, Mapping) else str(world)
+    file = file_of({"world": source, "controller": {"tree": tree}, "space": said}, _PLACE_OF_SCHEDULES)
+    check = check_at(file, Path.cwd(), _PLACE_OF_SCHEDULES)
+    nominal = run_case(check, Case())
+    menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
+    timeline = Timeline(nominal.moments)
+    possible = [things for entry in menu.entries if (things := entry.things_in(timeline))]
+    one = st.sampled_from(possible).flatmap(st.sampled_from)
+    most = check.file.space.at_most
+    return st.lists(one, max_size=most, unique_by=lambda thing: thing.key).map(tuple)

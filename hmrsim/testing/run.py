@@ -16,8 +16,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import HmrsimError
 from hmrsim.events import registry as events
-from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
-from hmrsim.fault_search.schedules.thing import DISTURBANCE
+from hmrsim.fault_search.schedule import DISTURBANCE, overlays_of, with_faults
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
@@ -33,7 +32,7 @@ from hmrsim_zenoh.client.commander import Commander
 
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
-    from hmrsim.fault_search.schedules.thing import Thing
+    from hmrsim.fault_search.schedule import Thing
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator

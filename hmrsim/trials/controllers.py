@@ -30,9 +30,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.trials.disturbances import Disturber
-    from hmrsim.trials.endings import Player
     from hmrsim.trials.model import Controller
-    from hmrsim.trials.trial import Trial
+    from hmrsim.trials.trial import Player, Trial
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.client.client import Client
 

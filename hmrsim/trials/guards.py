@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.trials.endings import DIED, HUNG, TimeLimit
 from hmrsim.trials.meter import Meter
+from hmrsim.trials.trial import DIED, HUNG, TimeLimit
 
 if TYPE_CHECKING:
     from hmrsim.trials.meter import Limits

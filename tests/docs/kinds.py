@@ -11,7 +11,7 @@ import zenoh
 
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.fault_search.file.reading import read_check
-from hmrsim.fault_search.schedules.thing import read_things
+from hmrsim.fault_search.schedule import read_things
 from hmrsim.properties import check_properties, read_properties
 from hmrsim.settings.file import read_file
 from hmrsim.testing import simulation

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.experiments.report.model import Cause, Failure, Failures
 from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of
-from hmrsim.experiments.statistics.libraries import arrays
+from hmrsim.experiments.statistics.summaries import arrays
 
 if TYPE_CHECKING:
     import numpy as np
@@ -170,3 +170,8 @@ class _Failing:
             for (ending, cause), count in self._causes.most_common(_MAX_CAUSES)
         )
         return Failures(total=self._causes.total(), causes=causes, runs=tuple(self._runs))
+
+
+def with_success(columns: Columns) -> Mapping[str, Numbers]:
+    """Return the values of all measures, of which success is the first."""
+    return {"success": columns.success, **columns.measures}

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS, criterion_of, note_of_failed, withdrawal
+from hmrsim.experiments.contrast import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
 from hmrsim.experiments.results.repeats import about_means, note_of_pairs, pairs_that_count
-from hmrsim.experiments.statistics.libraries import arrays
+from hmrsim.experiments.statistics.summaries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
 
 if TYPE_CHECKING:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.statistics.intervals import Interval
 
 
 class _Model(BaseModel):
@@ -214,3 +217,8 @@ class Summary(_Model):
     distributions: dict[str, Histogram] = Field(description="By measure.")
     running: dict[str, dict[str, tuple[Point, ...]]] = Field(description="By measure, also of success, and treatment.")
     failures: Failures
+
+
+def estimate_of(interval: Interval) -> Estimate:
+    """Return an interval as a value of the report."""
+    return Estimate(estimate=interval.estimate, low=interval.low, high=interval.high, n=interval.n)

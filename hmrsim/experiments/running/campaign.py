@@ -9,14 +9,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.running.coverages import Coverages
+from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.running.replications import Coverages, Task, execute
 from hmrsim.experiments.running.schedule import Schedule
-from hmrsim.experiments.running.tasks import Task, execute
-from hmrsim.experiments.statistics.libraries import distributions
+from hmrsim.experiments.statistics.summaries import distributions
 from hmrsim.trials.batches import Batches
-from hmrsim.trials.endings import MISHAPS
 from hmrsim.trials.guards import ending_of_lost
+from hmrsim.trials.trial import MISHAPS
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future

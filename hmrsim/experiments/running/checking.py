@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.diagnostics import Finding, instead, problems_of
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
+from hmrsim.experiments.endings import BY_REPORT, REPORTED
 from hmrsim.experiments.file.reading import read_what_is_right
-from hmrsim.experiments.judging.endings import BY_REPORT, REPORTED
-from hmrsim.experiments.judging.measures import NAMES
-from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
-from hmrsim.experiments.statistics.wealth import FIRST_LOOK
+from hmrsim.experiments.measures import NAMES, Unknown, unknown_parts
+from hmrsim.experiments.statistics.confidence_sequences import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
-from hmrsim.trials.endings import BUILT_IN
+from hmrsim.trials.trial import BUILT_IN
 from hmrsim.world.files import read_text
 from hmrsim.world.overlays.expressions import names_asked_for, names_in
 from hmrsim.world.overlays.flaw import OverlayFlaw

@@ -16,7 +16,7 @@ from hmrsim.experiments.statistics.verdicts import UNDECIDED, Comparison, Criter
 if TYPE_CHECKING:
     from hmrsim.experiments.file.model import Until
     from hmrsim.experiments.file.plan import Plan, Run
-    from hmrsim.experiments.judging.measures import Value
+    from hmrsim.experiments.measures import Value
 
 _LEAST: Final = 3
 """Replications before which no mean is known: the spread of fewer says hardly anything."""

@@ -7,7 +7,7 @@ first used.
 
 from __future__ import annotations
 
-from hmrsim.experiments.statistics.corrections import holm
+from hmrsim.experiments.statistics.confidence_sequences import confidence_sequence
 from hmrsim.experiments.statistics.effects import (
     Difference,
     Interaction,
@@ -24,7 +24,6 @@ from hmrsim.experiments.statistics.intervals import (
     proportion_interval,
     quantile_interval,
 )
-from hmrsim.experiments.statistics.sequences import confidence_sequence
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough, replications_needed
 from hmrsim.experiments.statistics.summaries import Summary, quantile, summary
 from hmrsim.experiments.statistics.verdicts import (
@@ -37,6 +36,7 @@ from hmrsim.experiments.statistics.verdicts import (
     Verdict,
     compare,
     compare_all,
+    holm,
     verdict,
 )
 

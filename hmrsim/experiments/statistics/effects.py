@@ -8,8 +8,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hmrsim.experiments.statistics.intervals import CONFIDENCE, Interval, checked_share, mean_interval
-from hmrsim.experiments.statistics.libraries import distributions
-from hmrsim.experiments.statistics.moments import Moments, moments, pairs
+from hmrsim.experiments.statistics.summaries import Moments, distributions, moments, pairs
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hmrsim.experiments.statistics.intervals import CONFIDENCE, checked_share, proportion_interval
-from hmrsim.experiments.statistics.libraries import distributions
-from hmrsim.experiments.statistics.moments import prefixes
+from hmrsim.experiments.statistics.summaries import distributions, prefixes
 
 MEAN: Final = "mean"
 """A rule of a mean: its interval has to be narrow enough."""

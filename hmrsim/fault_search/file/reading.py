@@ -15,11 +15,9 @@ from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT, Schedule, read_things
-from hmrsim.fault_search.space.changes import KINDS as CHANGES
-from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
-from hmrsim.fault_search.space.menu import expanded
+from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_things
+from hmrsim.fault_search.space.candidates import expanded
+from hmrsim.fault_search.space.kinds import CHANGES, DISTURBANCES
 from hmrsim.fault_search.space.model import Space
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.running.observer import DISTURBED
-from hmrsim.fault_search.running.outcome import NOT_RUN
+from hmrsim.fault_search.running.single import NOT_RUN
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.results.summary import Finding
+    from hmrsim.fault_search.running.single import Outcome
 
 SHORT: Final = 60
 """Events of a story among others, such as on a page."""

@@ -6,14 +6,13 @@ import math
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Self
 
-from hmrsim.fault_search.running.covered import Covered
-from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
-from hmrsim.fault_search.running.single import without_run
-from hmrsim.fault_search.running.tasks import Task, execute
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.observer import Covered
+from hmrsim.fault_search.running.single import NOT_RUN, VERDICTS, Outcome, Wanted, run_within, without_run
+from hmrsim.fault_search.schedule import Case
 from hmrsim.trials.batches import Batches
 from hmrsim.trials.guards import ending_of_lost
 
@@ -152,3 +151,43 @@ class Evaluator:
 def _light(outcome: Outcome) -> Outcome:
     """Return an outcome without what its run has exercised."""
     return replace(outcome, features=(), moments=(), coverage=b"")
+
+
+_STORY: Final = Wanted(trace=True, story=True)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some cases of a check.
+
+    Attributes:
+        check: The check.
+        cases: The cases.
+        story: Whether their traces and events are wanted.
+        seconds: Wall seconds that there are for them.
+    """
+
+    check: Check
+    cases: Sequence[Case]
+    story: bool = False
+    seconds: float = math.inf
+
+
+@lru_cache(maxsize=8)
+def _warm(check: Check) -> Check:
+    """Return a check that this process has worked at, if it has: with its worlds and routes."""
+    return check
+
+
+def execute(task: Task) -> list[Outcome]:
+    """Return the outcomes of some cases, in order; fewer if the time for them is over."""
+    check = _warm(task.check)
+    until = time.monotonic() + task.seconds
+    outcomes: list[Outcome] = []
+    for case in task.cases:
+        left = until - time.monotonic()
+        outcome = run_within(check, case, _STORY if task.story else VERDICTS, left) if left > 0.0 else None
+        if outcome is None:
+            break
+        outcomes.append(outcome)
+    return outcomes

@@ -8,17 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
-from hmrsim.fault_search.running.covered import Novelty
-from hmrsim.fault_search.running.drawn import Drawn
-from hmrsim.fault_search.running.excusing import ExcusingSink
-from hmrsim.fault_search.running.observer import Observer
-from hmrsim.fault_search.running.outcome import Outcome
-from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
+from hmrsim.events.participants import ParticipantDropped
+from hmrsim.fault_search.running.observer import Drawn, Novelty, Observer
+from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.reference import reference_of
@@ -26,15 +23,18 @@ from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.late import LateTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
-from hmrsim.trials.endings import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.properties import Properties, Violation
+    from hmrsim.fault_search.schedule import Case, Moment
+    from hmrsim.fault_search.space.kinds import Draw
+    from hmrsim.properties import Properties, Verdict, Violation
+    from hmrsim.properties.reference import Reference
+    from hmrsim.protocol.outputs import EventStamped
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
@@ -224,3 +224,92 @@ def _applicable(properties: Properties, case: Case) -> Properties:
 def _novelty(_check: str) -> Novelty:
     """Return what this process has seen of the trees of a check."""
     return Novelty()
+
+
+NOT_RUN: Final = "not_run"
+"""The ending of a case for which there was no time."""
+
+
+class Failure(NamedTuple):
+    """Why a run has failed: two runs with equal failures have failed for the same reason.
+
+    Attributes:
+        property: The property's name.
+        reason: Why, as a stable text without times and names.
+    """
+
+    property: str
+    reason: str
+
+    def __str__(self) -> str:
+        """Return both as text."""
+        return f"{self.property}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    Attributes:
+        ending: How it has ended: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``deadlock``, ``died``,
+            ``error`` and others of an experiment's endings.
+        cause: What the ending alone does not say.
+        at: When it ended, in simulated seconds.
+        violations: The violations of properties, in order of time.
+        verdicts: What became of each property.
+        features: What it has exercised, as texts, for the guidance of the search.
+        moments: What happened that a fault may be anchored to.
+        began: When each thing of its schedule began, in simulated seconds, in the order of the schedule; None for one
+            that never did. Changes are there from the start.
+        aborts: Why goals were aborted or rejected, each reason once.
+        wall: Wall seconds that it took.
+        trace: The trace, if it was asked for.
+        story: Its events in words, if they were asked for: time in seconds, text.
+        output: The last lines that a command has printed.
+        coverage: What of the tree was ticked, in few bytes; empty if that is nothing new to its worker.
+        items: Of a run without a schedule, if it is to be compared with: where the items are at its end.
+        draws: Of a run without a schedule: what each robot with a battery has taken from it.
+    """
+
+    ending: str
+    cause: str = ""
+    at: float = 0.0
+    violations: tuple[Violation, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+    features: tuple[str, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    began: tuple[float | None, ...] = ()
+    aborts: tuple[str, ...] = ()
+    wall: float = 0.0
+    trace: str = ""
+    story: tuple[tuple[float, str], ...] = ()
+    output: str = ""
+    coverage: bytes = b""
+    draws: tuple[tuple[str, Draw], ...] = ()
+    items: Reference | None = None
+
+    @property
+    def failure(self) -> Failure | None:
+        """The first failure; None if no property was violated."""
+        return next(iter(self.failures), None)
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """All different failures, in order of time."""
+        return tuple(dict.fromkeys(Failure(each.property, each.reason) for each in self.violations))
+
+    @property
+    def robustness(self) -> float:
+        """The least robustness of all properties; infinite without one."""
+        return min((verdict.robustness for verdict in self.verdicts), default=float("inf"))
+
+
+class ExcusingSink(MonitorSink):
+    """A monitor's sink to which a controller that is cut off on purpose is not dropped: it is no failure of its own."""
+
+    def _take(self, output: EventStamped) -> None:
+        """Pass on what the monitor wants, but that a participant is dropped: that leaves its goals to nobody."""
+        if isinstance(output.event, ParticipantDropped):
+            self._monitor.replace_controller()
+        else:
+            super()._take(output)

@@ -7,19 +7,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.reducing.reducer import Reducer
-from hmrsim.fault_search.results.finding import Finding
-from hmrsim.fault_search.results.summary import Summary, Unreached
-from hmrsim.fault_search.running.outcome import NOT_RUN
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.results.summary import Finding, Summary, Unreached
+from hmrsim.fault_search.running.single import NOT_RUN
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
-from hmrsim.fault_search.space.menu import Menu
-from hmrsim.trials.endings import CRASHED, DIED, ERROR, MEMORY
+from hmrsim.fault_search.space.candidates import Menu
+from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure, Outcome
+    from hmrsim.fault_search.running.single import Failure, Outcome
 
 _ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0

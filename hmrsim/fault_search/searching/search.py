@@ -11,24 +11,24 @@ from __future__ import annotations
 
 import math
 import random
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.fault_search.results.tried import Tried
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.searching.guide import Guide, Kept
-from hmrsim.fault_search.searching.mutation import Mutator, without_twins
-from hmrsim.fault_search.searching.probes import Probes
+from hmrsim.fault_search.results.summary import Tried
+from hmrsim.fault_search.schedule import Case, Thing
+from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_twins
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure, Outcome
-    from hmrsim.fault_search.schedules.thing import Schedule, Thing
-    from hmrsim.fault_search.space.menu import Menu
+    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.schedule import Moment, Schedule
+    from hmrsim.fault_search.space.candidates import Menu
 
 Strategy = Literal["guided", "random"]
 
@@ -244,3 +244,52 @@ def _one_of_each_kind(things: Iterable[Thing]) -> list[Thing]:
         if thing.at_start and not known.at_start and (thing.kind == _LOW or not thing.said.get("robot")):
             firsts[thing.kind] = thing
     return [*firsts.values()]
+
+
+_DOWN: Final = 5.0
+"""Seconds for which a robot breaks down that is to fail a goal."""
+
+
+class Probes:
+    """Schedules in which one goal more fails than in a run that was made; each situation is probed once.
+
+    Args:
+        menu: What can happen.
+        at_most: How many things a schedule has at most.
+    """
+
+    def __init__(self, menu: Menu, at_most: int) -> None:
+        self._menu, self._at_most = menu, at_most
+        self._waiting: deque[Schedule] = deque()
+        self._known: dict[tuple[object, ...], None] = {}
+
+    def add(self, schedule: Schedule, outcome: Outcome, moments: Sequence[Moment]) -> None:
+        """Add probes of a run.
+
+        Args:
+            schedule: Its schedule.
+            outcome: What came of it.
+            moments: The moments at which goals are to fail.
+        """
+        if len(schedule) >= self._at_most:
+            return
+        for moment in moments:
+            if moment.goal != "executing":
+                continue
+            own = tuple(feature for feature in outcome.features if feature.startswith(f"{moment.robot}/"))
+            for thing in self._failing(moment):
+                key = (thing.key, own)
+                if key not in self._known:
+                    self._known[key] = None
+                    self._waiting.append((*schedule, thing))
+
+    def next(self) -> Schedule | None:
+        """Return the next probe; None if there is none."""
+        return self._waiting.popleft() if self._waiting else None
+
+    def _failing(self, moment: Moment) -> Iterator[Thing]:
+        """Yield what makes a goal fail, as far as it can happen."""
+        subject = {"robot": moment.robot, "when": moment.anchor()}
+        aborted = Thing({"type": "goals_aborted", "action": moment.action, "count": 1, **subject})
+        down = Thing({"type": "breakdown", "duration": _DOWN, **subject})
+        return (thing for thing in (aborted, down) if self._menu.allows(thing))

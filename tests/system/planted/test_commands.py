@@ -12,8 +12,7 @@ import pytest
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Thing
 from tests.torture.planted import catalogue, patient
 
 _BUGS = {name: entry for name, entry in catalogue().items() if "command" in entry["bug"]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.fault_search.reducing.delta_debugging import needed
+from hmrsim.fault_search.reducer import needed
 
 
 def fails_with(wanted):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.fault_search.reducing.reducer import Reducer
-from hmrsim.fault_search.reducing.values import simpler
+from hmrsim.fault_search.reducer import Reducer
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.outcome import Failure
-from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
-from hmrsim.trials.executors import Serial
+from hmrsim.fault_search.running.single import Failure, run_case
+from hmrsim.fault_search.schedule import Case, Thing
+from hmrsim.fault_search.shrinking import simpler
+from hmrsim.trials.batches import Serial
 from tests.porters import check_of
 
 DRIVE = {"goal": "executing", "robot": "porter", "action": "navigate_to_pose"}

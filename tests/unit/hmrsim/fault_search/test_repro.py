@@ -8,16 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.fault_search.file.reading import read_repro
-from hmrsim.fault_search.reducing.reducer import Reduced
-from hmrsim.fault_search.results.finding import Finding, by_begin
-from hmrsim.fault_search.results.folder import ResultsFolder
-from hmrsim.fault_search.results.junit import junit_text
-from hmrsim.fault_search.results.page import page_of
+from hmrsim.fault_search.reducer import Reduced
+from hmrsim.fault_search.results.folder import ResultsFolder, junit_text, page_of
 from hmrsim.fault_search.results.story import LONG, events_of, mark_of, story_of
-from hmrsim.fault_search.running.outcome import Failure, Outcome
-from hmrsim.fault_search.running.single import Wanted, run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.results.summary import Finding, by_begin
+from hmrsim.fault_search.running.single import Failure, Outcome, Wanted, run_case
+from hmrsim.fault_search.schedule import Case, Thing
 from hmrsim.trace.replay import replay
 from tests.porters import check_of, searched
 

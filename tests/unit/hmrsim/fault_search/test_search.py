@@ -11,14 +11,12 @@ import pytest
 
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.moment import Moment
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Moment, Thing
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.fault_search.searching.mutation import without_twins
+from hmrsim.fault_search.searching.guide import without_twins
 from hmrsim.fault_search.searching.search import BATCH, Search
-from hmrsim.fault_search.space.menu import Menu
-from hmrsim.trials.executors import Serial
+from hmrsim.fault_search.space.candidates import Menu
+from hmrsim.trials.batches import Serial
 from tests.porters import check_of, searched
 from tests.torture.planted import catalogue
 from tests.torture.planted import check_of as planted

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hmrsim.fault_search.reducing.worlds import parts_of, restricted, tidied
+from hmrsim.fault_search.shrinking import parts_of, restricted, tidied
 
 WORLD = {
     "waypoints": {"a": [0, 0], "b": [1, 0], "c": [2, 0]},

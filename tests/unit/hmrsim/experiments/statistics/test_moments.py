@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.experiments.statistics.moments import asymmetries
+from hmrsim.experiments.statistics.summaries import asymmetries
 from tests.profiles import examples
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.experiments.statistics import Comparison, Criterion, Interval, compare, compare_all, verdict
-from hmrsim.experiments.statistics.sequences import first_above
+from hmrsim.experiments.statistics.confidence_sequences import first_above
 from tests.cases import case
 from tests.profiles import examples
 

@@ -7,10 +7,9 @@ from collections import Counter
 
 import pytest
 
-from hmrsim.fault_search.schedules.moment import Moment
-from hmrsim.fault_search.schedules.thing import Thing
-from hmrsim.fault_search.space.energy import Draw
-from hmrsim.fault_search.space.menu import Entry, Menu, Timeline, expanded
+from hmrsim.fault_search.schedule import Moment, Thing
+from hmrsim.fault_search.space.candidates import Entry, Menu, Timeline, expanded
+from hmrsim.fault_search.space.kinds import Draw
 from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
 from tests.porters import WORLD

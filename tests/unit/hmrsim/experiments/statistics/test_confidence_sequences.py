@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.experiments.statistics import Interval, confidence_sequence, mean_interval, wealth
-from hmrsim.experiments.statistics.sequences import first_above
+from hmrsim.experiments.statistics import Interval, confidence_sequence, confidence_sequences, mean_interval
+from hmrsim.experiments.statistics.confidence_sequences import first_above
 from tests.profiles import examples
 
 NUMBERS = st.floats(-100, 100).map(lambda value: round(value, 3))
@@ -24,7 +24,7 @@ def test_the_level_holds_exactly_for_all_signs(sizes, monkeypatch):
 
     With a first look after five of them, as there are too many ways for thirty.
     """
-    monkeypatch.setattr(wealth, "FIRST_LOOK", 5)
+    monkeypatch.setattr(confidence_sequences, "FIRST_LOOK", 5)
     ways = list(itertools.product((-1, 1), repeat=len(sizes)))
     found = [
         first_above([sign * size for sign, size in zip(way, sizes, strict=True)], 0.0, 0.2, yes_no=False)

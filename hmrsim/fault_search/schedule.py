@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, shown
-from hmrsim.fault_search.schedules.moment import What, anchored_to
 from hmrsim.faults import SUBJECTS, Anchor
 from hmrsim.trials.disturbances import Disturbance
+from hmrsim.world.model import FaultEntry
+from hmrsim.world.overlays.overlay import Overlay, overlay_of
 from hmrsim.world_checks.explain import explain
 from hmrsim.world_checks.faults import read_fault
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hmrsim.world.model import World
 
 FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"
 """The key by which a thing is a fault, a change or a disturbance."""
@@ -236,3 +243,87 @@ _READERS: Final[Mapping[str, Callable[[dict[str, Any]], Iterator[Finding]]]] = {
     CHANGE: _change_flaws,
     DISTURBANCE: _disturbance,
 }
+
+
+What = tuple[str, str, str, str, int]
+"""The change of a goal, the kind of event, the robot, the action, and which one of them."""
+
+
+class Moment(NamedTuple):
+    """The nth change of a goal, or the nth event of a kind.
+
+    Attributes:
+        at: When, in simulated seconds.
+        goal: What became of a goal; empty for an event.
+        event: The kind of event; empty for a goal.
+        robot: The robot that it is about; empty for none.
+        action: The goal's action; empty for an event.
+        nth: Which one of them, from 1.
+        lasted: Of a goal that has ended: how long it was executed, in simulated seconds.
+    """
+
+    at: float
+    goal: str
+    event: str
+    robot: str
+    action: str
+    nth: int
+    lasted: float = 0.0
+
+    @property
+    def what(self) -> What:
+        """What happens, whenever."""
+        return self[1:6]
+
+    def anchor(self, after: float = 0.0) -> dict[str, Any]:
+        """Return the anchor for it, in plain values; *after* is in simulated seconds."""
+        said: dict[str, Any] = {"goal": self.goal} if self.goal else {"event": self.event}
+        said |= {"robot": self.robot} if self.robot else {}
+        said |= {"action": self.action} if self.action else {}
+        said |= {"nth": self.nth} if self.nth > 1 else {}
+        return said | ({"after": after} if after else {})
+
+
+def anchored_to(anchor: Mapping[str, Any]) -> What:
+    """Return the moment that an anchor is for, in whatever run."""
+    goal, event, robot, action = (str(anchor.get(field, "")) for field in ("goal", "event", "robot", "action"))
+    return goal, event, robot, action, anchor.get("nth", 1)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What one run is made of, beside the controller.
+
+    Attributes:
+        schedule: What goes wrong.
+        definition: The world as a native file has it, without the schedule; None for the world of the check.
+    """
+
+    schedule: Schedule = ()
+    definition: Mapping[str, Any] | None = None
+
+    @cached_property
+    def key(self) -> str:
+        """SHA-256 of both, as 64 hex digits; equal cases have equal keys."""
+        world = "" if self.definition is None else json.dumps(self.definition, sort_keys=True)
+        return hashlib.sha256(f"{key_of(self.schedule)}{world}".encode()).hexdigest()
+
+    def with_schedule(self, schedule: Schedule) -> Case:
+        """Return the same world with another schedule."""
+        return replace(self, schedule=schedule)
+
+
+def changes_in(schedule: Iterable[Thing]) -> list[Thing]:
+    """Return the changes of the world in a schedule."""
+    return [thing for thing in schedule if thing.family == CHANGE]
+
+
+def overlays_of(schedule: Iterable[Thing]) -> list[Overlay]:
+    """Return the changes of a schedule, to be laid over a world before it is checked."""
+    return [overlay_of(thing.said[CHANGE], "the schedule") for thing in changes_in(schedule)]
+
+
+def with_faults(world: World, schedule: Sequence[Thing]) -> World:
+    """Return a world to whose faults those of a schedule are added."""
+    faults = [FaultEntry.model_validate(dict(thing.said)) for thing in schedule if thing.family == FAULT]
+    return world.model_copy(update={"faults": (*world.faults, *faults)}) if faults else world

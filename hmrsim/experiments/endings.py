@@ -13,13 +13,12 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.items import ItemEvent
 from hmrsim.events.orders import OrderDelivered
 from hmrsim.events.simulation import RunReported
-from hmrsim.experiments.judging.livelock import Livelock
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
-from hmrsim.trials.endings import HUNG
+from hmrsim.trials.trial import HUNG
 from hmrsim.world.overlays.expressions import names_asked_for, substituted
 from hmrsim.world.overlays.flaw import OverlayFlaw
 
@@ -218,3 +217,32 @@ def _orders_are_served(count: int | None, simulator: Simulator, _event: object) 
     demand = simulator.demand
     # The event is told before the order is closed.
     return demand.totals.delivered >= count if count is not None else demand.served
+
+
+_MANY: Final = 1000
+"""How many goals of a robot's action may fail within one instant."""
+
+
+class Livelock:
+    """Counts the goals of each robot's action that fail within one instant."""
+
+    def __init__(self) -> None:
+        self._now = -1
+        self._counts: dict[tuple[str, str], int] = {}
+
+    def failed(self, stamp: int, robot: str, action: str, why: str) -> str:
+        """Count a goal that is aborted or rejected; return what is wrong, in words, if it is one too many.
+
+        Args:
+            stamp: When, in simulated nanoseconds.
+            robot: Whose.
+            action: Of which action.
+            why: What its result says, or the rejection.
+        """
+        if stamp != self._now:
+            self._now, self._counts = stamp, {}
+        count = self._counts[robot, action] = self._counts.get((robot, action), 0) + 1
+        if count < _MANY:
+            return ""
+        last = f"; the last one: {why}" if why else ""
+        return f"time stands still: {count:,} goals of {robot}/{action} failed within one instant{last}"

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.fault_search.reducing.delta_debugging import needed
-from hmrsim.fault_search.reducing.values import simpler
-from hmrsim.fault_search.reducing.worlds import ROUNDS, Part, is_named, parts_of, restricted, tidied
-from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
+from hmrsim.fault_search.running.single import NOT_RUN, Outcome
+from hmrsim.fault_search.shrinking import ROUNDS, Part, is_named, parts_of, restricted, simpler, tidied
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure
-    from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.fault_search.schedules.thing import Schedule
+    from hmrsim.fault_search.running.single import Failure
+    from hmrsim.fault_search.schedule import Case, Schedule
     from hmrsim.world.model import World
 
 
@@ -168,3 +166,44 @@ def _with(schedule: Schedule, number: int, thing: Any) -> Schedule:
 def _each_left_out(case: Case) -> list[Case]:
     schedule = case.schedule
     return [case.with_schedule((*schedule[:i], *schedule[i + 1 :])) for i in range(len(schedule))]
+
+
+T = TypeVar("T")
+
+Fails = Callable[[Sequence[Sequence[T]]], Sequence[bool]]
+"""Tells of some candidates, each some parts in their order, whether they fail as the whole does."""
+
+
+def needed(parts: Sequence[T], fails: Fails[T]) -> list[T]:
+    """Return parts that fail together, of which none can be left out: they are 1-minimal.
+
+    Args:
+        parts: All parts, which fail together.
+        fails: Tests candidates; it may say of all of them that they do not fail, when time is over.
+    """
+    kept = [*parts]
+    if kept and fails([[]])[0]:
+        return []
+    pieces = 2
+    while len(kept) > 1:
+        pieces = min(pieces, len(kept))
+        chunks = _chunks(kept, pieces)
+        candidates = [] if pieces == 2 else [*chunks]  # noqa: PLR2004 - of two, each is the other's complement
+        complements = [[part for chunk in chunks[:i] + chunks[i + 1 :] for part in chunk] for i in range(pieces)]
+        verdicts = fails([*candidates, *complements])
+        failing = next((i for i, failed in enumerate(verdicts) if failed), None)
+        if failing is None:
+            if pieces >= len(kept):
+                break
+            pieces *= 2
+        elif failing < len(candidates):
+            kept, pieces = [*candidates[failing]], 2
+        else:
+            kept, pieces = complements[failing - len(candidates)], max(2, pieces - 1)
+    return kept
+
+
+def _chunks(parts: Sequence[T], count: int) -> list[list[T]]:
+    """Return parts in so many pieces of about the same length, in order."""
+    ends = [round(len(parts) * i / count) for i in range(count + 1)]
+    return [[*parts[start:end]] for start, end in pairwise(ends)]

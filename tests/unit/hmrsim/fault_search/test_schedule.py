@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.fault_search.schedules.thing import Thing, read_things
+from hmrsim.fault_search.schedule import Thing, read_things
 
 GOAL = {"goal": "executing", "robot": "eve", "action": "pickup"}
 GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}

@@ -9,18 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.fault_search.schedules.thing import CHANGE, FAULT, Thing
-from hmrsim.fault_search.space.changes import changes_of
-from hmrsim.fault_search.space.disturbances import disturbances_of
-from hmrsim.fault_search.space.energy import needs_of
-from hmrsim.fault_search.space.faults import faults_of
+from hmrsim.fault_search.schedule import CHANGE, FAULT, Thing
+from hmrsim.fault_search.space.kinds import changes_of, disturbances_of, faults_of, needs_of
 from hmrsim.fault_search.space.model import OPT_IN
 
 if TYPE_CHECKING:
     import random
 
-    from hmrsim.fault_search.schedules.moment import Moment
-    from hmrsim.fault_search.space.energy import Draw
+    from hmrsim.fault_search.schedule import Moment
+    from hmrsim.fault_search.space.kinds import Draw
     from hmrsim.fault_search.space.model import Space
     from hmrsim.world.model import World
 

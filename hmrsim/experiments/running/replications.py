@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+import json
 import time
+import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.coverage import TreeCoverage
-from hmrsim.errors import HmrsimError
-from hmrsim.experiments.judging.endings import Judge
-from hmrsim.experiments.judging.fingerprint import fingerprint_of
-from hmrsim.experiments.judging.measures import measures_of, needs_report
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.running.coverages import packed
+from bt_controller.coverage.files import write_coverage
+from hmrsim.errors import ExperimentError, HmrsimError, Problem
+from hmrsim.experiments.endings import Judge
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.measures import measures_of, needs_report
+from hmrsim.experiments.results.repeats import fingerprint_of
+from hmrsim.experiments.results.store import Row
+from hmrsim.program.users_code import described
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.late import LateTrace
 from hmrsim.trials.controllers import trial_of
-from hmrsim.trials.endings import CRASHED, ERROR, FAILED, SUCCEEDED, TIMEOUT
+from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.results.store import Results
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
@@ -118,3 +127,98 @@ def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: 
         measures=measures,
         reported=judge.reported,
     )
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some runs of an experiment.
+
+    Attributes:
+        path: The experiment's file; a worker on another machine needs to see it, too.
+        variant: The variants that were chosen.
+        hash: The hash of the plan that is meant.
+        numbers: The numbers of the runs.
+    """
+
+    path: str
+    variant: tuple[str, ...]
+    hash: str
+    numbers: tuple[int, ...]
+
+
+def execute(task: Task) -> list[Row]:
+    """Return the results of some runs, in order.
+
+    Raises:
+        ExperimentError: The file can't be read any more, or has changed.
+    """
+    plan = _plan(task.path, task.variant, task.hash)
+    return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]
+
+
+def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run, whatever happens in it; *further* makes further sinks."""
+    began = time.perf_counter()
+    try:
+        with guarded(plan.file.limits) as tail:
+            row = row_of(plan, run, further)
+    except TimeLimit as limit:
+        return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
+    except MemoryError:
+        return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
+    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
+        return Row(run, ERROR, described(error), output=tail.text)
+    return replace(row, output=row.output or tail.text)
+
+
+@lru_cache(maxsize=4)
+def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
+    plan = read_plan(path, variant)
+    if plan.hash != hash_:
+        raise ExperimentError([Problem(path, "", "has changed since the experiment was started; start it again")])
+    return plan
+
+
+FILE: Final = "coverage_{}.json"
+"""The name of the file of a treatment, in the folder of results."""
+
+
+def packed(coverage: TreeCoverage) -> bytes:
+    """Return a coverage in few bytes."""
+    return zlib.compress(json.dumps(coverage.to_json(), separators=(",", ":")).encode())
+
+
+def unpacked(coverage: bytes) -> TreeCoverage:
+    """Return what was packed."""
+    return TreeCoverage.from_json(zlib.decompress(coverage))
+
+
+class Coverages:
+    """The coverage of each treatment, with what earlier processes have made.
+
+    Args:
+        results: The results, whose rows say what was counted already.
+    """
+
+    def __init__(self, results: Results) -> None:
+        self._folder = results.folder
+        self._found = {treatment: unpacked(coverage) for treatment, coverage in results.coverages().items()}
+
+    def take(self, rows: Sequence[Row]) -> dict[str, bytes]:
+        """Add what some runs have covered; return all that their treatments have, to be kept with the rows."""
+        covered = [row for row in rows if row.coverage]
+        for row in covered:
+            self._found.setdefault(row.run.treatment, TreeCoverage()).merge(unpacked(row.coverage))
+        return {
+            treatment: packed(self._found[treatment]) for treatment in sorted({row.run.treatment for row in covered})
+        }
+
+    def write(self) -> None:
+        """Write a file for each treatment.
+
+        Raises:
+            OutputError: It can't be written.
+            WriteError: The disk is full.
+        """
+        for treatment, coverage in self._found.items():
+            write_coverage("coverage", self._folder / FILE.format(treatment), coverage)
