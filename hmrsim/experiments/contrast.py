@@ -35,20 +35,20 @@ class Side:
     treatment: str
 
     def __str__(self) -> str:
-        """Return it as a user names it."""
+        """Return ``DIR:TREATMENT``, as on the command line."""
         return f"{self.folder}:{self.treatment}"
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """What B is, compared with A.
+    """The comparison of treatment B with treatment A.
 
     Attributes:
         pairs: How many seeds both were run under.
         alone: How many runs of A and of B have no counterpart.
         comparisons: By measure.
-        endings: The pairs that ended otherwise: the number in A and in B, and how each ended.
-        notes: What makes the comparison doubtful.
+        endings: The pairs that ended differently: the numbers of both runs and their endings.
+        notes: The reasons to doubt the comparison.
     """
 
     a: Side
@@ -90,7 +90,7 @@ def _side(text: str, number: int | None) -> Side:
 def contrast(
     a: Side, b: Side, *, measures: Collection[str] = (), margins: Mapping[str, float] | None = None, alpha: float = 0.05
 ) -> Contrast:
-    """Return what B is, compared with A.
+    """Compare treatment B with treatment A.
 
     Args:
         a: One side.
@@ -194,7 +194,7 @@ def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int
 
 
 def _notes(one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what differs beside the treatments."""
+    """Yield the differences between the experiments besides the treatments."""
     for key, what in (("world", "the world"), ("variant", "the variants"), ("hmrsim", "the version of hmrsim")):
         if one[key] != two[key]:
             yield f"{what} is not the same for both"

@@ -1,4 +1,4 @@
-"""How a run has ended: a sink that looks whether an ending holds where something has happened."""
+"""The endings of a run: a sink that checks the conditions of an experiment's file after each event."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Judge:
 
     Attributes:
         label: How it has ended; empty while it has not.
-        cause: What the label does not say, such as why the run hangs; mostly empty.
+        cause: Details that the label lacks, such as why the run hangs. Usually empty.
         at: When, in simulated seconds.
-        reported: What controllers have reported: values by name, and the last label under ``label``.
+        reported: Values that controllers have reported, by name, with the last label under ``label``.
         counts: How many goals have ended, by status, and how many were accepted.
     """
 
@@ -69,7 +69,7 @@ class Judge:
         self._end: Callable[[str], None] = lambda _reason: None
 
     def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
-        """Begin to judge.
+        """Start judging the run.
 
         Args:
             simulator: The simulator.
@@ -215,7 +215,7 @@ def _near(simulator: Simulator, point: Point, place: str) -> bool:
 
 def _orders_are_served(count: int | None, simulator: Simulator, _event: object) -> bool:
     demand = simulator.demand
-    # The event is told before the order is closed.
+    # The event arrives before the order is closed.
     return demand.totals.delivered >= count if count is not None else demand.served
 
 
@@ -237,7 +237,7 @@ class Livelock:
             stamp: When, in simulated nanoseconds.
             robot: Whose.
             action: Of which action.
-            why: What its result says, or the rejection.
+            why: The message of its result, or the reason for the rejection.
         """
         if stamp != self._now:
             self._now, self._counts = stamp, {}

@@ -1,4 +1,4 @@
-"""What is measured at the end of a run: expressions over what the simulator knows."""
+"""The measures of a run: expressions over the state of the simulator at the end."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Names(Mapping[str, Any]):
         return name in self._made
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
+        """Iterate over the names that expressions may use."""
         return iter(self._made)
 
     def __len__(self) -> int:
@@ -109,7 +109,7 @@ class Names(Mapping[str, Any]):
 
 
 class _Reported(dict[str, Any]):
-    """What was reported; nothing where a controller has reported nothing."""
+    """The values that controllers have reported, None for all other names."""
 
     def __contains__(self, name: object) -> bool:
         return True

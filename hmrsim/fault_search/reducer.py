@@ -1,4 +1,4 @@
-"""The smallest case that fails for the same reason: fewer things, then a smaller world, then simpler values."""
+"""The smallest case that fails for the same reason: fewer injections, then a smaller world, then simpler values."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Reduced:
 
     Attributes:
         case: The case, with its world.
-        without: For each thing of its schedule, what comes of the case without it; with the ending `NOT_RUN` if there
-            was no time for that.
+        without: For each injection of its schedule, the outcome of the case without it; its ending is `NOT_RUN` if time
+            ran out.
         runs: How many runs that took.
     """
 
@@ -35,16 +35,16 @@ class Reduced:
 
 
 class Reducer:
-    """Reduces cases that fail.
+    """Reduces failing cases to minimal ones.
 
     Args:
         evaluator: Runs cases.
         definition: The world of the check, as a native file has it.
-        nominal: What comes of the run without faults.
-        over: Called before each batch of runs; returns whether there is no more time. What is found by then is
+        nominal: The outcome of the run without faults.
+        over: Called before each batch of runs; returns whether time is up. What is found by then is
             returned.
         until: The last moment for runs, by the monotonic clock.
-        names: What properties speak of: without that they can't be checked, so it stays.
+        names: The names in the properties; their objects stay, since the properties need them.
         world: The world of the check, of which a schedule is to change as little as fails; None to leave changes as
             they are.
     """
@@ -67,7 +67,7 @@ class Reducer:
         begun = self._evaluator.runs
         case = self._fewer_things(case, failure)
         case = self._smaller_world(case, failure)
-        # What is simpler may need fewer things, and those may have yet simpler values.
+        # What is simpler may need fewer injections, and those may have yet simpler values.
         while True:
             before = case
             case = self._simpler_values(case, failure)
@@ -149,8 +149,8 @@ class Reducer:
     def _simpler_values(self, case: Case, failure: Failure) -> Case:
         number = 0
         while number < len(case.schedule) and not self._over():
-            things = [*simpler(case.schedule[number], self._world)]
-            cases = [case.with_schedule(_with(case.schedule, number, thing)) for thing in things]
+            injections = [*simpler(case.schedule[number], self._world)]
+            cases = [case.with_schedule(_with(case.schedule, number, injection)) for injection in injections]
             failing = next((i for i, failed in enumerate(self._fail(cases, failure)) if failed), None)
             if failing is None:
                 number += 1
@@ -159,8 +159,8 @@ class Reducer:
         return case
 
 
-def _with(schedule: Schedule, number: int, thing: Any) -> Schedule:
-    return (*schedule[:number], thing, *schedule[number + 1 :])
+def _with(schedule: Schedule, number: int, injection: Any) -> Schedule:
+    return (*schedule[:number], injection, *schedule[number + 1 :])
 
 
 def _each_left_out(case: Case) -> list[Case]:

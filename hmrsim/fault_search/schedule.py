@@ -1,4 +1,4 @@
-"""The things of a schedule: a fault, a change of the world, or a disturbance of the wire or the controller."""
+"""The injections of a schedule: a fault, a change of the world, or a disturbance of the wire or the controller."""
 
 from __future__ import annotations
 
@@ -25,57 +25,57 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"
-"""The key by which a thing is a fault, a change or a disturbance."""
+"""The key by which an injection is a fault, a change or a disturbance."""
 
 _KEYS: Final = (FAULT, CHANGE, DISTURBANCE)
 
 
 @dataclass(frozen=True)
-class Thing:
-    """One thing of a schedule, in plain values.
+class Injection:
+    """An injection of a schedule: a fault, a change of the world, or a disturbance.
 
     Attributes:
         said: As in a file: an entry of a world's ``faults``, ``{"change": {PATH: VALUE}}`` or
             ``{"disturbance": KIND, …}``.
     """
 
-    said: Mapping[str, Any]
+    spec: Mapping[str, Any]
 
     @cached_property
     def key(self) -> str:
-        """The same in canonical JSON; equal things have equal keys."""
-        return json.dumps(self.said, sort_keys=True, separators=(",", ":"))
+        """The same in canonical JSON; equal injections have equal keys."""
+        return json.dumps(self.spec, sort_keys=True, separators=(",", ":"))
 
     def __hash__(self) -> int:
         """Return the hash of its key."""
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another thing says the same."""
-        return isinstance(other, Thing) and other.key == self.key
+        """Return whether another injection is equal."""
+        return isinstance(other, Injection) and other.key == self.key
 
     @cached_property
     def family(self) -> str:
         """``type`` for a fault, ``change`` or ``disturbance``."""
-        return next(key for key in _KEYS if key in self.said)
+        return next(key for key in _KEYS if key in self.spec)
 
     @cached_property
     def kind(self) -> str:
         """The type of a fault, the kind of a disturbance, or the last step of a change's paths."""
         if self.family == CHANGE:
-            first = next(iter(self.said[CHANGE]), "")
+            first = next(iter(self.spec[CHANGE]), "")
             return "absent" if first.startswith("~") else first.rpartition(".")[2] or CHANGE
-        return str(self.said[self.family])
+        return str(self.spec[self.family])
 
     @property
     def subject(self) -> str:
-        """What it happens to: a robot, a door, a dock, an item or a lane; empty for none."""
+        """The object that it affects: a robot, a door, a dock, an item or a lane; may be empty."""
         for name in SUBJECTS:
-            value = self.said.get(name)
+            value = self.spec.get(name)
             if value:
                 return "-".join(value) if isinstance(value, (list, tuple)) else str(value)
         if self.family == CHANGE:
-            first = next(iter(self.said[CHANGE]), "")
+            first = next(iter(self.spec[CHANGE]), "")
             parts = first.lstrip("~").split(".")
             return parts[1] if len(parts) > 1 else parts[0]
         return ""
@@ -83,47 +83,47 @@ class Thing:
     @property
     def anchor(self) -> Mapping[str, Any]:
         """The anchor, in plain values; empty if it has none."""
-        return self.said.get("when") or {}
+        return self.spec.get("when") or {}
 
     @cached_property
     def awaited(self) -> What:
-        """The moment that it is anchored to, in whatever run; one that never comes if it has no anchor."""
+        """The moment that it is anchored to; one that never comes if it has no anchor."""
         return anchored_to(self.anchor)
 
     @property
     def transient(self) -> bool:
-        """Whether it is a fault that is over by itself: it lasts for some seconds, or hits some goals."""
-        return self.family == FAULT and ("duration" in self.said or "count" in self.said)
+        """True for a fault that ends by itself, after some seconds or goals."""
+        return self.family == FAULT and ("duration" in self.spec or "count" in self.spec)
 
     @property
     def at_start(self) -> bool:
-        """Whether it is a fault that is there when the run begins."""
-        return self.family == FAULT and self.said.get("at") == 0.0
+        """True for a fault that holds from the start of the run."""
+        return self.family == FAULT and self.spec.get("at") == 0.0
 
-    def replaced(self, **values: Any) -> Thing:
-        """Return the same with other values; those of None are left out."""
-        said = {**self.said, **values}
-        return Thing({key: value for key, value in said.items() if value is not None})
+    def replaced(self, **values: Any) -> Injection:
+        """Return a copy with some values replaced, or removed if None."""
+        spec = {**self.spec, **values}
+        return Injection({key: value for key, value in spec.items() if value is not None})
 
     def describe(self) -> str:
         """Return it in words, such as ``claw_misses of wall_e for 20 s, when pickup of wall_e is executing``."""
         if self.family == CHANGE:
-            return ", ".join(_change(path, value) for path, value in self.said[CHANGE].items())
-        if self.kind in _OF_GOALS and self.said.get("action") and "count" in self.said:
+            return ", ".join(_change(path, value) for path, value in self.spec[CHANGE].items())
+        if self.kind in _OF_GOALS and self.spec.get("action") and "count" in self.spec:
             return self._goals()
         parts = [self.kind + (f" of {self.subject}" if self.subject else "")]
-        further = {key: value for key, value in self.said.items() if key not in _TOLD}
+        further = {key: value for key, value in self.spec.items() if key not in _TOLD}
         if further:
             parts.append("(" + ", ".join(f"{key} {_plain(value)}" for key, value in further.items()) + ")")
-        if "duration" in self.said:
-            parts.append(f"for {_plain(self.said['duration'])} s")
+        if "duration" in self.spec:
+            parts.append(f"for {_plain(self.spec['duration'])} s")
         return f"{' '.join(parts)}{self._when()}"
 
     def _goals(self) -> str:
         """Return what happens to goals, such as ``the 2nd drive of eve is aborted``."""
-        action, count, anchor = self.said["action"], self.said["count"], self.anchor
+        action, count, anchor = self.spec["action"], self.spec["count"], self.anchor
         word, becomes = _ACTIONS.get(action, action), _OF_GOALS[self.kind]
-        code = f" with code {self.said['error_code']}" if "error_code" in self.said else ""
+        code = f" with code {self.spec['error_code']}" if "error_code" in self.spec else ""
         own = (anchor.get("goal"), anchor.get("robot"), anchor.get("action")) == ("executing", self.subject, action)
         known = self.at_start or (own and not anchor.get("after") and self.kind == "goals_aborted")
         which = _ordinal(anchor.get("nth", 1)) if known else "next"
@@ -138,7 +138,7 @@ class Thing:
     def _when(self) -> str:
         if self.anchor:
             return f", {described(Anchor.model_validate(self.anchor))}"
-        at = self.said.get("at")
+        at = self.spec.get("at")
         return "" if at is None else ", from the start" if self.at_start else f", at {_plain(at)} s"
 
 
@@ -170,64 +170,64 @@ def _plain(value: Any) -> str:
     )
 
 
-Schedule = tuple[Thing, ...]
-"""What goes wrong in a run; the order means nothing but which of two at one instant comes first."""
+Schedule = tuple[Injection, ...]
+"""The injections of a run; the order only decides which of two at the same instant comes first."""
 
 
-def key_of(schedule: Sequence[Thing]) -> str:
+def key_of(schedule: Sequence[Injection]) -> str:
     """Return a schedule in canonical JSON."""
-    return f"[{','.join(thing.key for thing in schedule)}]"
+    return f"[{','.join(injection.key for injection in schedule)}]"
 
 
-def read_things(values: object) -> tuple[Schedule, list[Finding]]:
-    """Return the things that plain values describe, and all that is wrong with them, by path from the list on."""
+def read_injections(values: object) -> tuple[Schedule, list[Finding]]:
+    """Return the injections that plain values describe, and all that is wrong with them, by path from the list on."""
     if not isinstance(values, (list, tuple)):
         return (), [Finding((), f"expected a list of faults, changes and disturbances, got {shown(values)}", values)]
-    things: list[Thing] = []
+    injections: list[Injection] = []
     findings: list[Finding] = []
-    for i, said in enumerate(values):
-        found = [*_flaws(said)]
+    for i, spec in enumerate(values):
+        found = [*_flaws(spec)]
         findings += [Finding((i, *each.path), each.message, each.value) for each in found]
         if not found:
-            things.append(Thing(said))
-    return tuple(things), findings
+            injections.append(Injection(spec))
+    return tuple(injections), findings
 
 
-def _flaws(said: object) -> Iterator[Finding]:
-    if not isinstance(said, dict):
-        yield Finding((), f"expected a mapping with {', '.join(_KEYS[:-1])} or {_KEYS[-1]}, got {shown(said)}", said)
+def _flaws(spec: object) -> Iterator[Finding]:
+    if not isinstance(spec, dict):
+        yield Finding((), f"expected a mapping with {', '.join(_KEYS[:-1])} or {_KEYS[-1]}, got {shown(spec)}", spec)
         return
-    families = [key for key in _KEYS if key in said]
+    families = [key for key in _KEYS if key in spec]
     if len(families) != 1:
-        unknown = next((key for key in said if key not in _KEYS), "")
+        unknown = next((key for key in spec if key not in _KEYS), "")
         hint = instead(unknown, _KEYS) if unknown and not families else ""
-        yield Finding((), f"expected one of {', '.join(_KEYS[:-1])} and {_KEYS[-1]}{hint}", said)
+        yield Finding((), f"expected one of {', '.join(_KEYS[:-1])} and {_KEYS[-1]}{hint}", spec)
         return
-    yield from _READERS[families[0]](said)
+    yield from _READERS[families[0]](spec)
 
 
-def _fault(said: dict[str, Any]) -> Iterator[Finding]:
-    found = read_fault(str(said[FAULT]), {key: value for key, value in said.items() if key != FAULT})
+def _fault(spec: dict[str, Any]) -> Iterator[Finding]:
+    found = read_fault(str(spec[FAULT]), {key: value for key, value in spec.items() if key != FAULT})
     if isinstance(found, list):
         yield from found
     elif found[1].when is not None:
         yield from _of_anchor(found[1].when)
 
 
-def _change_flaws(said: dict[str, Any]) -> Iterator[Finding]:
-    if not isinstance(said[CHANGE], dict) or not said[CHANGE]:
+def _change_flaws(spec: dict[str, Any]) -> Iterator[Finding]:
+    if not isinstance(spec[CHANGE], dict) or not spec[CHANGE]:
         message = "expected a mapping of paths to values such as robots.eve.base.speed: 0.2"
-        yield Finding((CHANGE,), f"{message}, got {shown(said[CHANGE])}", said[CHANGE])
-    for key, value in said.items():
+        yield Finding((CHANGE,), f"{message}, got {shown(spec[CHANGE])}", spec[CHANGE])
+    for key, value in spec.items():
         if key != CHANGE:
             yield Finding((key,), f"a change has no key {key!r}; it holds from the start", value)
 
 
-def _disturbance(said: dict[str, Any]) -> Iterator[Finding]:
+def _disturbance(spec: dict[str, Any]) -> Iterator[Finding]:
     try:
-        disturbance = Disturbance.model_validate(said)
+        disturbance = Disturbance.model_validate(spec)
     except ValidationError as error:
-        yield from explain(error, said, Disturbance)
+        yield from explain(error, spec, Disturbance)
         return
     if disturbance.when is not None:
         yield from _of_anchor(disturbance.when)
@@ -254,7 +254,7 @@ class Moment(NamedTuple):
 
     Attributes:
         at: When, in simulated seconds.
-        goal: What became of a goal; empty for an event.
+        goal: The change of a goal: ``executing`` or ``ended``; empty for an event.
         event: The kind of event; empty for a goal.
         robot: The robot that it is about; empty for none.
         action: The goal's action; empty for an event.
@@ -272,30 +272,30 @@ class Moment(NamedTuple):
 
     @property
     def what(self) -> What:
-        """What happens, whenever."""
+        """The moment without its time."""
         return self[1:6]
 
     def anchor(self, after: float = 0.0) -> dict[str, Any]:
         """Return the anchor for it, in plain values; *after* is in simulated seconds."""
-        said: dict[str, Any] = {"goal": self.goal} if self.goal else {"event": self.event}
-        said |= {"robot": self.robot} if self.robot else {}
-        said |= {"action": self.action} if self.action else {}
-        said |= {"nth": self.nth} if self.nth > 1 else {}
-        return said | ({"after": after} if after else {})
+        spec: dict[str, Any] = {"goal": self.goal} if self.goal else {"event": self.event}
+        spec |= {"robot": self.robot} if self.robot else {}
+        spec |= {"action": self.action} if self.action else {}
+        spec |= {"nth": self.nth} if self.nth > 1 else {}
+        return spec | ({"after": after} if after else {})
 
 
 def anchored_to(anchor: Mapping[str, Any]) -> What:
-    """Return the moment that an anchor is for, in whatever run."""
+    """Return the moment that an anchor stands for."""
     goal, event, robot, action = (str(anchor.get(field, "")) for field in ("goal", "event", "robot", "action"))
     return goal, event, robot, action, anchor.get("nth", 1)
 
 
 @dataclass(frozen=True)
 class Case:
-    """What one run is made of, beside the controller.
+    """The input of one run besides the controller.
 
     Attributes:
-        schedule: What goes wrong.
+        schedule: The injections.
         definition: The world as a native file has it, without the schedule; None for the world of the check.
     """
 
@@ -313,17 +313,17 @@ class Case:
         return replace(self, schedule=schedule)
 
 
-def changes_in(schedule: Iterable[Thing]) -> list[Thing]:
+def changes_in(schedule: Iterable[Injection]) -> list[Injection]:
     """Return the changes of the world in a schedule."""
-    return [thing for thing in schedule if thing.family == CHANGE]
+    return [injection for injection in schedule if injection.family == CHANGE]
 
 
-def overlays_of(schedule: Iterable[Thing]) -> list[Overlay]:
+def overlays_of(schedule: Iterable[Injection]) -> list[Overlay]:
     """Return the changes of a schedule, to be laid over a world before it is checked."""
-    return [overlay_of(thing.said[CHANGE], "the schedule") for thing in changes_in(schedule)]
+    return [overlay_of(injection.spec[CHANGE], "the schedule") for injection in changes_in(schedule)]
 
 
-def with_faults(world: World, schedule: Sequence[Thing]) -> World:
+def with_faults(world: World, schedule: Sequence[Injection]) -> World:
     """Return a world to whose faults those of a schedule are added."""
-    faults = [FaultEntry.model_validate(dict(thing.said)) for thing in schedule if thing.family == FAULT]
+    faults = [FaultEntry.model_validate(dict(injection.spec)) for injection in schedule if injection.family == FAULT]
     return world.model_copy(update={"faults": (*world.faults, *faults)}) if faults else world

@@ -1,4 +1,4 @@
-"""Simpler values of a thing: a shorter time, the first moment, fewer goals."""
+"""Simpler values of an injection: a shorter time, the first moment, fewer goals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hmrsim.components.battery import BatterySettings
 from hmrsim.fault_search.schedule import CHANGE
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.schedule import Thing
+    from hmrsim.fault_search.schedule import Injection
     from hmrsim.world.model import World
 
 _SECONDS: Final = (1.0, 5.0, 10.0, 30.0, 60.0)
@@ -25,24 +25,24 @@ _EARLIER: Final = 10
 """Up to which of its kind an earlier event is tried, one after the other."""
 
 
-def simpler(thing: Thing, world: World | None = None) -> Iterator[Thing]:
-    """Yield the same thing with one simpler value, the simplest first; of a change of *world* a smaller one."""
-    if world is not None and thing.family == CHANGE:
-        yield from _smaller_changes(thing, world)
-    when = dict(thing.anchor)
-    for said in _anchors(when):
-        yield thing.replaced(when=said)
-    if thing.said.get("count", 1) > 1:
-        yield thing.replaced(count=1)
+def simpler(injection: Injection, world: World | None = None) -> Iterator[Injection]:
+    """Yield the same injection with one simpler value, the simplest first; of a change of *world* a smaller one."""
+    if world is not None and injection.family == CHANGE:
+        yield from _smaller_changes(injection, world)
+    when = dict(injection.anchor)
+    for spec in _anchors(when):
+        yield injection.replaced(when=spec)
+    if injection.spec.get("count", 1) > 1:
+        yield injection.replaced(count=1)
     for name in ("duration", "restart_after"):
-        seconds = thing.said.get(name)
+        seconds = injection.spec.get(name)
         if isinstance(seconds, (int, float)):
-            yield from (thing.replaced(**{name: each}) for each in _SECONDS if each < seconds)
+            yield from (injection.replaced(**{name: each}) for each in _SECONDS if each < seconds)
 
 
-def _smaller_changes(thing: Thing, world: World) -> Iterator[Thing]:
+def _smaller_changes(injection: Injection, world: World) -> Iterator[Injection]:
     """Yield a change by less of what a robot has by itself, the least one first."""
-    changed = thing.said[CHANGE]
+    changed = injection.spec[CHANGE]
     own = {path: value for path in changed if (value := _own(path, world)) is not None}
     if not own or not all(isinstance(changed[path], (int, float)) for path in own):
         return
@@ -50,7 +50,7 @@ def _smaller_changes(thing: Thing, world: World) -> Iterator[Thing]:
     factor = changed[path] / own[path]
     for smaller in (each for each in _FACTORS if (1.0 < each < factor) or (factor < each < 1.0)):
         values = {key: float(f"{own[key] * smaller:.4g}") if key in own else value for key, value in changed.items()}
-        yield thing.replaced(change=values)
+        yield injection.replaced(change=values)
 
 
 def _own(path: str, world: World) -> float | None:
@@ -77,7 +77,7 @@ def _anchors(when: dict[str, Any]) -> Iterator[dict[str, Any]]:
     nth = when.get("nth", 1)
     if nth > 1:
         yield {key: value for key, value in when.items() if key != "nth"}
-    # At an earlier one the thing may be enough alone.
+    # At an earlier one the injection may be enough alone.
     yield from ({**when, "nth": earlier} for earlier in range(2, min(nth, _EARLIER)))
 
 
@@ -101,7 +101,7 @@ def parts_of(definition: Mapping[str, Any], keys: Iterable[str]) -> list[Part]:
 
 
 def restricted(definition: Mapping[str, Any], keys: Iterable[str], kept: Iterable[Part]) -> dict[str, Any]:
-    """Return a world that has of some keys only what is kept, and no waypoint that nothing leads to any more."""
+    """Return a world reduced to the kept entries, without waypoints that no lane reaches."""
     parts = dict.fromkeys(kept)
     world = dict(definition)
     for key in keys:

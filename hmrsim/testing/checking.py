@@ -14,7 +14,7 @@ from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
-from hmrsim.fault_search.space.candidates import Menu, Timeline
+from hmrsim.fault_search.space.candidates import Candidates, Timeline
 from hmrsim.trials.batches import Serial
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def check(  # noqa: PLR0913 - what the command has as options
         budget: How long to search, by the wall's clock.
         runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
         seed: The seed of the search.
-        space: What can happen, as the file of a check says under ``space``.
+        space: The injections, as ``space`` in the file of a check.
         output: The folder of the results; None for none.
     """
 
@@ -77,7 +77,7 @@ def check(  # noqa: PLR0913 - what the command has as options
             chosen = None if robots is None else list(robots)
             given = {"tree": tree, "python": python, "command": command, "robots": chosen}
             controller = given | ({"nodes": list(nodes)} if nodes else {})
-            said = {
+            spec = {
                 "world": dict(world) if isinstance(world, Mapping) else str(world),
                 "controller": {name: value for name, value in controller.items() if value is not None},
                 "properties": dict(properties) if isinstance(properties, Mapping) else properties,
@@ -85,7 +85,7 @@ def check(  # noqa: PLR0913 - what the command has as options
                 "space": dict(space or {}),
                 "seed": seed,
             }
-            summary = searched(check_at(file_of(said, _PLACE), Path.cwd(), _PLACE), output)
+            summary = searched(check_at(file_of(spec, _PLACE), Path.cwd(), _PLACE), output)
             if _arguments(function):
                 function(summary)
             else:
@@ -140,9 +140,11 @@ def _told(summary: Summary) -> str:
 def schedules(
     world: str | Path | Mapping[str, Any], *, tree: str, space: Mapping[str, Any] | None = None
 ) -> st.SearchStrategy[Schedule]:
-    """Return a strategy for schedules of what can happen while a tree is run in a world; it shrinks to fewer things.
+    """Return a Hypothesis strategy for schedules of injections into runs of a tree in a world.
 
-    The tree is run once without faults, to know at which moments things can begin.
+    Schedules shrink to fewer injections.
+
+    The tree is run once without faults, to know at which moments injections can begin.
 
     ::
 
@@ -155,21 +157,21 @@ def schedules(
     Args:
         world: The name of a shipped world, the path of a file, or what a file says, in plain values.
         tree: The tree: ``MODULE:FUNCTION``, or the path of an XML file.
-        space: What can happen, as the file of a check says under ``space``; disturbances do not.
+        space: The injections, as ``space`` in the file of a check; disturbances are not supported.
 
     Raises:
         CheckError: Something is wrong with the world, the tree or the space; it has all errors.
     """
     from hypothesis import strategies as st  # noqa: PLC0415 - `check` works without Hypothesis
 
-    said = {"families": ("faults", "changes"), **(space or {})}
+    spec = {"families": ("faults", "changes"), **(space or {})}
     source = dict(world) if isinstance(world, Mapping) else str(world)
-    file = file_of({"world": source, "controller": {"tree": tree}, "space": said}, _PLACE_OF_SCHEDULES)
+    file = file_of({"world": source, "controller": {"tree": tree}, "space": spec}, _PLACE_OF_SCHEDULES)
     check = check_at(file, Path.cwd(), _PLACE_OF_SCHEDULES)
     nominal = run_case(check, Case())
-    menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
+    candidates = Candidates(check.world, check.file.space, nominal.moments, dict(nominal.draws))
     timeline = Timeline(nominal.moments)
-    possible = [things for entry in menu.entries if (things := entry.things_in(timeline))]
+    possible = [injections for candidate in candidates.entries if (injections := candidate.injections_in(timeline))]
     one = st.sampled_from(possible).flatmap(st.sampled_from)
     most = check.file.space.at_most
-    return st.lists(one, max_size=most, unique_by=lambda thing: thing.key).map(tuple)
+    return st.lists(one, max_size=most, unique_by=lambda injection: injection.key).map(tuple)

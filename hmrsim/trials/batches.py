@@ -1,4 +1,4 @@
-"""Many trials on an executor, piece by piece, whatever becomes of single ones."""
+"""Batches of trials on an executor, even if single trials break it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Batches:
 
     @property
     def executor(self) -> Executor:
-        """What executes them."""
+        """The executor, created when first needed."""
         self._executor = self._executor or self._make()
         return self._executor
 
@@ -108,11 +108,11 @@ class _Work(Generic[T, R]):
         self._batches, self._pieces, self._submit, self._lost = batches, pieces, submit, lost
         self._in_order, self._until = in_order, until
         self._begun: dict[Future[list[R]], Sequence[T]] = {}
-        # What was not begun when the executor broke, and what may have broken it.
+        # Pieces that had not begun when the executor broke, and those that may have broken it.
         self._again: Sequence[T] = ()
         self._suspects: deque[T] = deque()
         self._alone, self._since = False, 0.0
-        # What was under way when the executor broke; None while it is whole.
+        # Pieces that were running when the executor broke; None while it works.
         self._broken: list[T] | None = None
 
     def results(self) -> Generator[tuple[Sequence[T], list[R]], None, None]:

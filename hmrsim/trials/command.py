@@ -1,4 +1,4 @@
-"""A trial whose controller is a command: any program, over Zenoh, with an endpoint of its own."""
+"""A trial whose controller is a command: any program, over Zenoh, with its own endpoint."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Command:
     Attributes:
         words: The command.
         folder: Where it is started.
-        variables: What its environment has, beside ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
+        variables: Environment variables, besides ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
     words: Sequence[str]
@@ -52,7 +52,7 @@ class Command:
 class CommandTrial(Trial):
     """A trial of processes; all of them are killed when the first one has ended.
 
-    A process has a process group of its own. Exit code 0 is a success, 1 a failure, and all others a crash.
+    A process has its own process group. Exit code 0 is a success, 1 a failure, and all others a crash.
 
     Args:
         loaded: The world.
@@ -60,7 +60,7 @@ class CommandTrial(Trial):
         command: What is run. The second process has ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` heeds.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
-        disturber: What disturbs it; one of *watchers* has it watch.
+        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class CommandTrial(Trial):
         finally:
             self._end_processes()
         self._over = self._host.pacing.over
-        # Nothing runs any more: what the simulator knows can be read.
+        # Nothing runs now, so that the simulator may be read.
         self._host.stop()
         return Ended(ending, cause, self._first.output)
 
@@ -117,7 +117,7 @@ class CommandTrial(Trial):
         self._host.end(reason)
 
     def close(self) -> None:
-        """End all goals."""
+        """End all goals of the run."""
         self._host.stop()
 
     def _start(self, suffix: str = "") -> ControllerProcess:
@@ -260,7 +260,7 @@ class ControllerProcess:
     Args:
         words: The command.
         folder: Where it is started.
-        variables: What its environment has beside that of this process.
+        variables: Environment variables, added to those of this process.
 
     Raises:
         OSError: It can't be started.

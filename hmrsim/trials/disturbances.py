@@ -1,4 +1,4 @@
-"""What a disturbance is: as YAML has it, and in Python."""
+"""Disturbances of a controller and of its connection: their model, and the sink that triggers them."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Disturbance(BaseModel):
 
     @property
     def what(self) -> str:
-        """What happens, in words, such as ``the controller is killed``."""
+        """The effect in words, such as ``the controller is killed``."""
         number = self.count or 1
         match self.disturbance:
             case "controller_killed" if self.restart_after is None:
@@ -154,7 +154,7 @@ class Disturber:
 
     @property
     def disturbances(self) -> list[Disturbance]:
-        """All disturbances, in order."""
+        """The disturbances, in the order of the schedule."""
         return [each.disturbance for each in self._waiting]
 
     @property

@@ -36,7 +36,7 @@ class LocalTrial(Trial):
         name: Under which name it takes part; goals' ids depend on it.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
-        disturber: What disturbs the controller; one of *watchers* has it watch.
+        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(
@@ -66,9 +66,9 @@ class LocalTrial(Trial):
         return self._over if self._closed else self._host.pacing.over
 
     def open_client(self, name: str) -> Client:
-        """Return a further client, which takes part under a name of its own as soon as it waits.
+        """Return a further client, which takes part under its own name as soon as it waits.
 
-        Time moves only while all that take part wait, so that each needs a thread of its own. The trial closes it.
+        Time moves only while all that take part wait, so that each needs its own thread. The trial closes it.
         """
         return self._clients.enter_context(Client(session=self._host.open_session(), name=name))
 
@@ -139,7 +139,7 @@ class LocalTrial(Trial):
             self._host.go_on()
             plays = any(each.plays_aside(_POLL) for each in self._others)
             if self._host.pacing.over:
-                # The others are told of the end, and have an ending of their own by then.
+                # The others learn that the run ended, and have their own ending by then.
                 for each in self._others:
                     each.plays_aside(GRACE)
                 return False
@@ -161,7 +161,7 @@ class LocalTrial(Trial):
 
 
 GRACE: Final = 5.0
-"""Wall seconds that a controller in a thread of its own has to end after it was killed."""
+"""Wall seconds that a controller in its own thread has to end after it was killed."""
 
 
 class ControllerKilled(BaseException):
@@ -169,7 +169,7 @@ class ControllerKilled(BaseException):
 
 
 class Actor:
-    """A controller that is run once, with a client of its own.
+    """A controller that is run once, with its own client.
 
     Args:
         name: The participant's name.
@@ -199,13 +199,13 @@ class Actor:
             self.close()
 
     def play_aside(self, stays: Callable[[], bool]) -> None:
-        """Run it in a thread of its own; from within the simulation. *stays* returns whether its client stays open."""
+        """Run it in its own thread; from within the simulation. *stays* returns whether its client stays open."""
         self._host.pacing.lockstep.expect(self.name)
         self._thread = threading.Thread(target=self._play_aside, args=(stays,), name=self.name, daemon=True)
         self._thread.start()
 
     def plays_aside(self, patience: float = 0.0) -> bool:
-        """Return whether it runs in a thread of its own, after so many wall seconds or at its end."""
+        """Return whether it runs in its own thread, after so many wall seconds or at its end."""
         if self._thread is None:
             return False
         self._thread.join(patience)
@@ -223,7 +223,7 @@ class Actor:
         lockstep.expect_no_more(self.name)
 
     def end(self) -> None:
-        """Kill one that runs in a thread of its own, while time stands, and wait for its end."""
+        """Kill one that runs in its own thread, while time stands, and wait for its end."""
         if self.plays_aside():
             self._submit(self.kill)
             self._host.cut(self._session, ControllerKilled("the run has ended"))
@@ -231,7 +231,7 @@ class Actor:
         self.close()
 
     def close(self) -> None:
-        """Let it leave."""
+        """Leave the simulation."""
         with suppress(ControllerKilled):
             self._client.close()
         with suppress(ControllerKilled):

@@ -1,4 +1,4 @@
-"""What this process, and the processes that it has started, have used of the processor."""
+"""The time that a run has used: wall time, and processor time of this process and its children."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ _GRACE: Final = 5.0
 
 
 class Limits(Protocol):
-    """What a run may take."""
+    """The limits of a run."""
 
     @property
     def wall(self) -> float:
@@ -130,7 +130,7 @@ class Meter:
     Time of the wall in which the run could compute, but other processes have the processor, counts for no limit.
 
     Args:
-        limits: What the run may take.
+        limits: The limits of the run.
         seconds: Wall seconds after which its time is over in any case.
         clock: Returns the wall's time, in seconds.
         usage: Returns what was used of the processor.
@@ -164,7 +164,7 @@ class Meter:
 
     @property
     def patience(self) -> float:
-        """Wall seconds until a run does not mind that its time is over, if nobody looks before."""
+        """Wall seconds until a run counts as ignoring its limit, if no check happens earlier."""
         return self.left + _PATIENCE * min(self._wall, self._processor) + _GRACE
 
     def look(self) -> bool:

@@ -74,7 +74,7 @@ class TimeLimit(BaseException):
 
 
 def control(player: Player, client: Client, simulator: Simulator) -> tuple[str, str]:
-    """Let a controller control the robots; return its ending, and the cause if it has not ended by itself."""
+    """Run a controller; return its ending, and the cause if it did not end by itself."""
     try:
         return (SUCCEEDED if player(client, [*simulator.robots]) else FAILED), ""
     except (TimeLimit, Exception, SystemExit, BaseExceptionGroup) as error:  # noqa: BLE001 - whatever users' code raises
@@ -105,11 +105,11 @@ def ending_of_code(code: int) -> tuple[str, str]:
 
 
 class Ended(NamedTuple):
-    """How a controller has ended.
+    """The end of a controller.
 
     Attributes:
         ending: One of `hmrsim.trials.trial`.
-        cause: What that does not say; empty for nothing.
+        cause: Details that the ending lacks. May be empty.
         output: The end of what a command has printed.
     """
 
@@ -129,7 +129,7 @@ class Trial(ABC):
 
     Args:
         host: Serves the world in lockstep; *disturber* watches it.
-        disturber: What disturbs it, if anything.
+        disturber: Disturbs the trial, if given.
 
     Attributes:
         simulator: The simulator; to be read only, while nothing runs.
@@ -152,7 +152,7 @@ class Trial(ABC):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End it."""
+        """End the run."""
         self.close()
 
     @property
@@ -162,7 +162,7 @@ class Trial(ABC):
 
     @abstractmethod
     def play(self) -> Ended:
-        """Run the controller to its end, once; then nothing runs any more, and time stands.
+        """Run the controller to its end, once; afterwards the simulation is paused.
 
         Of one that was started again the last run counts. One that is gone for good is represented by the second one,
         if there is one; else the second one is killed when the first has ended.
@@ -176,7 +176,7 @@ class Trial(ABC):
         """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals, and in the messages to clients.
         """
 
     @abstractmethod

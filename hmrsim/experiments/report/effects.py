@@ -1,4 +1,4 @@
-"""What factors do to each measure, and two of them together, the treatment being one of them.
+"""The effects of factors on each measure, and their interactions. The treatment counts as a factor.
 
 The values are those of `hmrsim.experiments.statistics.main_effects` and `interactions`, made from counts and sums by
 level, which takes a hundredth of the time.

@@ -63,7 +63,7 @@ class _Curve(NamedTuple):
 
 
 class _Measure(NamedTuple):
-    """What is drawn of a measure: means and histograms by treatment, and running means."""
+    """The charts of a measure: means and histograms by treatment, and running means."""
 
     name: str
     means: dict[str, Markup]
@@ -76,7 +76,7 @@ class _Measure(NamedTuple):
 
 
 class _Effects(NamedTuple):
-    """What is drawn of effects: the means at levels of factors, on one axis, and at two levels together."""
+    """The charts of effects: the means at the levels of factors, and at pairs of levels, on one axis."""
 
     levels: Sequence[Markup]
     interactions: Sequence[Markup]
@@ -86,7 +86,7 @@ def page_of(summary: Summary, folder: str) -> str:
     """Return the page.
 
     Args:
-        summary: What the results say.
+        summary: The summary of the results.
         folder: The folder of the results, as a command line has it.
     """
     environment = templates(__package__)
@@ -171,12 +171,12 @@ def _histograms(name: str, edges: Sequence[float], counts: dict[str, tuple[int, 
 
 
 def _differences(comparison: Comparison, first: Treatment) -> dict[str, Markup]:
-    """Return the differences of a comparison's measures, each on an axis of its own."""
+    """Return the differences of a comparison's measures, each on a separate axis."""
     found = {}
     for name, each in comparison.measures.items():
         bounds, margin = each.difference, each.margin
         if margin is not None and each.relative:
-            # What the verdict is about is the true mean, of which this is the estimate.
+            # The verdict is about the true mean, and this is its estimate.
             margin *= abs(first.measures[name].mean.estimate or 0.0)
         axis = axis_around_zero([bounds.low, bounds.estimate, bounds.high, margin])
         label = f"Difference of {name} with its interval"
@@ -225,7 +225,7 @@ _MOST_TICKS: Final = 6
 
 
 class Axis(NamedTuple):
-    """What a chart reaches from and to."""
+    """The range of a chart."""
 
     low: float
     high: float
@@ -278,8 +278,8 @@ def interval_chart(
 
     Args:
         estimate: The interval.
-        axis: What the chart reaches from and to.
-        label: What it shows.
+        axis: The range of the chart.
+        label: The description for screen readers.
         line: Where an upright line is, such as at no difference.
         margin: How far to both sides of the line differences do not matter.
     """

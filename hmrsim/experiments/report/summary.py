@@ -1,4 +1,4 @@
-"""What the results of an experiment say, from its table of runs."""
+"""The summary of an experiment's results, from its table of runs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def summary_of(results: Results) -> Summary:
-    """Return what the results say, as they are now; those of an experiment that still runs may be read.
+    """Return the summary of the current results; the experiment may still be running.
 
     Raises:
         MissingExtra: scipy is not installed.
@@ -89,7 +89,7 @@ def _experiment(about: Mapping[str, Any]) -> Experiment:
 
 
 def _notes(columns: Columns, least: int) -> Iterator[str]:
-    """Yield what is missing."""
+    """Yield remarks about missing or repeated runs and values."""
     if not len(columns):
         yield "No run has a result yet."
     elif len(columns) < least:

@@ -62,11 +62,11 @@ class Repeats:
 
 
 def counted(n: float, squares: float) -> int:
-    """Return as how many runs some count of which several are the same.
+    """Return the effective number of runs, some of which repeat others.
 
-    If all are different, or each is there equally often, it is the number of different ones. If only some are repeated,
-    those have more weight, as each scenario has in all that is said of a treatment; n² / Σw² runs without weights have
-    the same variance.
+    If all are different, or all are repeated equally often, it is the number of different runs. If only some are
+    repeated, those have more weight, since every scenario counts in a statement about a treatment: n² / Σw² runs
+    without weights have the same variance.
 
     Source: Kish, Survey Sampling (1965), section 11.7.
 
@@ -145,12 +145,12 @@ _GOAL_ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
 def fingerprint_of(trace: str, *result: object) -> str:
     """Return a text that is the same for two runs if they differ in nothing but the seed and the ids of goals.
 
-    It says whether a controller draws random numbers of its own: then its runs differ. Whether the simulator has drawn
+    It says whether a controller draws random numbers itself: then its runs differ. Whether the simulator has drawn
     any has to be known besides, as runs may be equal by chance.
 
     Args:
-        trace: What happened in it.
-        result: What came of it, as JSON can have it.
+        trace: The trace of the run.
+        result: The result of the run, in JSON values.
     """
     ids: dict[str, str] = {}
 

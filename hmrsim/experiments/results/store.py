@@ -59,17 +59,17 @@ class Row:
         run: Which one.
         ending: How it has ended: one of the file's labels, ``succeeded`` or ``failed`` as the controller says, or one
             of this module's.
-        cause: What the ending alone does not say, such as an error; empty for nothing.
+        cause: Details that the ending lacks, such as an error. May be empty.
         success: Whether it counts as a success.
         at: When it ended, in simulated seconds; None if it did not begin.
         wall: Wall seconds that it took.
         measures: The measures, by name; None where one has no value.
-        reported: What controllers have reported.
+        reported: The values that controllers have reported.
         output: The last lines that the controller printed.
         trace: The trace, if it is to be kept.
         fingerprint: The same as that of another replication if both are the same run; empty if the simulator has drawn
             random numbers, or there is one replication only.
-        coverage: What it has covered of its trees, packed, if that is to be kept.
+        coverage: The packed coverage of its trees, if it is to be kept.
     """
 
     run: Run
@@ -93,7 +93,7 @@ class Results:
         folder: The folder.
 
     Attributes:
-        about: What they are results of: the experiment's name, file, hash, factors, measures, treatments, versions.
+        about: The experiment: its name, file, hash, factors, measures, treatments and versions.
 
     Raises:
         ResultsError: There are none, or they can't be read.
@@ -212,7 +212,7 @@ class Results:
         Args:
             plan: The experiment.
             rows: The results.
-            coverages: What treatments have covered of their trees with these runs, by treatment, if that is kept.
+            coverages: The coverage of the trees with these runs, by treatment, if it is kept.
 
         Raises:
             WriteError: They can't be written, as on a full disk.

@@ -131,7 +131,7 @@ def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
         variants = [variant.model_dump(mode="json") for variant in file.variants.values()]
         used = names_asked_for([file.overlay, variants, treatments])
     except OverlayFlaw:
-        # In a variant that was not chosen; nobody knows what is meant there.
+        # The variant was not chosen, so its names are unknown.
         return
     for factor in file.factors:
         if factor not in used:

@@ -150,7 +150,7 @@ def execute(task: Task) -> list[Row]:
     """Return the results of some runs, in order.
 
     Raises:
-        ExperimentError: The file can't be read any more, or has changed.
+        ExperimentError: The file can't be read, or has changed.
     """
     plan = _plan(task.path, task.variant, task.hash)
     return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]

@@ -1,8 +1,8 @@
-"""What can be claimed of an experiment: means, intervals, effects, comparisons.
+"""Statistics of experiments: means, intervals, effects, comparisons.
 
-Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md says when
-which one is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when
-first used.
+Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md explains
+when each one is valid. Distributions come from scipy, which the extra ``experiments`` installs; it is loaded when first
+used.
 """
 
 from __future__ import annotations

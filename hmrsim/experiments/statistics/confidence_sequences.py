@@ -80,7 +80,7 @@ def confidence_sequence(
 def first_above(differences: Sequence[float], value: float, alpha: float, *, yes_no: bool) -> int | None:
     """Return after how many differences it is known that their mean is above a value; None if it is not known.
 
-    If it is not above, that is said at any time with probability alpha / 2 at most: the other half is for the mean
+    If it is not above, the probability of ever claiming so is at most alpha / 2: the other half is for the mean
     being below. It is when the lower bound of `confidence_sequence` first is above the value.
     """
     if not differences:
@@ -176,7 +176,7 @@ class RealBets:
 
     Of other differences the level is that of a normal approximation, as precise as Student's t with so many pairs.
     That is too many false verdicts where they are skewed: most differences are on one side of their mean, and the few
-    large ones that make up for it have not come yet. So no wealth is told before the 30th difference, nor while all
+    large ones that make up for it have not come yet. So no wealth is computed before the 30th difference, nor while all
     are 0, and the sum is reduced in proportion to their skewness where that is against the gambler. Both only make the
     wealth less.
 

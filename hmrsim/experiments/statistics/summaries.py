@@ -1,4 +1,4 @@
-"""What is in a column: how many values, their mean, spread and quantiles."""
+"""Summaries of a column of values: count, mean, spread and quantiles."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ _MOST_DIFFERING: Final = 0.05
 
 @dataclass(frozen=True)
 class Criterion:
-    """What is asked about a measure.
+    """The criterion for a measure.
 
     Attributes:
         larger_is_better: As of a number of orders; False as of a time.
@@ -69,7 +69,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is known about B - A.
+    """The comparison of B with A: the difference B - A and the verdicts.
 
     Attributes:
         verdict: ``better`` or ``worse``: B's mean is, however little; ``equivalent``: the means differ by less than

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from hmrsim.errors import Problem
     from hmrsim.fault_search.file.model import CheckFile
-    from hmrsim.fault_search.schedule import Case, Thing
+    from hmrsim.fault_search.schedule import Case, Injection
     from hmrsim.properties import Properties
     from hmrsim.properties.reference import Reference
     from hmrsim.trials.model import Controller
@@ -138,7 +138,7 @@ class Check:
             world = world_of(dict(case.definition), "world", overlays_of(case.schedule))
         return with_faults(world, case.schedule)
 
-    def _kept(self, changes: Sequence[Thing]) -> World:
+    def _kept(self, changes: Sequence[Injection]) -> World:
         if not changes:
             return self.world
         key = "/".join(change.key for change in changes)

@@ -15,7 +15,7 @@ from hmrsim.diagnostics import Path as Place
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
-from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_things
+from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
 from hmrsim.fault_search.space.candidates import expanded
 from hmrsim.fault_search.space.kinds import CHANGES, DISTURBANCES
 from hmrsim.fault_search.space.model import Space
@@ -141,7 +141,7 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     model = _model(said, ReproFile)
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
-    schedule, findings = read_things(model.schedule)
+    schedule, findings = read_injections(model.schedule)
     said.raise_if([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
     hint = "" if folder else "; --folder DIR says where the controller's files are"
     check = _checked(said, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
@@ -163,7 +163,7 @@ def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
     there = there_in(world)
     for i, thing in enumerate(schedule):
         if thing.family == DISTURBANCE:
-            for flaw in check_pattern(Disturbance.model_validate(dict(thing.said)).when, there):
+            for flaw in check_pattern(Disturbance.model_validate(dict(thing.spec)).when, there):
                 yield replace(flaw, path=("schedule", i, "when", *flaw.path))
 
 
@@ -297,7 +297,7 @@ def _of_further(check: Check) -> Iterator[Finding]:
     for i, template in enumerate(check.file.space.further):
         told: list[str] = []
         for each in expanded(template, [*check.world.robots]):
-            things, flaws = read_things([each])
+            things, flaws = read_injections([each])
             for flaw in [*flaws, *_unrunnable(check, things)]:
                 # The first parts of a path are where the thing stands in its own list.
                 path = flaw.path[2:] if flaw.path[:1] == ("schedule",) else flaw.path[1:]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.summary import Finding, Summary
-    from hmrsim.fault_search.running.observer import Covered
+    from hmrsim.fault_search.running.observer import TotalCoverage
 
 FAILURES: Final = "failures"
 """The folder of the failures in that of the results; a later search begins with them."""
@@ -35,7 +35,7 @@ _WORD: Final = re.compile(r"[^A-Za-z0-9]+")
 
 
 class ResultsFolder:
-    """A folder of results.
+    """The folder with the results of a search.
 
     Args:
         folder: The folder; it is made by `prepare`, or when something is written.
@@ -72,11 +72,11 @@ class ResultsFolder:
         path = self.folder / FAILURES / f"{_name_of(finding)}.yaml"
         self._write(path, repro_text(check, finding, path))
         self._write(path.with_suffix(".txt"), "\n".join(story_of(finding, LONG)) + "\n")
-        if finding.told.trace:  # one that hangs has none
-            self._write(path.with_suffix(".jsonl"), finding.told.trace)
+        if finding.outcome.trace:  # one that hangs has none
+            self._write(path.with_suffix(".jsonl"), finding.outcome.trace)
         return path
 
-    def finish(self, check: Check, summary: Summary, covered: Covered) -> None:
+    def finish(self, check: Check, summary: Summary, covered: TotalCoverage) -> None:
         """Write what is about the whole search: summary, page, JUnit XML, and what of a tree was ticked.
 
         Raises:
@@ -129,7 +129,7 @@ def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
         **({} if check.file.world_seed is None else {"world_seed": check.file.world_seed}),
         "limits": limits,
         **({"trace": finding.trace_hash} if finding.trace_hash else {}),
-        "schedule": [dict(thing.said) for thing in finding.schedule],
+        "schedule": [dict(injection.spec) for injection in finding.schedule],
         "properties": check.properties.model_dump(mode="json", by_alias=True, exclude_defaults=True),
         "world": check.definition if definition is None else dict(definition),
     }
@@ -146,7 +146,7 @@ def junit_text(name: str, properties: Mapping[str, int], findings: Sequence[Find
     Args:
         name: The name of the check.
         properties: How often each property was exercised, by name.
-        findings: What was found.
+        findings: The failures.
         seconds: Wall seconds that the search took.
     """
     failed = {finding.failure.property: finding for finding in reversed(findings)}
@@ -183,11 +183,11 @@ class _Line(NamedTuple):
 
 
 class _Shown(NamedTuple):
-    """What is shown of a failure."""
+    """A failure as the page shows it."""
 
     finding: Finding
     file: str
-    things: Sequence[tuple[str, str]]
+    injections: Sequence[tuple[str, str]]
     lines: Sequence[_Line]
 
 
@@ -196,7 +196,7 @@ def page_of(check: Check, summary: Summary, folder: Path) -> str:
 
     Args:
         check: The check.
-        summary: What came of the search.
+        summary: The summary of the search.
         folder: The folder of the results, as a command line has it.
     """
     environment = templates(__package__)
@@ -218,13 +218,15 @@ def page_of(check: Check, summary: Summary, folder: Path) -> str:
 def _controller(check: Check) -> str:
     treatment = check.treatment
     command = treatment.command
-    said = treatment.tree or treatment.python or (command if isinstance(command, str) else shlex.join(command or ()))
-    return str(said)
+    spec = treatment.tree or treatment.python or (command if isinstance(command, str) else shlex.join(command or ()))
+    return str(spec)
 
 
 def _shown(finding: Finding, file: str) -> _Shown:
-    things = [(thing.describe(), passes(outcome)) for thing, outcome in finding.in_order]
-    return _Shown(finding, file, things, [_Line(at, text, mark_of(text)) for at, text in events_of(finding.told)])
+    injections = [(injection.describe(), passes(outcome)) for injection, outcome in finding.in_order]
+    return _Shown(
+        finding, file, injections, [_Line(at, text, mark_of(text)) for at, text in events_of(finding.outcome)]
+    )
 
 
 def _margin(robustness: float) -> str:

@@ -1,4 +1,4 @@
-"""What a run has exercised: a sink that notes features for the guidance of the search, and moments for anchors."""
+"""Sinks that observe a run: features that guide the search, moments for anchors, battery draws and coverage."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ _MAX_NTH: Final = 6
 
 
 class Observer:
-    """A sink that notes what happens.
+    """A sink that records features and moments of a run.
 
     Args:
         story: Whether to keep all events in words.
 
     Attributes:
-        moments: What a fault may be anchored to, in order.
+        moments: The moments to which injections may be anchored, in order.
         begun: When faults have begun, in simulated seconds, by kind and subject.
         lines: The events in words, each with its time in seconds.
     """
@@ -68,7 +68,7 @@ class Observer:
 
     @property
     def features(self) -> tuple[str, ...]:
-        """What was exercised: changes of goals and events, each alone, after the one before, and after a fault."""
+        """Features of the run: changes of goals and events, each alone, after the previous one, and after a fault."""
         return tuple(self._features)
 
     def wants(self, topic: Topic) -> bool:
@@ -105,7 +105,7 @@ class Observer:
         elif status is GoalStatus.CANCELING:
             self._exercise(change.robot, f"{change.action}:CANCELING")
         if change.cause == Cause.ENDED:
-            # The end of the simulation ends it, after all has been said about the run.
+            # The end of the simulation ends it, after the run is complete.
             return
         if self._story and (status.terminal or status is GoalStatus.ACCEPTED):
             event = change.accepted() if status is GoalStatus.ACCEPTED else change.event()
@@ -152,8 +152,8 @@ def code_of(result: Message | None) -> Any:
     return getattr(code, "val", code)
 
 
-class Drawn:
-    """A sink that knows how far each battery falls.
+class BatteryDraws:
+    """A sink that measures how much each robot draws from its battery.
 
     Args:
         simulator: The simulator; it has not started.
@@ -231,8 +231,8 @@ class Novelty:
         return packed(coverage)
 
 
-class Covered:
-    """What was covered by all runs together; counts are of the runs that have brought something new."""
+class TotalCoverage:
+    """The coverage of all runs together; only runs with new coverage are counted."""
 
     def __init__(self) -> None:
         self._all = TreeCoverage()
@@ -245,7 +245,7 @@ class Covered:
 
     @property
     def share(self) -> str:
-        """How much of the trees is covered, in words; empty without a tree."""
+        """The covered share of the trees, in words; empty without a tree."""
         nodes = [node for tree in self._all.trees for node in self._all.nodes(tree)]
         return str(share_of(nodes)) if nodes else ""
 

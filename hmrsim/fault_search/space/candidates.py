@@ -1,4 +1,4 @@
-"""The menu of a search: all that can happen, each with the moments at which it can begin."""
+"""The candidates of a search: all that can happen, each with the moments at which it can begin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.fault_search.schedule import CHANGE, FAULT, Thing
+from hmrsim.fault_search.schedule import CHANGE, FAULT, Injection
 from hmrsim.fault_search.space.kinds import changes_of, disturbances_of, faults_of, needs_of
 from hmrsim.fault_search.space.model import OPT_IN
 
@@ -40,7 +40,7 @@ class Timeline:
     """The moments of a run, and the anchors at which something can begin in it, in plain values.
 
     Args:
-        moments: What happens in the run.
+        moments: The moments of the run.
     """
 
     def __init__(self, moments: Sequence[Moment]) -> None:
@@ -73,34 +73,36 @@ class Timeline:
 
 
 @dataclass(frozen=True)
-class Entry:
-    """Something that can happen, at one of several moments.
+class Candidate:
+    """An injection that can begin at one of several moments.
 
     Attributes:
-        thing: What happens, without an anchor.
-        weight: How often it is tried, beside 1.
+        injection: The injection, without an anchor.
+        weight: How often it is tried, relative to 1.
     """
 
-    thing: Thing
+    injection: Injection
     weight: float
 
     @property
     def anchored(self) -> bool:
-        """Whether it begins at a moment; a change of the world holds from the start."""
-        return self.thing.family != CHANGE and not self.thing.said.get("when") and "at" not in self.thing.said
+        """True if it begins at a moment; a change of the world holds from the start."""
+        return (
+            self.injection.family != CHANGE and not self.injection.spec.get("when") and "at" not in self.injection.spec
+        )
 
     def suits(self, action: str) -> bool:
         """Return whether it can have an effect when a goal of an action begins: not on those of another action."""
-        return self.thing.said.get("action") in (None, action)
+        return self.injection.spec.get("action") in (None, action)
 
     def anchors_in(self, timeline: Timeline) -> list[dict[str, Any]]:
         """Return the anchors at which it can begin in a run, in plain values.
 
-        A thing of a robot begins at what happens to the robot, another one at moments that are spread over the run.
+        An injection of a robot begins at the moments of this robot, any other at moments spread over the run.
         """
         if not self.anchored:
             return []
-        robot = self.thing.said.get("robot")
+        robot = self.injection.spec.get("robot")
         anchors = timeline.anchors_for(robot)
         if robot is not None or len(anchors) <= _FEW:
             return anchors
@@ -109,45 +111,45 @@ class Entry:
 
     @property
     def starts(self) -> bool:
-        """Whether it is also tried from the start of a run, before the controller has asked for anything: a fault is.
+        """True if it is also tried from the start of a run, before the controller sends a goal, as faults are.
 
         The many error codes are not: the first goal is aborted with each of them as well when it begins. Nor is a robot
         out of reach: a controller whose robot is not there, such as a tree, does not begin its mission.
         """
-        thing = self.thing
-        own = thing.kind != _UNREACHABLE and "error_code" not in thing.said
-        return self.anchored and thing.family == FAULT and own
+        injection = self.injection
+        own = injection.kind != _UNREACHABLE and "error_code" not in injection.spec
+        return self.anchored and injection.family == FAULT and own
 
-    def things_in(self, timeline: Timeline) -> list[Thing]:
+    def injections_in(self, timeline: Timeline) -> list[Injection]:
         """Return it as it begins at each moment of a run, and from the start; a change of the world as it is.
 
         In a run in which nothing happens, nothing can begin.
         """
         if not self.anchored:
-            return [self.thing]
+            return [self.injection]
         starts = [self.at_start()] if self.starts and timeline.moments else []
         return [*(self.at(anchor) for anchor in self.anchors_in(timeline)), *starts]
 
-    def at(self, anchor: Mapping[str, Any]) -> Thing:
+    def at(self, anchor: Mapping[str, Any]) -> Injection:
         """Return it as it begins at an anchor."""
-        return self.thing.replaced(when=dict(anchor))
+        return self.injection.replaced(when=dict(anchor))
 
-    def at_start(self) -> Thing:
+    def at_start(self) -> Injection:
         """Return it as it holds when a run begins."""
-        return self.thing.replaced(at=0.0)
+        return self.injection.replaced(at=0.0)
 
 
-class Menu:
-    """All that can happen in a check's world.
+class Candidates:
+    """The candidates for injections in a check's world.
 
     Args:
         world: The world, without a schedule.
-        space: What the check says of it.
-        moments: What happens in a run without faults.
-        draws: What each robot takes from its battery in it.
+        space: The space of injections in the file of the check.
+        moments: The moments of the run without faults.
+        draws: The battery draw of each robot in this run.
 
     Attributes:
-        entries: What can happen; the order means nothing.
+        entries: The candidates, in no particular order.
     """
 
     def __init__(
@@ -156,104 +158,108 @@ class Menu:
         self._world, self._space, self._robots = world, space, world.robots
         self._needs = needs_of(world, draws or {})
         asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
-        said: list[dict[str, Any]] = []
+        spec: list[dict[str, Any]] = []
         if "faults" in space.families:
-            said += faults_of(world, moments, space.durations, self._needs)
+            spec += faults_of(world, moments, space.durations, self._needs)
         if "changes" in space.families:
-            said += changes_of(world, asked, self._needs)
+            spec += changes_of(world, asked, self._needs)
         if "disturbances" in space.families:
-            said += disturbances_of(space.durations)
-        things = [thing for thing in map(Thing, said) if self._allowed(thing)]
-        things += [Thing(each) for template in space.further for each in expanded(template, [*world.robots])]
-        self.entries: list[Entry] = []
+            spec += disturbances_of(space.durations)
+        injections = [injection for injection in map(Injection, spec) if self._allowed(injection)]
+        injections += [Injection(each) for template in space.further for each in expanded(template, [*world.robots])]
+        self.entries: list[Candidate] = []
         self._asked = dict.fromkeys((moment.robot, moment.action) for moment in moments if moment.goal)
-        self._of_robots: dict[str, list[Entry]] = {}
-        # What holds from the start, and what begins at a moment and is about no robot.
-        self._changes: list[Entry] = []
-        self._general: list[Entry] = []
+        self._of_robots: dict[str, list[Candidate]] = {}
+        # Candidates that hold from the start, and those that begin at a moment and concern no robot.
+        self._changes: list[Candidate] = []
+        self._general: list[Candidate] = []
         self._known: dict[str, None] = {}
-        self._enter(things)
+        self._enter(injections)
 
-    def _add(self, said: Iterable[dict[str, Any]]) -> None:
-        self._enter([thing for thing in map(Thing, said) if self._allowed(thing)])
+    def _add(self, spec: Iterable[dict[str, Any]]) -> None:
+        self._enter([injection for injection in map(Injection, spec) if self._allowed(injection)])
 
-    def _enter(self, things: Iterable[Thing]) -> None:
-        """Enter things that are not on the menu yet."""
-        for thing in things:
-            if thing.key in self._known:
+    def _enter(self, injections: Iterable[Injection]) -> None:
+        """Enter injections that are not candidates yet."""
+        for injection in injections:
+            if injection.key in self._known:
                 continue
-            self._known[thing.key] = None
-            entry = Entry(thing, self._weight(thing))
-            robot = thing.said.get("robot")
-            self.entries.append(entry)
-            if not entry.anchored:
-                self._changes.append(entry)
+            self._known[injection.key] = None
+            candidate = Candidate(injection, self._weight(injection))
+            robot = injection.spec.get("robot")
+            self.entries.append(candidate)
+            if not candidate.anchored:
+                self._changes.append(candidate)
             else:
-                (self._of_robots.setdefault(robot, []) if robot else self._general).append(entry)
+                (self._of_robots.setdefault(robot, []) if robot else self._general).append(candidate)
 
-    def _weight(self, thing: Thing) -> float:
-        """Return how often a thing is tried; each of the many error codes of an action less often."""
-        return self._space.weights.get(thing.kind, 1.0) * (_CODE if "error_code" in thing.said else 1.0)
+    def _weight(self, injection: Injection) -> float:
+        """Return how often an injection is tried; each of the many error codes of an action less often."""
+        return self._space.weights.get(injection.kind, 1.0) * (_CODE if "error_code" in injection.spec else 1.0)
 
-    def allows(self, thing: Thing) -> bool:
+    def allows(self, injection: Injection) -> bool:
         """Return whether a fault of a robot can happen, as the check says."""
-        return "faults" in self._space.families and self._allowed(thing) and thing.said.get("robot") in self._robots
+        return (
+            "faults" in self._space.families
+            and self._allowed(injection)
+            and injection.spec.get("robot") in self._robots
+        )
 
-    def _allowed(self, thing: Thing) -> bool:
+    def _allowed(self, injection: Injection) -> bool:
         space = self._space
-        if space.only is not None and thing.kind not in space.only:
+        if space.only is not None and injection.kind not in space.only:
             return False
-        if thing.kind in OPT_IN and thing.kind not in (*space.also, *(space.only or ())):
+        if injection.kind in OPT_IN and injection.kind not in (*space.also, *(space.only or ())):
             return False
-        return thing.kind not in space.without and thing.subject not in space.spare
+        return injection.kind not in space.without and injection.subject not in space.spare
 
-    def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Thing]:
-        """Return each thing at each moment: first everything once, then everything at another moment, and so on."""
-        ranked: list[tuple[float, float, Thing]] = []
+    def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Injection]:
+        """Return each injection at each moment: first everything once, then everything at another moment, and so on."""
+        ranked: list[tuple[float, float, Injection]] = []
         timeline = Timeline(moments)
-        for entry in self.entries:
-            things = entry.things_in(timeline)
-            rng.shuffle(things)
-            ranked += [(rank / entry.weight, rng.random(), thing) for rank, thing in enumerate(things)]
+        for candidate in self.entries:
+            injections = candidate.injections_in(timeline)
+            rng.shuffle(injections)
+            ranked += [(rank / candidate.weight, rng.random(), injection) for rank, injection in enumerate(injections)]
         ranked.sort(key=lambda each: each[:2])
-        return [thing for _, _, thing in ranked]
+        return [injection for _, _, injection in ranked]
 
     def note(self, moments: Sequence[Moment]) -> None:
         """Add what can happen to robots that are asked for something new, as in a recovery.
 
         Args:
-            moments: What has happened in a run.
+            moments: The moments of a run.
         """
         new = [moment for moment in moments if moment.goal and (moment.robot, moment.action) not in self._asked]
         if new and "faults" in self._space.families:
             self._asked |= dict.fromkeys((moment.robot, moment.action) for moment in new)
             self._add(faults_of(self._world, new, self._space.durations, self._needs))
 
-    def any(self, moments: Sequence[Moment], rng: random.Random) -> Thing | None:
+    def any(self, moments: Sequence[Moment], rng: random.Random) -> Injection | None:
         """Return something at some moment, by the weights; rather something that happens to the robot of that moment.
 
         None if nothing can happen.
         """
         changes, others = self._changes, self._general
         if changes and (rng.random() < _CHANGES or not moments):
-            return _chosen(changes, rng).thing
+            return _chosen(changes, rng).injection
         if not moments:
             return None
         moment = rng.choice(moments)
         own = self._of_robots.get(moment.robot, [])
         if moment.goal == "executing":
-            own = [entry for entry in own if entry.suits(moment.action)]
+            own = [candidate for candidate in own if candidate.suits(moment.action)]
         entries = own if own and (not others or rng.random() < _OWN) else others
         if not entries:
-            return _chosen(changes, rng).thing if changes else None
-        entry = _chosen(entries, rng)
-        if entry.starts and rng.random() < _STARTS:
-            return entry.at_start()
-        return entry.at(rng.choice(Timeline(moments).anchors_of(moment)))
+            return _chosen(changes, rng).injection if changes else None
+        candidate = _chosen(entries, rng)
+        if candidate.starts and rng.random() < _STARTS:
+            return candidate.at_start()
+        return candidate.at(rng.choice(Timeline(moments).anchors_of(moment)))
 
 
-def _chosen(entries: Sequence[Entry], rng: random.Random) -> Entry:
-    return rng.choices(entries, [entry.weight for entry in entries])[0]
+def _chosen(entries: Sequence[Candidate], rng: random.Random) -> Candidate:
+    return rng.choices(entries, [candidate.weight for candidate in entries])[0]
 
 
 def expanded(template: Mapping[str, Any], robots: Sequence[str]) -> list[dict[str, Any]]:

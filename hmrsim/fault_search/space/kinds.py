@@ -1,4 +1,4 @@
-"""The faults that can happen in a world: for each kind and each subject, what a file would say."""
+"""Kinds of injections: the faults, changes and disturbances that can be tried in a world."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def faults_of(
             asked.setdefault(moment.robot, {})[moment.action] = None
     for kind in faults().values():
         for subject in _subjects_of(kind, world, asked):
-            for said in _variants(kind, subject, world, asked, needs):
-                for lasting in _lasting(kind, said, durations):
+            for spec in _variants(kind, subject, world, asked, needs):
+                for lasting in _lasting(kind, spec, durations):
                     if isinstance(read_fault(kind.name, {k: v for k, v in lasting.items() if k != "type"}), tuple):
                         yield lasting
 
@@ -76,25 +76,25 @@ def _variants(
 ) -> Iterator[dict[str, Any]]:
     """Yield what a fault of a kind says of a subject: each action that it is asked for, and how strong it is."""
     fields = kind.settings.model_fields
-    # What a kind's example sets makes it do something; with its defaults alone it may do nothing.
+    # The example of a kind has values with an effect; the defaults alone may have none.
     strengths = {name for name, field in fields.items() if field.is_required() or name in kind.example} - {*subject}
-    said: dict[str, Any] = {"type": kind.name, **subject}
+    spec: dict[str, Any] = {"type": kind.name, **subject}
     for name in sorted(strengths):
-        said[name] = _strength(kind, name, world)
+        spec[name] = _strength(kind, name, world)
     if "count" in fields:
-        said["count"] = 1
+        spec["count"] = 1
     if "action" not in fields:
         battery = battery_of(world, subject["robot"]) if kind.name == _DROP else None
-        yield from (said,) if battery is None else _falls(said, battery, world, needs)
+        yield from (spec,) if battery is None else _falls(spec, battery, world, needs)
         return
     for action in asked.get(subject.get("robot", ""), {}):
         if actions()[action].of_world:
             continue
-        yield {**said, "action": action}
+        yield {**spec, "action": action}
         if "count" in fields:
-            yield {**said, "action": action, "count": 3}
+            yield {**spec, "action": action, "count": 3}
         if "error_code" in fields:
-            yield from ({**said, "action": action, "error_code": code} for code in error_codes(actions()[action]))
+            yield from ({**spec, "action": action, "error_code": code} for code in error_codes(actions()[action]))
 
 
 def _strength(kind: AnyFault, name: str, world: World) -> Any:
@@ -105,25 +105,25 @@ def _strength(kind: AnyFault, name: str, world: World) -> Any:
 
 
 def _falls(
-    said: Mapping[str, Any], battery: BatterySettings, world: World, needs: Mapping[str, float]
+    spec: Mapping[str, Any], battery: BatterySettings, world: World, needs: Mapping[str, float]
 ) -> Iterator[dict[str, Any]]:
     """Yield the fall of a battery to each share: to what is low, and to enough to set out but not to come far.
 
     Not to what is critical: then a robot may have too little to reach a charger, whatever its controller does. Where
     there is no charger, it keeps what it needs for the whole mission.
     """
-    least = 0.0 if has_charger(world) else needs.get(said["robot"], 0.0)
+    least = 0.0 if has_charger(world) else needs.get(spec["robot"], 0.0)
     for share in dict.fromkeys(max(each, least) for each in (battery.low, battery.low * _ABOVE)):
         if 0.0 < share < 1.0:
-            yield {**said, "share": round(share, 6)}
+            yield {**spec, "share": round(share, 6)}
 
 
-def _lasting(kind: AnyFault, said: dict[str, Any], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
+def _lasting(kind: AnyFault, spec: dict[str, Any], durations: Sequence[float]) -> Iterator[dict[str, Any]]:
     """Yield a fault with each duration, if it lasts; one that counts goals ends by itself."""
-    if not issubclass(kind.settings, Spell) or "count" in said:
-        yield said
+    if not issubclass(kind.settings, Spell) or "count" in spec:
+        yield spec
         return
-    yield from ({**said, "duration": seconds} for seconds in durations)
+    yield from ({**spec, "duration": seconds} for seconds in durations)
 
 
 _SLOW: Final = 0.3
@@ -215,13 +215,13 @@ def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
         durations: Simulated seconds that those last that last.
     """
     for kind in DISTURBANCES:
-        said: dict[str, Any] = {"disturbance": kind}
+        spec: dict[str, Any] = {"disturbance": kind}
         if kind in _LASTING:
-            yield from ({**said, "duration": seconds} for seconds in durations)
+            yield from ({**spec, "duration": seconds} for seconds in durations)
         elif kind == "controller_killed":
-            yield {**said, "restart_after": _RESTART}
+            yield {**spec, "restart_after": _RESTART}
         else:
-            yield said
+            yield spec
 
 
 _RESERVE: Final = 1.5
@@ -229,7 +229,7 @@ _RESERVE: Final = 1.5
 
 
 class Draw(NamedTuple):
-    """What a robot takes from its battery, as shares of its capacity.
+    """The battery draw of a robot, in shares of the capacity.
 
     Attributes:
         whole: The most from one charge to the next.
@@ -265,7 +265,7 @@ def needs_of(world: World, draws: Mapping[str, Draw]) -> dict[str, float]:
 
     Args:
         world: The world.
-        draws: What each robot takes from its battery in the run without faults.
+        draws: The battery draw of each robot in the run without faults.
     """
     needs = {}
     for name in world.robots:

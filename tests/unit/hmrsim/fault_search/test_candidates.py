@@ -7,8 +7,8 @@ from collections import Counter
 
 import pytest
 
-from hmrsim.fault_search.schedule import Moment, Thing
-from hmrsim.fault_search.space.candidates import Entry, Menu, Timeline, expanded
+from hmrsim.fault_search.schedule import Injection, Moment
+from hmrsim.fault_search.space.candidates import Candidate, Candidates, Timeline, expanded
 from hmrsim.fault_search.space.kinds import Draw
 from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
@@ -29,9 +29,9 @@ def world():
     return world_of(dict(WORLD), "world")
 
 
-def menu(world, draw=None, **space):
-    """Return the menu of a world; *draw* is what the porter takes from its battery."""
-    return Menu(world, Space.model_validate(space), MOMENTS, {"porter": draw} if draw else None)
+def candidates(world, draw=None, **space):
+    """Return the candidates of a world; *draw* is what the porter takes from its battery."""
+    return Candidates(world, Space.model_validate(space), MOMENTS, {"porter": draw} if draw else None)
 
 
 def powered(units="m", docks=None, **battery):
@@ -42,22 +42,26 @@ def powered(units="m", docks=None, **battery):
 
 
 def changed(world, draw):
-    """Return the values to which a menu changes something of the porter, by the last step of their paths."""
-    entries = menu(world, draw, families=["changes"]).entries
-    said = [entry.thing.said["change"] for entry in entries]
-    return sorted((path.rpartition(".")[2], value) for each in said for path, value in each.items())
+    """Return the values to which a candidates changes something of the porter, by the last step of their paths."""
+    entries = candidates(world, draw, families=["changes"]).entries
+    spec = [candidate.injection.spec["change"] for candidate in entries]
+    return sorted((path.rpartition(".")[2], value) for each in spec for path, value in each.items())
 
 
 def test_only_robots_that_are_asked_for_something_have_faults(world):
     """What happens to a robot that the controller does not use can't break it."""
-    robots = {entry.thing.said["robot"] for entry in menu(world).entries if "robot" in entry.thing.said}
+    robots = {
+        candidate.injection.spec["robot"]
+        for candidate in candidates(world).entries
+        if "robot" in candidate.injection.spec
+    }
 
     assert robots == {"porter"}
 
 
 def test_a_fault_of_a_component_needs_it(world):
     """The porter has a claw, and neither battery nor sensors."""
-    kinds = {entry.thing.kind for entry in menu(world).entries}
+    kinds = {candidate.injection.kind for candidate in candidates(world).entries}
 
     assert {"claw_misses", "claw_drops", "breakdown", "slip", "lane_closed", "controller_killed", "speed"} <= kinds
     assert not {"battery_cell", "battery_drop", "sensor_blind", "door_jammed", "capacity"} & kinds
@@ -65,9 +69,9 @@ def test_a_fault_of_a_component_needs_it(world):
 
 def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
     """Also several times in a row."""
-    aborted = [entry.thing.said for entry in menu(world, only=["goals_aborted"]).entries]
+    aborted = [candidate.injection.spec for candidate in candidates(world, only=["goals_aborted"]).entries]
 
-    assert {(said.get("action"), said.get("count")) for said in aborted} >= {
+    assert {(spec.get("action"), spec.get("count")) for spec in aborted} >= {
         ("navigate_to_pose", 1),
         ("navigate_to_pose", 3),
         ("pickup", 1),
@@ -76,23 +80,30 @@ def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
 
 def test_what_a_check_leaves_out_does_not_happen(world):
     """Kinds, families, and what is spared."""
-    assert {entry.thing.kind for entry in menu(world, only=["slip", "breakdown"]).entries} == {"slip", "breakdown"}
-    assert "slip" not in {entry.thing.kind for entry in menu(world, without=["slip"]).entries}
-    assert {entry.thing.family for entry in menu(world, families=["changes"]).entries} == {"change"}
-    assert not [entry for entry in menu(world, spare=["porter"]).entries if entry.thing.said.get("robot")]
+    assert {candidate.injection.kind for candidate in candidates(world, only=["slip", "breakdown"]).entries} == {
+        "slip",
+        "breakdown",
+    }
+    assert "slip" not in {candidate.injection.kind for candidate in candidates(world, without=["slip"]).entries}
+    assert {candidate.injection.family for candidate in candidates(world, families=["changes"]).entries} == {"change"}
+    assert not [
+        candidate for candidate in candidates(world, spare=["porter"]).entries if candidate.injection.spec.get("robot")
+    ]
 
 
 def test_some_disturbances_happen_only_if_they_are_asked_for(world):
     """Few controllers promise to bear a second one beside them."""
-    assert "second_controller" not in {entry.thing.kind for entry in menu(world).entries}
-    assert "second_controller" in {entry.thing.kind for entry in menu(world, also=["second_controller"]).entries}
+    assert "second_controller" not in {candidate.injection.kind for candidate in candidates(world).entries}
+    assert "second_controller" in {
+        candidate.injection.kind for candidate in candidates(world, also=["second_controller"]).entries
+    }
 
 
 def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals(world):
     """The drive lasts for ten seconds."""
-    entry = next(each for each in menu(world, only=["claw_drops"]).entries)
+    candidate = next(each for each in candidates(world, only=["claw_drops"]).entries)
 
-    anchors = entry.anchors_in(Timeline(MOMENTS))
+    anchors = candidate.anchors_in(Timeline(MOMENTS))
 
     assert {"goal": "executing", "robot": "porter", "action": "navigate_to_pose", "after": 5.0} in anchors
     assert {"event": "picked", "robot": "porter"} in anchors
@@ -101,13 +112,16 @@ def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals
 
 def test_single_things_come_each_once_before_any_comes_again(world):
     """So that a short search has tried everything, and a longer one at each moment; a change has no moment."""
-    whole = menu(world)
+    whole = candidates(world)
     singles = whole.singles(MOMENTS, random.Random(1))
-    first = [Entry(thing, 1.0).thing.replaced(when=None, at=None).key for thing in singles[: len(whole.entries)]]
+    first = [
+        Candidate(injection, 1.0).injection.replaced(when=None, at=None).key
+        for injection in singles[: len(whole.entries)]
+    ]
 
     assert len(set(first)) == len(whole.entries)
     assert len(singles) == sum(
-        (len(entry.anchors_in(Timeline(MOMENTS))) or 1) + entry.starts for entry in whole.entries
+        (len(candidate.anchors_in(Timeline(MOMENTS))) or 1) + candidate.starts for candidate in whole.entries
     )
 
 
@@ -116,29 +130,32 @@ def test_each_fault_is_tried_from_the_start_once(world):
 
     Left out are the many error codes of a goal, and a robot out of reach, without which no mission begins.
     """
-    singles = menu(world).singles(MOMENTS, random.Random(1))
-    starts = [thing for thing in singles if thing.at_start]
+    singles = candidates(world).singles(MOMENTS, random.Random(1))
+    starts = [injection for injection in singles if injection.at_start]
 
-    faults = {thing.kind for thing in singles if thing.family == "type"}
-    assert {thing.kind for thing in starts} == faults - {"messages_lost"}
-    assert len({thing.key for thing in starts}) == len(starts) < len(singles) / 5
-    assert not any("error_code" in thing.said for thing in starts)
+    faults = {injection.kind for injection in singles if injection.family == "type"}
+    assert {injection.kind for injection in starts} == faults - {"messages_lost"}
+    assert len({injection.key for injection in starts}) == len(starts) < len(singles) / 5
+    assert not any("error_code" in injection.spec for injection in starts)
 
 
 def test_some_of_several_things_hold_from_the_start(world):
     """A few of them, of faults alone."""
-    whole, rng = menu(world), random.Random(1)
+    whole, rng = candidates(world), random.Random(1)
     drawn = [whole.any(MOMENTS, rng) for _ in range(1000)]
 
-    assert 10 < sum(thing.at_start for thing in drawn) < 100
+    assert 10 < sum(injection.at_start for injection in drawn) < 100
 
 
 @pytest.mark.parametrize(("units", "far"), [("m", 0.5), ("px", 40.0)])
 def test_the_localization_jumps_by_some_distance(units, far):
     """With the defaults of its settings it would be off by nothing."""
-    (said,) = [entry.thing.said for entry in menu(powered(units), only=["localisation_jump"], durations=[5.0]).entries]
+    (spec,) = [
+        candidate.injection.spec
+        for candidate in candidates(powered(units), only=["localisation_jump"], durations=[5.0]).entries
+    ]
 
-    assert said["dx"] == far
+    assert spec["dx"] == far
 
 
 CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
@@ -150,9 +167,9 @@ CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
 )
 def test_a_battery_falls_to_what_a_controller_can_bear(docks, whole, shares):
     """To what is low and a little above; without a charger it keeps half as much more as the mission needs."""
-    entries = menu(powered(docks=docks), Draw(whole, 0.1), only=["battery_drop"]).entries
+    entries = candidates(powered(docks=docks), Draw(whole, 0.1), only=["battery_drop"]).entries
 
-    assert [entry.thing.said["share"] for entry in entries] == shares
+    assert [candidate.injection.spec["share"] for candidate in entries] == shares
 
 
 QUICK = ("speed", 1e4)
@@ -187,7 +204,7 @@ def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(docks, dra
 def test_a_weight_has_a_kind_tried_more_often(world):
     """Three to one, of what is drawn."""
     rng = random.Random(1)
-    weighted = menu(world, only=["slip", "claw_drops"], weights={"claw_drops": 10}, durations=[5.0])
+    weighted = candidates(world, only=["slip", "claw_drops"], weights={"claw_drops": 10}, durations=[5.0])
     drawn = Counter(weighted.any(MOMENTS, rng).kind for _ in range(300))
 
     assert drawn["claw_drops"] > 4 * drawn["slip"] > 0
@@ -201,8 +218,8 @@ def test_a_template_stands_for_each_combination_of_its_values():
     assert expanded({"type": "lane_closed", "lane": ["a", "b"]}, []) == [{"type": "lane_closed", "lane": ["a", "b"]}]
 
 
-def test_things_of_one_s_own_are_on_the_menu(world):
+def test_custom_injections_are_candidates(world):
     """With the others, or alone."""
     own = {"type": "slip", "robot": "other", "factor": 0.01, "at": 3.0}
 
-    assert Thing(own) in [entry.thing for entry in menu(world, further=[own]).entries]
+    assert Injection(own) in [candidate.injection for candidate in candidates(world, further=[own]).entries]

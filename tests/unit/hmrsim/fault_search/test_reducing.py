@@ -7,15 +7,15 @@ import pytest
 from hmrsim.fault_search.reducer import Reducer
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import Failure, run_case
-from hmrsim.fault_search.schedule import Case, Thing
+from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.fault_search.shrinking import simpler
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of
 
 DRIVE = {"goal": "executing", "robot": "porter", "action": "navigate_to_pose"}
-BREAKDOWN = Thing({"type": "breakdown", "robot": "porter", "duration": 25.0, "when": {**DRIVE, "after": 2.0}})
-SLIP = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": DRIVE})
-SLOW = Thing({"change": {"robots.other.base.speed": 0.1}})
+BREAKDOWN = Injection({"type": "breakdown", "robot": "porter", "duration": 25.0, "when": {**DRIVE, "after": 2.0}})
+SLIP = Injection({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": DRIVE})
+SLOW = Injection({"change": {"robots.other.base.speed": 0.1}})
 VAIN = Failure("no_vain_goals", "rejected 5 times in a row")
 
 
@@ -27,11 +27,11 @@ def reduced(case, failure=VAIN, function="vain"):
         return Reducer(evaluator, check.definition, nominal).reduce(case, failure)
 
 
-def test_things_that_a_failure_does_not_need_are_left_out():
+def test_injections_that_a_failure_does_not_need_are_removed():
     """Of three, the breakdown is enough; without it the run passes."""
     result = reduced(Case((SLIP, BREAKDOWN, SLOW)))
 
-    assert [thing.kind for thing in result.case.schedule] == ["breakdown"]
+    assert [injection.kind for injection in result.case.schedule] == ["breakdown"]
     assert [outcome.failure for outcome in result.without] == [None]
 
 
@@ -59,7 +59,11 @@ def test_a_change_becomes_as_small_as_it_may_be(change, expected):
     """The least one first, down from 1 m/s or up."""
     world = check_of("careful").world
 
-    values = [value for thing in simpler(Thing({"change": change}), world) for value in thing.said["change"].values()]
+    values = [
+        value
+        for injection in simpler(Injection({"change": change}), world)
+        for value in injection.spec["change"].values()
+    ]
     assert values == expected
 
 
@@ -68,21 +72,21 @@ def test_a_smaller_battery_keeps_its_share():
     battery = {"capacity": 200.0, "initial_charge": 100.0}
     check = check_of("careful", overlay={"robots.porter.components.battery": battery})
     path = "robots.porter.components.battery"
-    half = Thing({"change": {f"{path}.capacity": 100.0, f"{path}.initial_charge": 50.0}})
+    half = Injection({"change": {f"{path}.capacity": 100.0, f"{path}.initial_charge": 50.0}})
 
     first = next(simpler(half, check.world))
-    assert [*first.said["change"].values()] == [190.0, 95.0]
+    assert [*first.spec["change"].values()] == [190.0, 95.0]
 
 
 def test_what_properties_speak_of_stays():
     """Else they could not be checked when the failure is repeated."""
-    said = {
+    spec = {
         "properties": {
             "far": {"never": {"robot": "porter", "at": "nook"}},
             "kept": {"never": {"item": "crate", "at": "home"}},
         }
     }
-    check = check_of("vain", properties=said)
+    check = check_of("vain", properties=spec)
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         result = Reducer(evaluator, check.definition, nominal, names=check.named).reduce(Case((BREAKDOWN,)), VAIN)
@@ -105,15 +109,15 @@ def test_a_failure_without_faults_keeps_its_world():
 def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
     """Without its dock the robot could not dock either, which says nothing about a dock that is out of order."""
     world = {"docks": {"berth": {"at": [0.0, 0.5]}}, "robots.porter.at": "store"}
-    fails = Thing({"type": "goals_aborted", "robot": "porter", "action": "pickup", "count": 1})
-    shut = Thing({"type": "dock_out_of_order", "dock": "berth"})
+    fails = Injection({"type": "goals_aborted", "robot": "porter", "action": "pickup", "count": 1})
+    shut = Injection({"type": "dock_out_of_order", "dock": "berth"})
     check = check_of("tired", overlay=world)
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         failure = Failure("no_vain_goals", "aborted 5 times in a row")
         result = Reducer(evaluator, check.definition, nominal).reduce(Case((fails, shut)), failure)
 
-    assert [thing.kind for thing in result.case.schedule] == ["goals_aborted", "dock_out_of_order"]
+    assert [injection.kind for injection in result.case.schedule] == ["goals_aborted", "dock_out_of_order"]
     assert [*result.case.definition["docks"]] == ["berth"]
 
 
@@ -126,16 +130,16 @@ def test_a_robot_that_is_missing_does_not_stand_for_one_that_is_broken():
         assert ["no_box"] == [failure.property for failure in nominal.failures]
         result = Reducer(evaluator, check.definition, nominal).reduce(Case((BREAKDOWN,)), VAIN)
 
-    assert [thing.kind for thing in result.case.schedule] == ["breakdown"]
+    assert [injection.kind for injection in result.case.schedule] == ["breakdown"]
     assert [*result.case.definition["robots"]] == ["porter"]
 
 
 def test_values_become_simple():
     """A second is enough, from the first moment on."""
-    (thing,) = reduced(Case((BREAKDOWN,))).case.schedule
+    (injection,) = reduced(Case((BREAKDOWN,))).case.schedule
 
-    assert thing.said["duration"] == 1.0
-    assert thing.anchor == DRIVE
+    assert injection.spec["duration"] == 1.0
+    assert injection.anchor == DRIVE
 
 
 def test_a_failure_without_faults_has_no_schedule():
@@ -148,17 +152,19 @@ def test_a_failure_without_faults_has_no_schedule():
 
 def test_simpler_values_come_one_at_a_time():
     """First the anchor, then the count, then durations."""
-    thing = Thing({"type": "goals_rejected", "robot": "eve", "count": 3, "when": {**DRIVE, "nth": 2, "after": 1.25}})
-    whens = [each.anchor for each in simpler(thing)]
+    injection = Injection(
+        {"type": "goals_rejected", "robot": "eve", "count": 3, "when": {**DRIVE, "nth": 2, "after": 1.25}}
+    )
+    whens = [each.anchor for each in simpler(injection)]
 
     assert whens[0] == {**DRIVE, "nth": 2}
     assert {**DRIVE, "nth": 2, "after": 1.0} in whens
     assert {**DRIVE, "after": 1.25} in whens
-    assert [each.said.get("count") for each in simpler(thing)][-1] == 1
+    assert [each.spec.get("count") for each in simpler(injection)][-1] == 1
 
 
 def test_each_earlier_event_of_its_kind_is_tried():
-    """The first of all comes first; one of the others may need no second thing."""
-    thing = Thing({"type": "slip", "robot": "eve", "when": {**DRIVE, "nth": 4}})
+    """The first of all comes first; one of the others may need no second injection."""
+    injection = Injection({"type": "slip", "robot": "eve", "when": {**DRIVE, "nth": 4}})
 
-    assert [1, 2, 3] == [each.anchor.get("nth", 1) for each in simpler(thing)]
+    assert [1, 2, 3] == [each.anchor.get("nth", 1) for each in simpler(injection)]

@@ -1,17 +1,17 @@
-"""The things of schedules: what they say in words, and what can be wrong with them."""
+"""The injections of schedules: what they say in words, and what can be wrong with them."""
 
 from __future__ import annotations
 
 import pytest
 
-from hmrsim.fault_search.schedule import Thing, read_things
+from hmrsim.fault_search.schedule import Injection, read_injections
 
 GOAL = {"goal": "executing", "robot": "eve", "action": "pickup"}
 GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
 
 
 @pytest.mark.parametrize(
-    ("said", "words"),
+    ("spec", "words"),
     [
         ({"type": "breakdown", "robot": "eve", "duration": 20.0}, "breakdown of eve for 20 s"),
         (
@@ -44,14 +44,14 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
         ),
     ],
 )
-def test_a_thing_is_told_in_words(said, words):
+def test_an_injection_is_described_in_words(spec, words):
     """What happens to what, for how long, and when it begins."""
-    assert words == Thing(said).describe()
+    assert words == Injection(spec).describe()
 
 
-def test_things_that_say_the_same_are_equal():
+def test_equal_injections_have_equal_keys():
     """In whatever order they say it."""
-    one, other = Thing({"type": "slip", "robot": "eve"}), Thing({"robot": "eve", "type": "slip"})
+    one, other = Injection({"type": "slip", "robot": "eve"}), Injection({"robot": "eve", "type": "slip"})
 
     assert one == other
     assert {one: 1}[other] == 1
@@ -60,7 +60,7 @@ def test_things_that_say_the_same_are_equal():
 
 def test_everything_that_is_wrong_is_told_at_once():
     """With its place in the list, and what would do."""
-    things, findings = read_things(
+    injections, findings = read_injections(
         [
             {"type": "breakdwn", "robot": "eve"},
             {"type": "slip", "robot": "eve", "factor": 0.5, "when": {"event": "pickd"}},
@@ -73,7 +73,7 @@ def test_everything_that_is_wrong_is_told_at_once():
     )
     told = [(".".join(map(str, finding.path)), finding.message) for finding in findings]
 
-    assert len(things) == 1
+    assert len(injections) == 1
     assert told[0] == ("0.type", "no fault type 'breakdwn'; did you mean 'breakdown'?")
     assert told[1] == ("1.when.event", "there is no kind of event 'pickd'; did you mean 'picked'?")
     assert told[2][0] == "2.disturbance"
@@ -82,6 +82,6 @@ def test_everything_that_is_wrong_is_told_at_once():
 
 def test_a_schedule_is_a_list():
     """Anything else is told."""
-    assert [finding.message for finding in read_things({"type": "slip"})[1]] == [
+    assert [finding.message for finding in read_injections({"type": "slip"})[1]] == [
         "expected a list of faults, changes and disturbances, got a mapping"
     ]
