@@ -93,7 +93,7 @@ class Batches:
 
 
 class _Work(Generic[T, R]):
-    """One call of `Batches.results`."""
+    """The state of one call of `Batches.results`."""
 
     def __init__(
         self,
@@ -275,17 +275,17 @@ def _dask(distributed: Any, address: str, workers: int) -> Executor:
 
 
 class _Closing(Executor):
-    """An executor that closes its cluster with it."""
+    """A Dask executor that closes its cluster when it shuts down."""
 
     def __init__(self, executor: Executor, client: Any) -> None:
         self._executor, self._client = executor, client
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
-        """Submit a call."""
+        """Submit a call to the cluster and return its future."""
         return self._executor.submit(function, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as of Executor
-        """End it, and the cluster if it was made for it."""
+        """Shut down the executor, and its cluster if it started one."""
         self._executor.shutdown(wait=wait and not cancel_futures)
         with suppress(Exception):
             self._client.close()

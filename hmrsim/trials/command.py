@@ -86,7 +86,7 @@ class CommandTrial(Trial):
 
     @property
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, when the controller had ended."""
+        """True if the run ended, by its limit or by a sink, before its controller did."""
         return self._over
 
     def play(self) -> Ended:

@@ -36,7 +36,7 @@ class Tail(io.TextIOBase):
         self._length = 0
 
     def write(self, text: str) -> int:
-        """Take a text."""
+        """Write a text; only its end is kept."""
         self._pieces.append(text[-_TAIL:])
         self._length += len(self._pieces[-1])
         while self._length - len(self._pieces[0]) >= _TAIL:

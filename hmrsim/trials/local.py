@@ -62,7 +62,7 @@ class LocalTrial(Trial):
 
     @property
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, before the trial was closed."""
+        """True if the run ended, by its limit or by a sink, before the trial was closed."""
         return self._over if self._closed else self._host.pacing.over
 
     def open_client(self, name: str) -> Client:

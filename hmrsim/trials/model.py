@@ -61,7 +61,7 @@ class Controller(Part):
 
     @property
     def in_process(self) -> bool:
-        """Whether it runs in the worker's process."""
+        """True if it runs in the worker's process."""
         return self.command is None
 
     @property

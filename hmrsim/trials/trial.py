@@ -158,7 +158,7 @@ class Trial(ABC):
     @property
     @abstractmethod
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, before the trial has ended it."""
+        """True if the run ended, by its limit or by a sink, before the trial ended it."""
 
     @abstractmethod
     def play(self) -> Ended:

@@ -1,4 +1,4 @@
-"""The table of runs as columns of numbers, so that a hundred thousand runs take some megabytes."""
+"""The table of runs as NumPy columns, so that a hundred thousand runs take a few megabytes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Columns:
         factors: The place of the level of each factor in *levels*.
         levels: The levels of each factor.
         measures: The values of each measure; NaN for none.
-        squares: What each run adds to the squares of the weights of those that differ; see `counted`.
+        squares: The contribution of each run to the squared weights; see `counted`.
         repeated: Whether all replications of its scenario and treatment are the same run.
         texts: How many runs have a text for a measure.
         failures: The runs without success.

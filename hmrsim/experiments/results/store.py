@@ -159,7 +159,7 @@ class Results:
     def changed(self, plan: Plan) -> str:
         """Return what has been changed since the first run, of the world and the files of controllers; "" if nothing.
 
-        What those files import is not looked at.
+        The imports of these files are not included.
         """
         if self.about["world"] != plan.world(0).hash:
             return "the world"

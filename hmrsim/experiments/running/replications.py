@@ -72,7 +72,7 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
             ending, cause, output = trial.play()
         except HmrsimError as error:
             return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
-        # What the judge has found counts, and so does the limit, also where a controller is confused by the end.
+        # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
         if ending == CRASHED and trial.over and treatment.in_process:
             ending, cause = TIMEOUT, ""
         elif ending in {SUCCEEDED, FAILED}:

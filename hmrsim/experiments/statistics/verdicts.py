@@ -57,7 +57,7 @@ class Criterion:
 
     @property
     def _is_wide(self) -> bool:
-        """Whether shares can't differ by more than the margin."""
+        """True if shares can't differ by more than the margin."""
         return self.margin is not None and not self.relative and self.margin >= 1
 
     def settled(self, first: Sequence[float], second: Sequence[float]) -> Criterion:

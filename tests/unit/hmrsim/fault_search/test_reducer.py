@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.reducer import Reducer, needed
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import Failure, run_case
 from hmrsim.fault_search.schedule import Case, Injection
-from hmrsim.fault_search.shrinking import simpler
+from hmrsim.fault_search.shrinking import parts_of, restricted, simpler, tidied
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of
 
@@ -168,3 +170,92 @@ def test_each_earlier_event_of_its_kind_is_tried():
     injection = Injection({"type": "slip", "robot": "eve", "when": {**DRIVE, "nth": 4}})
 
     assert [1, 2, 3] == [each.anchor.get("nth", 1) for each in simpler(injection)]
+
+
+def fails_with(wanted):
+    """Return what tells of candidates that have all of some parts, and keeps how often it was asked."""
+
+    def fails(candidates):
+        return [wanted <= {*candidate} for candidate in candidates]
+
+    return fails
+
+
+@given(st.integers(1, 40).flatmap(lambda n: st.tuples(st.just(n), st.frozensets(st.integers(0, n - 1), max_size=6))))
+def test_what_is_needed_is_found_whatever_it_is(case):
+    """A failure that needs some parts is reduced to these, in their order."""
+    count, wanted = case
+
+    assert sorted(wanted) == needed(range(count), fails_with(wanted))
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=12))
+def test_no_part_of_what_is_found_can_be_left_out(parts):
+    """Also of a failure that is there with many different parts: here, that the sum is at least half of all."""
+    half = sum(parts) / 2
+
+    def fails(candidates):
+        return [sum(candidate) >= half for candidate in candidates]
+
+    found = needed(parts, fails)
+
+    assert sum(found) >= half
+    assert all(sum(found) - each < half for each in found)
+
+
+def test_what_fails_by_itself_needs_nothing():
+    """A failure without any part is reduced to none with one test."""
+    asked = []
+
+    def fails(candidates):
+        asked.append(len(candidates))
+        return [True] * len(candidates)
+
+    assert needed("abc", fails) == []
+    assert asked == [1]
+
+
+def test_candidates_of_a_round_are_tested_together():
+    """So that they can be run at once; of several that fail the first one is taken."""
+    rounds = []
+
+    def fails(candidates):
+        rounds.append(len(candidates))
+        return ["d" in candidate for candidate in candidates]
+
+    assert needed("abcdefgh", fails) == ["d"]
+    assert max(rounds) > 1
+
+
+WORLD = {
+    "waypoints": {"a": [0, 0], "b": [1, 0], "c": [2, 0]},
+    "lanes": [["a", "b"], {"from": "b", "to": "c", "one_way": True}],
+    "places": {"shelf": {"at": [2, 1]}},
+    "robot_types": {"nurse": {}, "drone": {}},
+    "robots": {"wall_e": {"at": "a", "type": "nurse"}, "eve": {"at": "b", "type": "drone"}},
+}
+
+
+def test_parts_are_entries_by_name_or_by_index():
+    """Of mappings the names, of lists the indices."""
+    parts = parts_of(WORLD, ("robots", "lanes", "doors"))
+
+    assert parts == [("robots", "wall_e"), ("robots", "eve"), ("lanes", 0), ("lanes", 1)]
+
+
+def test_a_world_keeps_what_is_kept():
+    """A key without entries is left out; other keys stay as they are."""
+    world = restricted(WORLD, ("robots", "places"), [("robots", "eve")])
+
+    assert world["robots"] == {"eve": {"at": "b", "type": "drone"}}
+    assert "places" not in world
+    assert world["lanes"] == WORLD["lanes"]
+
+
+def test_a_tidy_world_has_no_waypoint_that_nothing_leads_to():
+    """One at which a robot stands stays; a robot type goes with its last robot."""
+    world = tidied(restricted(WORLD, ("robots", "lanes"), [("robots", "wall_e"), ("lanes", 1)]))
+
+    assert [*world["waypoints"]] == ["a", "b", "c"]
+    assert [*world["robot_types"]] == ["nurse"]
+    assert [*tidied(restricted(WORLD, ("robots", "lanes"), [("robots", "eve")]))["waypoints"]] == ["b"]
