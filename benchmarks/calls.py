@@ -19,12 +19,11 @@ from benchmarks._report import Row
 from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.experiments.running.replications import execute_run
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
@@ -174,7 +173,7 @@ def schedule() -> Counts:
         Path(folder, "mission.py").write_text(_MISSION)
         file = CheckFile.model_validate({"world": _WORLD, "controller": {"python": "mission.py:drive"}})
         check = check_at(file, Path(folder))
-        case = Case((Thing({"type": "slip", "robot": "eve", "factor": 0.5, "at": 0.0}),))
+        case = Case((Injection({"type": "slip", "robot": "eve", "factor": 0.5, "at": 0.0}),))
 
         def run() -> None:
             outcome = run_case(check, case)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from benchmarks._report import Row
-from hmrsim.experiments.statistics.sequences import first_above
+from hmrsim.experiments.statistics.confidence_sequences import first_above
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,9 +14,9 @@ from benchmarks._spread import Spread
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check

@@ -11,9 +11,9 @@ from hmrsim.actions import registry
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.trials.executors import Serial
+from hmrsim.trials.batches import Serial
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError
 

@@ -22,7 +22,7 @@ from hmrsim.program.log_options import add_log_options, logging_to_stderr
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.file.reading import Repro
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.running.single import Outcome
     from hmrsim.properties import Checked, Properties, Verdict, Violation
 
 _MAX_VIOLATIONS: Final = 50
@@ -113,7 +113,7 @@ def _repeat(args: argparse.Namespace) -> int:
     from hmrsim.fault_search.file.reading import read_repro
     from hmrsim.fault_search.running.single import Wanted, run_case
     from hmrsim.program.memory import collect_rarely
-    from hmrsim.trials.endings import ERROR
+    from hmrsim.trials.trial import ERROR
 
     check_outputs([("--record", args.record)], [args.repro])
     if args.folder is not None and not args.folder.is_dir():
@@ -140,7 +140,7 @@ def _repeat(args: argparse.Namespace) -> int:
 def _compared(check: Check) -> Check:
     """Return the check with its run without faults, which is made here if a property compares runs with it."""
     from hmrsim.fault_search.running.single import run_case
-    from hmrsim.fault_search.schedules.case import Case
+    from hmrsim.fault_search.schedule import Case
 
     if not check.compares:
         return check
@@ -158,7 +158,7 @@ def _trace_of(path: Path, folder: Path | None) -> str:
 
 
 def _same(repro: Repro, outcome: Outcome) -> bool:
-    from hmrsim.fault_search.running.outcome import Failure
+    from hmrsim.fault_search.running.single import Failure
 
     return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
 
@@ -182,8 +182,8 @@ def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
 
 def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
     from hmrsim.cli.trace_file import difference_from
-    from hmrsim.fault_search.results.finding import by_begin
     from hmrsim.fault_search.results.story import LONG, events_of
+    from hmrsim.fault_search.results.summary import by_begin
 
     schedule = repro.case.schedule
     for number, i in enumerate(by_begin(schedule, outcome), 1):

@@ -18,20 +18,19 @@ from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_c
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import passes
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.outcome import Failure
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.single import Failure
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
-from hmrsim.trials.endings import TIMEOUT
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
+from hmrsim.trials.trial import TIMEOUT
 from hmrsim.world.overlays.overlay import setting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.results.summary import Summary
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.results.summary import Finding, Summary
+    from hmrsim.fault_search.running.single import Outcome
 
 _ENOUGH: Final = 500
 """Runs below which a search is too short to mean much."""

@@ -15,7 +15,7 @@ from hmrsim.cli.output import show, show_json, show_result, show_table, warn
 from hmrsim.errors import TraceError, printable, reason_of
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.comparing import Contrast
+    from hmrsim.experiments.contrast import Contrast
 
 _MAX_ENDINGS: Final = 10
 _MAX_LINE: Final = 500
@@ -76,7 +76,7 @@ def _margin(text: str) -> tuple[str, float]:
 def _compare(args: argparse.Namespace) -> int:
     if Path(args.a).is_file() and Path(args.b).is_file():
         return _compare_traces(args)
-    from hmrsim.experiments.comparing import contrast, sides_of
+    from hmrsim.experiments.contrast import contrast, sides_of
     from hmrsim.experiments.statistics.verdicts import WORSE
 
     result = contrast(*sides_of(args.a, args.b), measures=args.measure, margins=dict(args.margin), alpha=args.alpha)

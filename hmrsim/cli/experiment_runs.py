@@ -13,22 +13,22 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import ResultsError
-from hmrsim.experiments.comparing import withdrawal
+from hmrsim.experiments.contrast import withdrawal
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
 from hmrsim.experiments.running.checking import check_file
-from hmrsim.experiments.running.tasks import execute_run
+from hmrsim.experiments.running.replications import execute_run
 from hmrsim.program.files import check_outputs, write_text
 from hmrsim.settings.run import RunSettings
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
 from hmrsim_zenoh.hosting.served_simulation import unwatched
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.results.store import Row
     from hmrsim.experiments.statistics.verdicts import Comparison
 
 _PERIOD: Final = 60.0

@@ -23,10 +23,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hmrsim.testing.checking import check
+    from hmrsim.testing.checking import check, schedules
     from hmrsim.testing.record import Goal, Happening
     from hmrsim.testing.run import Run, simulation
-    from hmrsim.testing.strategies import schedules
 
 __all__ = ["Goal", "Happening", "Run", "check", "schedules", "simulation"]
 
@@ -36,7 +35,7 @@ _HOMES = MappingProxyType(
         "Happening": "record",
         "Run": "run",
         "check": "checking",
-        "schedules": "strategies",
+        "schedules": "checking",
         "simulation": "run",
     }
 )

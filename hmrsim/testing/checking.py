@@ -1,4 +1,4 @@
-"""Fault search in a unit test: a controller is checked within the budget of the test."""
+"""Fault search in unit tests: `check` searches within a budget, `schedules` is a Hypothesis strategy."""
 
 from __future__ import annotations
 
@@ -11,16 +11,22 @@ from hmrsim.fault_search.file.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
-from hmrsim.trials.executors import Serial
+from hmrsim.fault_search.space.candidates import Candidates, Timeline
+from hmrsim.trials.batches import Serial
 
 if TYPE_CHECKING:
+    from hypothesis import strategies as st
+
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.schedule import Schedule
 
 _PLACE: Final = "hmrsim.testing.check"
-"""What errors speak of."""
+_PLACE_OF_SCHEDULES: Final = "hmrsim.testing.schedules"
+"""The functions that errors name instead of a file."""
 
 Test = TypeVar("Test", bound=Callable[..., object])
 
@@ -62,7 +68,7 @@ def check(  # noqa: PLR0913 - what the command has as options
         budget: How long to search, by the wall's clock.
         runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
         seed: The seed of the search.
-        space: What can happen, as the file of a check says under ``space``.
+        space: The injections, as ``space`` in the file of a check.
         output: The folder of the results; None for none.
     """
 
@@ -71,7 +77,7 @@ def check(  # noqa: PLR0913 - what the command has as options
             chosen = None if robots is None else list(robots)
             given = {"tree": tree, "python": python, "command": command, "robots": chosen}
             controller = given | ({"nodes": list(nodes)} if nodes else {})
-            said = {
+            spec = {
                 "world": dict(world) if isinstance(world, Mapping) else str(world),
                 "controller": {name: value for name, value in controller.items() if value is not None},
                 "properties": dict(properties) if isinstance(properties, Mapping) else properties,
@@ -79,7 +85,7 @@ def check(  # noqa: PLR0913 - what the command has as options
                 "space": dict(space or {}),
                 "seed": seed,
             }
-            summary = searched(check_at(file_of(said, _PLACE), Path.cwd(), _PLACE), output)
+            summary = searched(check_at(file_of(spec, _PLACE), Path.cwd(), _PLACE), output)
             if _arguments(function):
                 function(summary)
             else:
@@ -129,3 +135,43 @@ def _told(summary: Summary) -> str:
     stories = "\n\n".join("\n".join(story_of(finding)) for finding in summary.findings)
     files = "".join(f"\nhmrsim check --repro {file}" for file in summary.files.values())
     return f"{len(summary.findings)} failures in {summary.tried.runs} runs\n\n{stories}{files}"
+
+
+def schedules(
+    world: str | Path | Mapping[str, Any], *, tree: str, space: Mapping[str, Any] | None = None
+) -> st.SearchStrategy[Schedule]:
+    """Return a Hypothesis strategy for schedules of injections into runs of a tree in a world.
+
+    Schedules shrink to fewer injections.
+
+    The tree is run once without faults, to know at which moments injections can begin.
+
+    ::
+
+        @given(schedule=schedules("hospital", tree="my_robots.trees:mission"))
+        def test_the_medicine_is_somewhere(schedule):
+            with simulation("hospital", tree="my_robots.trees:mission", schedule=schedule) as run:
+                run.to_the_end()
+                assert run.where("medicine")
+
+    Args:
+        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        tree: The tree: ``MODULE:FUNCTION``, or the path of an XML file.
+        space: The injections, as ``space`` in the file of a check; disturbances are not supported.
+
+    Raises:
+        CheckError: Something is wrong with the world, the tree or the space; it has all errors.
+    """
+    from hypothesis import strategies as st  # noqa: PLC0415 - `check` works without Hypothesis
+
+    spec = {"families": ("faults", "changes"), **(space or {})}
+    source = dict(world) if isinstance(world, Mapping) else str(world)
+    file = file_of({"world": source, "controller": {"tree": tree}, "space": spec}, _PLACE_OF_SCHEDULES)
+    check = check_at(file, Path.cwd(), _PLACE_OF_SCHEDULES)
+    nominal = run_case(check, Case())
+    candidates = Candidates(check.world, check.file.space, nominal.moments, dict(nominal.draws))
+    timeline = Timeline(nominal.moments)
+    possible = [injections for candidate in candidates.entries if (injections := candidate.injections_in(timeline))]
+    one = st.sampled_from(possible).flatmap(st.sampled_from)
+    most = check.file.space.at_most
+    return st.lists(one, max_size=most, unique_by=lambda injection: injection.key).map(tuple)

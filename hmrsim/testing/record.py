@@ -1,4 +1,4 @@
-"""What happened in a run: its goals, and the events of its world."""
+"""The record of a run: its goals and the events of its world."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Goal:
         robot: Who pursues it.
         action: The action's name.
         goal_id: Its id, 32 hex digits.
-        goal: What it asks for.
+        goal: The goal message.
         status: Its status.
         accepted: When it was accepted, in simulated seconds.
         ended: When it ended; None while it is under way.

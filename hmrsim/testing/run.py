@@ -16,8 +16,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import HmrsimError
 from hmrsim.events import registry as events
-from hmrsim.fault_search.schedules.applied import overlays_of, with_faults
-from hmrsim.fault_search.schedules.thing import DISTURBANCE
+from hmrsim.fault_search.schedule import DISTURBANCE, overlays_of, with_faults
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
@@ -33,7 +32,7 @@ from hmrsim_zenoh.client.commander import Commander
 
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
-    from hmrsim.fault_search.schedules.thing import Thing
+    from hmrsim.fault_search.schedule import Injection
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
@@ -68,10 +67,10 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
     values: Mapping[str, str] | None = None,
     nodes: Sequence[str] = (),
     settings: RunSettings | None = None,
-    schedule: Sequence[Thing] = (),
+    schedule: Sequence[Injection] = (),
     coverage: bool = False,
 ) -> Run:
-    """Return a run of a world, to be used in a ``with`` statement; time stands until somebody waits.
+    """Return a run of a world, to be used in a ``with`` statement; the simulation is paused until a client waits.
 
     Args:
         world: The name of a shipped world, the path of a file, or what a file says, in plain values.
@@ -91,7 +90,7 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
         ValueError: There are changes of a world that was read already, or the schedule has a disturbance, which only a
             check can carry out.
     """
-    if any(thing.family == DISTURBANCE for thing in schedule):
+    if any(injection.family == DISTURBANCE for injection in schedule):
         raise ValueError("a schedule with disturbances of the controller needs `check`; give faults and changes only")
     overlays = [*([overlay_of(changes, "changes")] if changes else []), *overlays_of(schedule)]
     if isinstance(world, Mapping):
@@ -124,7 +123,7 @@ class Run:
         client: A client of the simulator, as controllers have one; time moves while it waits.
         simulator: The simulator, to look into; it must not be changed.
         outcome: How the trees have ended; None before `to_the_end`.
-        coverage: What has happened to the nodes of the trees since `to_the_end`; None if it was not asked for.
+        coverage: The coverage of the trees since `to_the_end`; None unless requested.
     """
 
     def __init__(
@@ -154,7 +153,7 @@ class Run:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End it."""
+        """End the run."""
         self.close()
 
     def close(self) -> None:
@@ -162,9 +161,9 @@ class Run:
         self._trial.close()
 
     def open_client(self, name: str) -> Client:
-        """Return a further client, which takes part under a name of its own as soon as it waits; the run closes it.
+        """Return a further client, which takes part under its own name as soon as it waits; the run closes it.
 
-        Time moves only while all that take part wait, so that each needs a thread of its own.
+        Time moves only while all that take part wait, so that each needs its own thread.
         """
         return self._trial.open_client(name)
 
@@ -200,7 +199,7 @@ class Run:
 
     @property
     def now(self) -> float:
-        """Simulated seconds."""
+        """The simulation time in seconds."""
         return self.simulator.now
 
     @property

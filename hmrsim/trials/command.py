@@ -1,19 +1,21 @@
-"""A trial whose controller is a command: any program, over Zenoh, with an endpoint of its own."""
+"""A trial whose controller is a command: any program, over Zenoh, with its own endpoint."""
 
 from __future__ import annotations
 
 import math
+import os
+import signal
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, SimulationStopped
-from hmrsim.trials.endings import HUNG, TIMEOUT, TimeLimit, ending_of_code
-from hmrsim.trials.processes import GRACE, ControllerProcess
-from hmrsim.trials.trial import GONE, TOKEN_GONE, Ended, Trial
+from hmrsim.trials.guards import Tail
+from hmrsim.trials.trial import GONE, HUNG, TIMEOUT, TOKEN_GONE, Ended, TimeLimit, Trial, ending_of_code
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.wire.options import SessionOptions
@@ -39,7 +41,7 @@ class Command:
     Attributes:
         words: The command.
         folder: Where it is started.
-        variables: What its environment has, beside ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
+        variables: Environment variables, besides ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
     words: Sequence[str]
@@ -50,7 +52,7 @@ class Command:
 class CommandTrial(Trial):
     """A trial of processes; all of them are killed when the first one has ended.
 
-    A process has a process group of its own. Exit code 0 is a success, 1 a failure, and all others a crash.
+    A process has its own process group. Exit code 0 is a success, 1 a failure, and all others a crash.
 
     Args:
         loaded: The world.
@@ -58,7 +60,7 @@ class CommandTrial(Trial):
         command: What is run. The second process has ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` heeds.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
-        disturber: What disturbs it; one of *watchers* has it watch.
+        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(
@@ -84,7 +86,7 @@ class CommandTrial(Trial):
 
     @property
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, when the controller had ended."""
+        """True if the run ended, by its limit or by a sink, before its controller did."""
         return self._over
 
     def play(self) -> Ended:
@@ -106,7 +108,7 @@ class CommandTrial(Trial):
         finally:
             self._end_processes()
         self._over = self._host.pacing.over
-        # Nothing runs any more: what the simulator knows can be read.
+        # Nothing runs now, so that the simulator may be read.
         self._host.stop()
         return Ended(ending, cause, self._first.output)
 
@@ -115,7 +117,7 @@ class CommandTrial(Trial):
         self._host.end(reason)
 
     def close(self) -> None:
-        """End all goals."""
+        """End all goals of the run."""
         self._host.stop()
 
     def _start(self, suffix: str = "") -> ControllerProcess:
@@ -246,3 +248,67 @@ class _Other:
     names: list[str]
     started: float
     awaited: bool = True
+
+
+GRACE: Final = 2.0
+"""Wall seconds that a controller has to end by itself after the run has ended."""
+
+
+class ControllerProcess:
+    """The process of a controller, and all that it starts.
+
+    Args:
+        words: The command.
+        folder: Where it is started.
+        variables: Environment variables, added to those of this process.
+
+    Raises:
+        OSError: It can't be started.
+    """
+
+    def __init__(self, words: Sequence[str], folder: Path, variables: Mapping[str, str]) -> None:
+        self._tail = Tail()
+        self._process = subprocess.Popen(  # noqa: S603 - the user's own command
+            words,
+            cwd=folder,
+            env=os.environ | variables,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            text=True,
+            errors="replace",
+        )
+        self._reader = threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True)
+        self._reader.start()
+
+    def end(self) -> None:
+        """Kill it, and read what it has printed."""
+        self.kill()
+        self._reader.join(GRACE)
+
+    def wait(self, patience: float) -> None:
+        """Wait up to so many wall seconds for its end."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(patience)
+
+    def kill(self) -> None:
+        """Kill it, and all that it has started, at once."""
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    @property
+    def code(self) -> int | None:
+        """The exit code; None while it runs."""
+        return self._process.poll()
+
+    @property
+    def output(self) -> str:
+        """The end of what it has printed."""
+        return self._tail.text
+
+    def _read(self, stream: IO[str]) -> None:
+        with suppress(ValueError, OSError), stream:
+            while text := stream.read(4096):
+                self._tail.write(text)

@@ -1,4 +1,4 @@
-"""What a controller under test runs: a tree or a function within this process, or a command."""
+"""The controller under test: a tree or a function in this process, or a command."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.trials.disturbances import Disturber
-    from hmrsim.trials.endings import Player
     from hmrsim.trials.model import Controller
-    from hmrsim.trials.trial import Trial
+    from hmrsim.trials.trial import Player, Trial
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.client.client import Client
 
@@ -74,12 +73,12 @@ def trial_of(  # noqa: PLR0913 - what is run, where, and how it is watched
         treatment: The controller.
         folder: Where files are looked for, and where commands are started.
         names: The values that its expressions ask for.
-        variables: What the environment of a command has, beside its parameters.
+        variables: Environment variables of a command, besides its parameters.
         name: Under which name it takes part; that of the treatment if left out.
         coverage: Where to count what happens to the nodes of a tree, if anywhere.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
-        disturber: What disturbs the controller; one of *watchers* has it watch.
+        disturber: Disturbs the controller; one of *watchers* connects it.
 
     Raises:
         TreeError: There is no such tree or function, or something is wrong with it.

@@ -1,4 +1,4 @@
-"""What keeps a run from harming others: limits of time and memory, and of what it prints."""
+"""Guards around a run: limits of time, memory and output, so that it can't harm other runs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.trials.endings import DIED, HUNG, TimeLimit
 from hmrsim.trials.meter import Meter
+from hmrsim.trials.trial import DIED, HUNG, TimeLimit
 
 if TYPE_CHECKING:
     from hmrsim.trials.meter import Limits
@@ -36,7 +36,7 @@ class Tail(io.TextIOBase):
         self._length = 0
 
     def write(self, text: str) -> int:
-        """Take a text."""
+        """Write a text; only its end is kept."""
         self._pieces.append(text[-_TAIL:])
         self._length += len(self._pieces[-1])
         while self._length - len(self._pieces[0]) >= _TAIL:
@@ -73,8 +73,8 @@ def guarded(limits: Limits, seconds: float = math.inf) -> Iterator[Tail]:
     it.
 
     Args:
-        limits: What it may take.
-        seconds: Wall seconds after which it is ended in any case, as when nobody wants its result any more.
+        limits: The limits of the run.
+        seconds: Wall seconds after which the run is ended in any case, as its result would come too late.
     """
     tail = Tail()
     in_memory = nullcontext() if limits.memory is None else _in_memory(limits.memory)
@@ -96,7 +96,7 @@ def _in_time(meter: Meter) -> Iterator[None]:
 
 @contextmanager
 def _alarm(meter: Meter) -> Iterator[None]:
-    """Have a signal look at a run of the main thread."""
+    """Check a run of the main thread with a signal."""
 
     def ring(_number: int, _frame: Any) -> None:
         if meter.look():
@@ -119,7 +119,7 @@ def _alarm(meter: Meter) -> Iterator[None]:
 
 @contextmanager
 def _watcher(meter: Meter) -> Iterator[None]:
-    """Have a thread look at a run of this thread, which is not the main one, as those of Dask's workers."""
+    """Check a run outside the main thread with a watcher thread, as on Dask workers."""
     runs, over = ctypes.c_ulong(threading.get_ident()), threading.Event()
 
     def watch() -> None:
@@ -139,7 +139,7 @@ def _watcher(meter: Meter) -> Iterator[None]:
 
 
 def _end_process_after(meter: Meter) -> None:
-    """Have this process end if the run does not mind that its time is over, or lets nobody look."""
+    """End this process if the run ignores its time limit, or blocks the check."""
     if _ends_process():
         faulthandler.dump_traceback_later(meter.patience, exit=True, file=2)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from contextlib import ExitStack
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.errors import SimulationStopped
 from hmrsim.program.memory import collect_runs_young
-from hmrsim.trials.actor import GRACE, Actor
-from hmrsim.trials.endings import CRASHED, FAILED, HUNG, SUCCEEDED, TimeLimit
-from hmrsim.trials.trial import GONE, Ended, Trial
+from hmrsim.trials.trial import CRASHED, FAILED, GONE, HUNG, SUCCEEDED, TOKEN_GONE, Ended, TimeLimit, Trial, control
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.trials.disturbances import Disturber
-    from hmrsim.trials.endings import Player
+    from hmrsim.trials.trial import Player
     from hmrsim.world.model import World
 
 _POLL: Final = 0.002
@@ -36,7 +36,7 @@ class LocalTrial(Trial):
         name: Under which name it takes part; goals' ids depend on it.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
-        disturber: What disturbs the controller; one of *watchers* has it watch.
+        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(
@@ -62,13 +62,13 @@ class LocalTrial(Trial):
 
     @property
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, before the trial was closed."""
+        """True if the run ended, by its limit or by a sink, before the trial was closed."""
         return self._over if self._closed else self._host.pacing.over
 
     def open_client(self, name: str) -> Client:
-        """Return a further client, which takes part under a name of its own as soon as it waits.
+        """Return a further client, which takes part under its own name as soon as it waits.
 
-        Time moves only while all that take part wait, so that each needs a thread of its own. The trial closes it.
+        Time moves only while all that take part wait, so that each needs its own thread. The trial closes it.
         """
         return self._clients.enter_context(Client(session=self._host.open_session(), name=name))
 
@@ -139,7 +139,7 @@ class LocalTrial(Trial):
             self._host.go_on()
             plays = any(each.plays_aside(_POLL) for each in self._others)
             if self._host.pacing.over:
-                # The others are told of the end, and have an ending of their own by then.
+                # The others learn that the run ended, and have their own ending by then.
                 for each in self._others:
                     each.plays_aside(GRACE)
                 return False
@@ -158,3 +158,92 @@ class LocalTrial(Trial):
         if crash is None or own[0] not in {SUCCEEDED, FAILED}:
             return Ended(*own)
         return Ended(CRASHED, f"a second controller: {crash}")
+
+
+GRACE: Final = 5.0
+"""Wall seconds that a controller in its own thread has to end after it was killed."""
+
+
+class ControllerKilled(BaseException):
+    """The controller is killed; not an Exception, so that it does not catch it by accident."""
+
+
+class Actor:
+    """A controller that is run once, with its own client.
+
+    Args:
+        name: The participant's name.
+        waits: Returns whether what it says has to wait, as other controllers come first; None for never.
+
+    Attributes:
+        killed: Whether it was killed.
+        ended: Its ending and the cause; None while it runs, and if it was killed.
+    """
+
+    def __init__(self, host: LoopbackHost, player: Player, name: str, waits: Callable[[], bool] | None = None) -> None:
+        self.name = name
+        self.killed = False
+        self.ended: tuple[str, str] | None = None
+        self._host = host
+        self._player = player
+        self._session = host.open_session(waits)
+        self._client = Client(session=self._session, name=name)
+        self._thread: threading.Thread | None = None
+
+    def play(self) -> None:
+        """Run it to its end; its client stays open unless it is killed."""
+        with suppress(ControllerKilled):
+            ended = control(self._player, self._client, self._host.simulator)
+            self.ended = None if self.killed else ended
+        if self.killed:
+            self.close()
+
+    def play_aside(self, stays: Callable[[], bool]) -> None:
+        """Run it in its own thread; from within the simulation. *stays* returns whether its client stays open."""
+        self._host.pacing.lockstep.expect(self.name)
+        self._thread = threading.Thread(target=self._play_aside, args=(stays,), name=self.name, daemon=True)
+        self._thread.start()
+
+    def plays_aside(self, patience: float = 0.0) -> bool:
+        """Return whether it runs in its own thread, after so many wall seconds or at its end."""
+        if self._thread is None:
+            return False
+        self._thread.join(patience)
+        return self._thread.is_alive()
+
+    def kill(self) -> None:
+        """Kill it; from within the simulation, when all of an instant has been taken."""
+        if self.killed:
+            return
+        self.killed = True
+        self._host.cut(self._session, ControllerKilled(f"the controller {self.name!r} is killed"))
+        lockstep = self._host.pacing.lockstep
+        if self.name in lockstep.participants:
+            lockstep.drop(self.name, TOKEN_GONE)
+        lockstep.expect_no_more(self.name)
+
+    def end(self) -> None:
+        """Kill one that runs in its own thread, while time stands, and wait for its end."""
+        if self.plays_aside():
+            self._submit(self.kill)
+            self._host.cut(self._session, ControllerKilled("the run has ended"))
+            self.plays_aside(GRACE)
+        self.close()
+
+    def close(self) -> None:
+        """Leave the simulation."""
+        with suppress(ControllerKilled):
+            self._client.close()
+        with suppress(ControllerKilled):
+            self._session.close()
+
+    def _play_aside(self, stays: Callable[[], bool]) -> None:
+        self.play()
+        if not self.killed and not stays():
+            self.close()
+            self._submit(lambda: self._host.pacing.lockstep.expect_no_more(self.name))
+
+    def _submit(self, act: Callable[[], None]) -> None:
+        with suppress(SimulationStopped):
+            self._host.pacing.intervene(act)
+        self._host.go_on()

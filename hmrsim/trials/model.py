@@ -34,8 +34,8 @@ class Controller(Part):
     Attributes:
         tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
         python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
-            `hmrsim_zenoh.AsyncClient`, likewise in the process.
-        command: A command line; it is started for each run, with an endpoint of its own in its environment.
+            `hmrsim_zenoh.AsyncClient`, in the same process.
+        command: A command line; it is started for each run, with its own endpoint in its environment.
         set: Parameters: texts on the blackboard of a tree, arguments of a function, variables of a command's
             environment. Expressions in *tree*, *python* and *command* may ask for them, too.
         robots: The robots of a tree; None for all.
@@ -61,12 +61,12 @@ class Controller(Part):
 
     @property
     def in_process(self) -> bool:
-        """Whether it runs in the worker's process."""
+        """True if it runs in the worker's process."""
         return self.command is None
 
     @property
     def described(self) -> str:
-        """What is run, as a part of a sentence."""
+        """The controller as part of a sentence."""
         if self.command is not None:
             return f"the command {self.command if isinstance(self.command, str) else shlex.join(self.command)!r}"
         return f"the tree {self.tree!r}" if self.tree is not None else f"the code {self.python!r}"

@@ -4,27 +4,112 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
-from hmrsim.trials.endings import KILLED
+from hmrsim.program.users_code import described, first_of
+from hmrsim_zenoh.errors import Deadlock, SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.trials.disturbances import Disturbance, Disturber
+    from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.hosting.host import Host
     from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
 """Why a participant is dropped whose controller was killed."""
 
+Player = Callable[["Client", "Sequence[str]"], bool]
+"""Controls the robots of a simulation to the end; returns whether that succeeded."""
+
+SUCCEEDED: Final = "succeeded"
+
+FAILED: Final = "failed"
+"""The endings of a controller that ends by itself."""
+
+CRASHED: Final = "crashed"
+"""The ending of a run whose controller raised an error, or ended with an exit code other than 0 and 1."""
+
+TIMEOUT: Final = "timeout"
+"""The ending of a run that reached the limit of simulated time."""
+
+HUNG: Final = "hung"
+"""The ending of a run that waited or computed for too long, or whose time stood still."""
+
+DEADLOCK: Final = "deadlock"
+"""The ending of a run whose controller waits for what can't happen any more."""
+
+MEMORY: Final = "out_of_memory"
+"""The ending of a run that took too much memory."""
+
+DIED: Final = "died"
+"""The ending of a run whose worker has died, as of a segmentation fault."""
+
+ERROR: Final = "error"
+"""The ending of a run that could not be made, as its world or its controller can't be loaded."""
+
+MISHAPS: Final = frozenset({CRASHED, HUNG, DEADLOCK, MEMORY, DIED, ERROR})
+"""The endings that say more about a controller, or the machine, than about the mission."""
+
+KILLED: Final = "killed"
+"""The ending of a controller that was killed by a disturbance and stays away; of checks alone."""
+
+BUILT_IN: Final = (SUCCEEDED, FAILED, TIMEOUT, *sorted(MISHAPS))
+"""The endings that runs may have without being defined."""
+
+_EXIT_FAILED: Final = 1
+"""The exit code of a controller that has failed, and not crashed."""
+
+
+class TimeLimit(BaseException):
+    """A run takes too long; not an Exception, so that a controller does not catch it by accident.
+
+    Args:
+        why: Which of its times is over.
+    """
+
+    def __init__(self, why: str = "it takes too long") -> None:
+        super().__init__(why)
+
+
+def control(player: Player, client: Client, simulator: Simulator) -> tuple[str, str]:
+    """Run a controller; return its ending, and the cause if it did not end by itself."""
+    try:
+        return (SUCCEEDED if player(client, [*simulator.robots]) else FAILED), ""
+    except (TimeLimit, Exception, SystemExit, BaseExceptionGroup) as error:  # noqa: BLE001 - whatever users' code raises
+        return _ending(first_of(error))
+
+
+def _ending(error: BaseException) -> tuple[str, str]:
+    match error:
+        case SimulatorGone():
+            return FAILED, "; ".join(getattr(error, "__notes__", ()))
+        case TimeLimit():
+            return HUNG, str(error)
+        case Deadlock():
+            return DEADLOCK, str(error)
+        case MemoryError():
+            return MEMORY, "it takes more memory than its limit"
+        case _:
+            return CRASHED, described(error)
+
+
+def ending_of_code(code: int) -> tuple[str, str]:
+    """Return the ending that a command's exit code stands for, and the cause of a crash."""
+    if code == 0:
+        return SUCCEEDED, ""
+    if code == _EXIT_FAILED:
+        return FAILED, ""
+    return CRASHED, f"the controller ended with {f'signal {-code}' if code < 0 else f'exit code {code}'}"
+
 
 class Ended(NamedTuple):
-    """How a controller has ended.
+    """The end of a controller.
 
     Attributes:
-        ending: One of `hmrsim.trials.endings`.
-        cause: What that does not say; empty for nothing.
+        ending: One of `hmrsim.trials.trial`.
+        cause: Details that the ending lacks. May be empty.
         output: The end of what a command has printed.
     """
 
@@ -44,7 +129,7 @@ class Trial(ABC):
 
     Args:
         host: Serves the world in lockstep; *disturber* watches it.
-        disturber: What disturbs it, if anything.
+        disturber: Disturbs the trial, if given.
 
     Attributes:
         simulator: The simulator; to be read only, while nothing runs.
@@ -67,17 +152,17 @@ class Trial(ABC):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End it."""
+        """End the run."""
         self.close()
 
     @property
     @abstractmethod
     def over(self) -> bool:
-        """Whether the run was over, by its limit or because a sink has ended it, before the trial has ended it."""
+        """True if the run ended, by its limit or by a sink, before the trial ended it."""
 
     @abstractmethod
     def play(self) -> Ended:
-        """Run the controller to its end, once; then nothing runs any more, and time stands.
+        """Run the controller to its end, once; afterwards the simulation is paused.
 
         Of one that was started again the last run counts. One that is gone for good is represented by the second one,
         if there is one; else the second one is killed when the first has ended.
@@ -91,7 +176,7 @@ class Trial(ABC):
         """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
 
         Args:
-            reason: The message in the results of the active goals, and what clients are told.
+            reason: The message in the results of the active goals, and in the messages to clients.
         """
 
     @abstractmethod

@@ -11,7 +11,7 @@ import zenoh
 
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.fault_search.file.reading import read_check
-from hmrsim.fault_search.schedules.thing import read_things
+from hmrsim.fault_search.schedule import read_injections
 from hmrsim.properties import check_properties, read_properties
 from hmrsim.settings.file import read_file
 from hmrsim.testing import simulation
@@ -69,7 +69,7 @@ def is_part(text: str, _: Path, name: str) -> None:
 
 def is_schedule(text: str, _: Path, __: str) -> None:
     """Read things that go wrong, as the file of a failure has them."""
-    _, findings = read_things(yaml.safe_load(text))
+    _, findings = read_injections(yaml.safe_load(text))
     assert not findings
 
 

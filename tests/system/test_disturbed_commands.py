@@ -11,9 +11,8 @@ import pytest
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.replay import replay
-from hmrsim.trials.command import Command, CommandTrial
+from hmrsim.trials.command import Command, CommandTrial, ControllerProcess
 from hmrsim.trials.disturbances import Disturbance, Disturber
-from hmrsim.trials.processes import ControllerProcess
 from hmrsim.world_checks.loading import load_world
 from tests.patience import PATIENCE
 

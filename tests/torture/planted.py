@@ -24,9 +24,9 @@ import yaml
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:

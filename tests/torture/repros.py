@@ -19,7 +19,7 @@ from pathlib import Path
 
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
 from tests.torture.planted import catalogue, check_of, say, searched
 
 _BUSY = "while True: pass"

@@ -1,4 +1,4 @@
-"""The table of runs as columns of numbers, so that a hundred thousand runs take some megabytes."""
+"""The table of runs as NumPy columns, so that a hundred thousand runs take a few megabytes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.experiments.report.model import Cause, Failure, Failures
 from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of
-from hmrsim.experiments.statistics.libraries import arrays
+from hmrsim.experiments.statistics.summaries import arrays
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,7 +50,7 @@ class Columns:
         factors: The place of the level of each factor in *levels*.
         levels: The levels of each factor.
         measures: The values of each measure; NaN for none.
-        squares: What each run adds to the squares of the weights of those that differ; see `counted`.
+        squares: The contribution of each run to the squared weights; see `counted`.
         repeated: Whether all replications of its scenario and treatment are the same run.
         texts: How many runs have a text for a measure.
         failures: The runs without success.
@@ -170,3 +170,8 @@ class _Failing:
             for (ending, cause), count in self._causes.most_common(_MAX_CAUSES)
         )
         return Failures(total=self._causes.total(), causes=causes, runs=tuple(self._runs))
+
+
+def with_success(columns: Columns) -> Mapping[str, Numbers]:
+    """Return the values of all measures, of which success is the first."""
+    return {"success": columns.success, **columns.measures}

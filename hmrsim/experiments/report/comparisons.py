@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS, criterion_of, note_of_failed, withdrawal
+from hmrsim.experiments.contrast import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
 from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
 from hmrsim.experiments.results.repeats import about_means, note_of_pairs, pairs_that_count
-from hmrsim.experiments.statistics.libraries import arrays
+from hmrsim.experiments.statistics.summaries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
 
 if TYPE_CHECKING:
@@ -46,9 +46,9 @@ class _Paired(NamedTuple):
 def comparisons_of(columns: Columns, about: Mapping[str, Any]) -> tuple[Comparison, ...]:
     """Return the comparisons of all treatments with the first one.
 
-    All verdicts together are true with probability 1 - `ALPHA`: each has its share of it. Where the experiment went
-    on until a measure was decided, the verdicts on that measure have as much for themselves as was said there, so
-    that they are those with which it stopped.
+    All verdicts together are true with probability 1 - `ALPHA`, of which each gets a share. If the experiment ran until
+    a measure was decided, the verdicts on this measure use the confidence of its file, so that they are the same
+    as when it stopped.
     """
     return tuple(_comparison(columns, about, other) for other in range(1, len(columns.treatments)))
 

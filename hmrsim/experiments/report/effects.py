@@ -1,4 +1,4 @@
-"""What factors do to each measure, and two of them together, the treatment being one of them.
+"""The effects of factors on each measure, and their interactions. The treatment counts as a factor.
 
 The values are those of `hmrsim.experiments.statistics.main_effects` and `interactions`, made from counts and sums by
 level, which takes a hundredth of the time.
@@ -11,13 +11,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.experiments.comparing import SUCCESS
-from hmrsim.experiments.report.model import Effects, Estimate, Interaction, Level
-from hmrsim.experiments.report.treatments import estimate_of, with_success
-from hmrsim.experiments.results.groups import share_of
+from hmrsim.experiments.contrast import SUCCESS
+from hmrsim.experiments.report.columns import with_success
+from hmrsim.experiments.report.model import Effects, Estimate, Interaction, Level, estimate_of
 from hmrsim.experiments.results.repeats import counted
+from hmrsim.experiments.results.table import share_of
 from hmrsim.experiments.statistics.intervals import CONFIDENCE
-from hmrsim.experiments.statistics.libraries import arrays, distributions
+from hmrsim.experiments.statistics.summaries import arrays, distributions
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.columns import Codes, Columns, Numbers

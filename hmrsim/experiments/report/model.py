@@ -1,10 +1,13 @@
-"""The contents of an experiment's report. What has no value is None."""
+"""The contents of an experiment's report. Missing values are None."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field
+
+if TYPE_CHECKING:
+    from hmrsim.experiments.statistics.intervals import Interval
 
 
 class _Model(BaseModel):
@@ -21,7 +24,7 @@ class Estimate(_Model):
 
 
 class Experiment(_Model):
-    """What the results are of."""
+    """The experiment that the results belong to."""
 
     name: str
     path: str = Field(description="The file of the experiment, where it was run.")
@@ -40,7 +43,7 @@ class Experiment(_Model):
 
 
 class Measure(_Model):
-    """What was measured; success is a measure of each experiment."""
+    """A measure of the experiment; success always is one."""
 
     value: str = Field(description="Its expression; empty for success.")
     better: str
@@ -72,7 +75,7 @@ class Treatment(_Model):
 
 
 class Verdict(_Model):
-    """What is known about a measure of a treatment, less that of the first one."""
+    """The verdict on a measure: the difference between a treatment and the first one."""
 
     verdict: str
     decided_after: int | None = Field(description="Pairs.")
@@ -84,7 +87,7 @@ class Verdict(_Model):
 
 
 class Change(_Model):
-    """How many pairs ended in this way with the first treatment, and in that with the other one."""
+    """The number of pairs that ended one way with the first treatment and another way with the other."""
 
     first: str
     other: str
@@ -119,7 +122,7 @@ class Comparison(_Model):
 
 
 class Level(_Model):
-    """What one level of a factor does."""
+    """The effect of one level of a factor."""
 
     factor: str
     level: str
@@ -137,7 +140,7 @@ class Interaction(_Model):
 
 
 class Effects(_Model):
-    """What factors do to a measure."""
+    """The effects of factors on a measure."""
 
     mean: float
     levels: tuple[Level, ...]
@@ -146,7 +149,7 @@ class Effects(_Model):
 
 
 class Histogram(_Model):
-    """How many values of a measure are between two edges, for each treatment."""
+    """The number of values of a measure between two edges, for each treatment."""
 
     edges: tuple[float, ...]
     counts: dict[str, tuple[int, ...]]
@@ -169,7 +172,7 @@ class Cause(_Model):
 
 
 class Failure(_Model):
-    """A run without success."""
+    """A run that did not succeed."""
 
     number: int
     treatment: str
@@ -182,7 +185,7 @@ class Failure(_Model):
 
 
 class Ending(_Model):
-    """How runs ended, and whether that counts as a success."""
+    """An ending of runs, and whether it counts as a success."""
 
     name: str
     runs: int
@@ -190,7 +193,7 @@ class Ending(_Model):
 
 
 class Failures(_Model):
-    """The runs without success."""
+    """The runs that did not succeed."""
 
     total: int
     causes: tuple[Cause, ...] = Field(description="The most frequent first.")
@@ -198,7 +201,7 @@ class Failures(_Model):
 
 
 class Summary(_Model):
-    """What the results of an experiment say."""
+    """The summary of an experiment's results."""
 
     experiment: Experiment
     runs: int
@@ -214,3 +217,8 @@ class Summary(_Model):
     distributions: dict[str, Histogram] = Field(description="By measure.")
     running: dict[str, dict[str, tuple[Point, ...]]] = Field(description="By measure, also of success, and treatment.")
     failures: Failures
+
+
+def estimate_of(interval: Interval) -> Estimate:
+    """Return an interval as a value of the report."""
+    return Estimate(estimate=interval.estimate, low=interval.low, high=interval.high, n=interval.n)

@@ -2,38 +2,56 @@
 
 from __future__ import annotations
 
+import math
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from markupsafe import Markup
 
-from hmrsim.experiments.comparing import SUCCESS
-from hmrsim.experiments.report import wording
-from hmrsim.experiments.report.charts import (
-    Axis,
-    Tick,
-    axis_around_zero,
-    axis_of,
-    histogram_chart,
-    interval_chart,
-    running_axis,
-    running_chart,
-    shares_axis,
-    ticks_of,
-)
+from hmrsim.drawing.svg import element, number, path, titled
+from hmrsim.experiments.contrast import SUCCESS
 from hmrsim.experiments.report.effects import TREATMENT
-from hmrsim.report.html import page_around, part, templates
+from hmrsim.report.charts import picture
+from hmrsim.report.html import UNKNOWN, page_around, part, templates
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.report.model import Comparison, Ending, Estimate, Summary, Treatment
+    from hmrsim.experiments.report.model import Comparison, Ending, Estimate, Point, Summary, Treatment
 
 _COLOURS: Final = {"timeout": "waiting", "failed": "fault"}
 _BROKEN: Final = ("crashed", "hung", "deadlock", "out_of_memory", "died", "error")
 _SUCCESSES: Final = ("succeeded", "charger")
 _OTHERS: Final = ("busy", "lift", "ahead", "door", "idle")
 _MAX_FILE: Final = 200_000
+_LEAST, _MOST = 1e-4, 1e9
+
+
+def figure(value: float | None, *, sign: bool = False, digits: int = 4) -> str:
+    """Return a number with some significant digits, or with all before the point; *sign* shows a plus, too."""
+    if value is None:
+        return UNKNOWN
+    plus = "+" if sign and value > 0 else ""
+    if value == 0 or not math.isfinite(value):
+        return f"{value + 0.0:g}"
+    if not _LEAST <= abs(value) < _MOST:
+        return f"{plus}{value:.3e}"
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:,.{decimals}f}"
+    return plus + (text.rstrip("0").rstrip(".") if decimals else text)
+
+
+def points(value: float | None) -> str:
+    """Return a difference of two shares, in points of percent."""
+    if value is None:
+        return UNKNOWN
+    text = f"{100 * value:+.1f}".removesuffix(".0")
+    return "0 %" if text in {"+0", "-0"} else f"{text} %"
+
+
+def levels(said: Mapping[str, Any]) -> str:
+    """Return the levels of a scenario."""
+    return ", ".join(f"{name}={level}" for name, level in said.items()) or UNKNOWN
 
 
 class _Curve(NamedTuple):
@@ -45,7 +63,7 @@ class _Curve(NamedTuple):
 
 
 class _Measure(NamedTuple):
-    """What is drawn of a measure: means and histograms by treatment, and running means."""
+    """The charts of a measure: means and histograms by treatment, and running means."""
 
     name: str
     means: dict[str, Markup]
@@ -58,7 +76,7 @@ class _Measure(NamedTuple):
 
 
 class _Effects(NamedTuple):
-    """What is drawn of effects: the means at levels of factors, on one axis, and at two levels together."""
+    """The charts of effects: the means at the levels of factors, and at pairs of levels, on one axis."""
 
     levels: Sequence[Markup]
     interactions: Sequence[Markup]
@@ -68,14 +86,14 @@ def page_of(summary: Summary, folder: str) -> str:
     """Return the page.
 
     Args:
-        summary: What the results say.
+        summary: The summary of the results.
         folder: The folder of the results, as a command line has it.
     """
     environment = templates(__package__)
     environment.filters |= {
-        "figure": wording.figure,
-        "points": wording.points,
-        "levels": wording.levels,
+        "figure": figure,
+        "points": points,
+        "levels": levels,
         "count": "{:,}".format,
     }
     said = summary.experiment
@@ -153,12 +171,12 @@ def _histograms(name: str, edges: Sequence[float], counts: dict[str, tuple[int, 
 
 
 def _differences(comparison: Comparison, first: Treatment) -> dict[str, Markup]:
-    """Return the differences of a comparison's measures, each on an axis of its own."""
+    """Return the differences of a comparison's measures, each on a separate axis."""
     found = {}
     for name, each in comparison.measures.items():
         bounds, margin = each.difference, each.margin
         if margin is not None and each.relative:
-            # What the verdict is about is the true mean, of which this is the estimate.
+            # The verdict is about the true mean, and this is its estimate.
             margin *= abs(first.measures[name].mean.estimate or 0.0)
         axis = axis_around_zero([bounds.low, bounds.estimate, bounds.high, margin])
         label = f"Difference of {name} with its interval"
@@ -195,3 +213,138 @@ def _colours(endings: Sequence[Ending]) -> dict[str, str]:
             found[ending.name] = _OTHERS[other % len(_OTHERS)]
             other += 1
     return found
+
+
+_WIDTH: Final = 1000.0
+_BAR: Final = 24.0
+_BARS: Final = 100.0
+_PLOT: Final = (300.0, 100.0)
+_SETTLED: Final = 0.2
+"""The share of replications after which a running mean sets the scale: single runs may be anywhere."""
+_MOST_TICKS: Final = 6
+
+
+class Axis(NamedTuple):
+    """The range of a chart."""
+
+    low: float
+    high: float
+
+    def share(self, value: float) -> float:
+        """Return where a value is, from 0 to 1; it is at an end if it is beyond."""
+        return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
+
+
+class Tick(NamedTuple):
+    """A label of an axis, and its position in percent of the width."""
+
+    at: float
+    text: str
+
+
+def axis_of(values: Iterable[float | None], *, room: float = 0.06) -> Axis:
+    """Return an axis on which all values are, with some room at its ends."""
+    known = [value for value in values if value is not None]
+    low, high = (min(known), max(known)) if known else (0.0, 1.0)
+    pad = (high - low) * room or abs(high) * room or 1.0
+    return Axis(low - pad, high + pad)
+
+
+def shares_axis(axis: Axis) -> Axis:
+    """Return an axis of shares, which are within 0 and 1."""
+    return Axis(max(0.0, axis.low), min(1.0, axis.high))
+
+
+def axis_around_zero(values: Iterable[float | None]) -> Axis:
+    """Return an axis that has all values and 0 in its middle."""
+    reach = max((abs(value) for value in values if value is not None), default=0.0) * 1.08 or 1.0
+    return Axis(-reach, reach)
+
+
+def ticks_of(axis: Axis) -> tuple[Tick, ...]:
+    """Return round numbers on an axis."""
+    span = axis.high - axis.low
+    step = 10.0 ** math.floor(math.log10(span / _MOST_TICKS))
+    step *= next(factor for factor in (1, 2, 5, 10, 20) if span / (step * factor) <= _MOST_TICKS)
+    first = math.ceil(axis.low / step)
+    values = (each * step for each in range(first, math.floor(axis.high / step) + 1))
+    return tuple(Tick(100 * axis.share(value), figure(value)) for value in values)
+
+
+def interval_chart(
+    estimate: Estimate, axis: Axis, label: str, *, line: float | None = None, margin: float | None = None
+) -> str:
+    """Return an interval as SVG: a line with a point; nothing without an estimate.
+
+    Args:
+        estimate: The interval.
+        axis: The range of the chart.
+        label: The description for screen readers.
+        line: Where an upright line is, such as at no difference.
+        margin: How far to both sides of the line differences do not matter.
+    """
+    if estimate.estimate is None:
+        return ""
+
+    def x(value: float) -> float:
+        return axis.share(value) * _WIDTH
+
+    parts = []
+    if line is not None and margin is not None:
+        left, right = x(line - margin), x(line + margin)
+        parts.append(element("rect", class_="margin", x=left, y=0, width=right - left, height=_BAR))
+    if line is not None:
+        parts.append(element("path", class_="line", d=f"M{number(x(line))} 0V{number(_BAR)}"))
+    middle = number(_BAR / 2)
+    if estimate.low is not None and estimate.high is not None:
+        parts.append(
+            element("path", class_="reach", d=f"M{number(x(estimate.low))} {middle}H{number(x(estimate.high))}")
+        )
+    # A line without length has round ends, which stay round however the picture is stretched.
+    parts.append(element("path", class_="point", d=f"M{number(x(estimate.estimate))} {middle}h0"))
+    return picture(parts, label, _WIDTH, _BAR)
+
+
+def histogram_chart(edges: Sequence[float], counts: Sequence[int], most: float, label: str) -> str:
+    """Return a histogram as SVG; *most* is the share of runs that its full height stands for."""
+    total = sum(counts)
+    first, span = edges[0], edges[-1] - edges[0]
+    parts = []
+    for low, high, count in zip(edges, edges[1:], counts, strict=False):
+        if count:
+            height = count / total / most * (_BARS - 4)
+            x = (low - first) / span * _WIDTH
+            at = {"x": x, "y": _BARS - height, "width": (high - low) / span * _WIDTH, "height": height}
+            title = titled(f"{figure(low)} to {figure(high)}: {count:,} runs, {count / total:.1%}")
+            parts.append(element("rect", title, class_="bar", **at))
+    return picture(parts, label, _WIDTH, _BARS)
+
+
+def running_axis(curves: Iterable[Sequence[Point]]) -> Axis:
+    """Return the axis of running means: that of what they have settled to."""
+    return axis_of(_settled(curves))
+
+
+def _settled(curves: Iterable[Sequence[Point]]) -> Iterator[float | None]:
+    for points in curves:
+        for point in points:
+            if point.replications >= max(2, points[-1].replications * _SETTLED):
+                yield from (point.mean.low, point.mean.estimate, point.mean.high)
+
+
+def running_chart(points: Sequence[Point], axis: Axis, last: int, label: str) -> str:
+    """Return running means with their bands as SVG, until the replication *last*."""
+    width, height = _PLOT
+
+    def at(point: Point, value: float) -> tuple[float, float]:
+        # What is beyond the axis is cut off by the picture.
+        y = height * (1 - (value - axis.low) / (axis.high - axis.low))
+        return (point.replications - 1) / max(1, last - 1) * width, min(10 * height, max(-10 * height, y))
+
+    lows = [at(point, point.mean.low) for point in points if point.mean.low is not None]
+    highs = [at(point, point.mean.high) for point in points if point.mean.high is not None]
+    means = [at(point, point.mean.estimate) for point in points if point.mean.estimate is not None]
+    end = number(means[-1][1])
+    band = [element("path", class_="area", d=path([*lows, *reversed(highs)], closed=True))] if lows else []
+    final = element("path", class_="low", d=f"M0 {end}H{number(width)}")
+    return picture([*band, final, element("path", class_="line", d=path(means))], label, width, height)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import replace
@@ -59,11 +62,11 @@ class Repeats:
 
 
 def counted(n: float, squares: float) -> int:
-    """Return as how many runs some count of which several are the same.
+    """Return the effective number of runs, some of which repeat others.
 
-    If all are different, or each is there equally often, it is the number of different ones. If only some are repeated,
-    those have more weight, as each scenario has in all that is said of a treatment; n² / Σw² runs without weights have
-    the same variance.
+    If all are different, or all are repeated equally often, it is the number of different runs. If only some are
+    repeated, those have more weight, since every scenario counts in a statement about a treatment: n² / Σw² runs
+    without weights have the same variance.
 
     Source: Kish, Survey Sampling (1965), section 11.7.
 
@@ -131,3 +134,31 @@ def note_of_pairs(pairs: int, repeated: Sequence[bool], values: int) -> Iterator
             f"{pairs:,} pairs count as {values:,}, as nothing was left to chance in {sum(repeated):,} of them: one "
             "value for each replication, the mean over all scenarios"
         )
+
+
+_HEADER: Final = '"kind":"header"'
+"""What the lines of a trace have that say the seed."""
+_GOAL_ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
+"""Ids of goals depend on the seed, and on nothing else that differs between replications."""
+
+
+def fingerprint_of(trace: str, *result: object) -> str:
+    """Return a text that is the same for two runs if they differ in nothing but the seed and the ids of goals.
+
+    It says whether a controller draws random numbers itself: then its runs differ. Whether the simulator has drawn
+    any has to be known besides, as runs may be equal by chance.
+
+    Args:
+        trace: The trace of the run.
+        result: The result of the run, in JSON values.
+    """
+    ids: dict[str, str] = {}
+
+    def numbered(match: re.Match[str]) -> str:
+        return ids.setdefault(match[0], f"goal {len(ids)}")
+
+    digest = hashlib.blake2b(digest_size=16)
+    events = "\n".join(line for line in trace.splitlines() if _HEADER not in line)
+    digest.update(_GOAL_ID.sub(numbered, events).encode())
+    digest.update(json.dumps(result, sort_keys=True, default=str).encode())
+    return digest.hexdigest()

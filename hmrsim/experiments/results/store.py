@@ -10,6 +10,7 @@ import platform
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import IO, TYPE_CHECKING, Any, Final, Self
 
@@ -19,8 +20,9 @@ from hmrsim.errors import OutputError, ResultsError, WriteError, reason_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.measures import Value
+
 
 FILE: Final = "results.sqlite"
 """The name of the file in the folder of an experiment's results."""
@@ -49,6 +51,41 @@ _JUDGED: Final = {
 }
 
 
+@dataclass(frozen=True)
+class Row:
+    """The result of a run.
+
+    Attributes:
+        run: Which one.
+        ending: How it has ended: one of the file's labels, ``succeeded`` or ``failed`` as the controller says, or one
+            of this module's.
+        cause: Details that the ending lacks, such as an error. May be empty.
+        success: Whether it counts as a success.
+        at: When it ended, in simulated seconds; None if it did not begin.
+        wall: Wall seconds that it took.
+        measures: The measures, by name; None where one has no value.
+        reported: The values that controllers have reported.
+        output: The last lines that the controller printed.
+        trace: The trace, if it is to be kept.
+        fingerprint: The same as that of another replication if both are the same run; empty if the simulator has drawn
+            random numbers, or there is one replication only.
+        coverage: The packed coverage of its trees, if it is to be kept.
+    """
+
+    run: Run
+    ending: str
+    cause: str = ""
+    success: bool = False
+    at: float | None = None
+    wall: float = 0.0
+    measures: Mapping[str, Value] = field(default_factory=dict)
+    reported: Mapping[str, Any] = field(default_factory=dict)
+    output: str = ""
+    trace: str = ""
+    fingerprint: str = ""
+    coverage: bytes = b""
+
+
 class Results:
     """The results of an experiment: a folder with one SQLite file, of which one process at a time adds rows.
 
@@ -56,7 +93,7 @@ class Results:
         folder: The folder.
 
     Attributes:
-        about: What they are results of: the experiment's name, file, hash, factors, measures, treatments, versions.
+        about: The experiment: its name, file, hash, factors, measures, treatments and versions.
 
     Raises:
         ResultsError: There are none, or they can't be read.
@@ -122,7 +159,7 @@ class Results:
     def changed(self, plan: Plan) -> str:
         """Return what has been changed since the first run, of the world and the files of controllers; "" if nothing.
 
-        What those files import is not looked at.
+        The imports of these files are not included.
         """
         if self.about["world"] != plan.world(0).hash:
             return "the world"
@@ -175,7 +212,7 @@ class Results:
         Args:
             plan: The experiment.
             rows: The results.
-            coverages: What treatments have covered of their trees with these runs, by treatment, if that is kept.
+            coverages: The coverage of the trees with these runs, by treatment, if it is kept.
 
         Raises:
             WriteError: They can't be written, as on a full disk.

@@ -5,9 +5,15 @@ from __future__ import annotations
 import csv
 import importlib
 import json
-from typing import TYPE_CHECKING, Any, TextIO
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
+from hmrsim.diagnostics import known_name
 from hmrsim.errors import MissingExtra, OutputError, reason_of
+from hmrsim.experiments.results.repeats import COLUMNS, Repeats, counted
+from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,3 +72,113 @@ def _write_parquet(results: Results, path: Path) -> None:
         raise MissingExtra("Parquet needs pyarrow; install hmrsim[parquet]") from None
     table = arrow.Table.from_pylist([*results.rows()])
     parquet.write_table(table, path)
+
+
+_RUNS: Final = ""
+"""Stands for all runs among the names of measures."""
+
+
+@dataclass
+class Group:
+    """The runs of a treatment, or of one under certain levels of factors.
+
+    Attributes:
+        name: The treatment.
+        endings: How many runs ended in which way.
+        values: The values of each measure, in order of the runs' numbers; without those that have none.
+        levels: The levels of the factors by which the runs are grouped.
+        failed: How many of the values of each measure are of runs without success.
+    """
+
+    name: str
+    runs: int = 0
+    successes: int = 0
+    endings: Counter[str] = field(default_factory=Counter)
+    values: dict[str, list[float]] = field(default_factory=dict)
+    levels: Mapping[str, Any] = field(default_factory=dict)
+    failed: Counter[str] = field(default_factory=Counter)
+    _squares: Counter[str] = field(default_factory=Counter)
+
+    def add(self, row: Mapping[str, Any], square: int) -> None:
+        """Count a run, with all measures that have values here; *square* is that of `Repeats.weighed`."""
+        self.runs += 1
+        self.successes += row["success"]
+        self.endings[row["ending"]] += 1
+        self._squares[_RUNS] += square
+        for measure, values in self.values.items():
+            if isinstance(row[measure], (int, float)):
+                values.append(row[measure])
+                self.failed[measure] += not row["success"]
+                self._squares[measure] += square
+
+    @property
+    def count(self) -> int:
+        """As how many runs they count, of which some may be the same."""
+        return counted(self.runs, self._squares[_RUNS])
+
+    def rate(self) -> Interval:
+        """Return the rate of success, with Wilson's interval."""
+        return share_of(self.successes, self.runs, self.count)
+
+    def mean(self, measure: str) -> Interval:
+        """Return the mean of a measure; see `interval_of`."""
+        values = self.values[measure]
+        return interval_of(values, counted(len(values), self._squares[measure]))
+
+
+def share_of(successes: float, runs: int, count: int) -> Interval:
+    """Return a share of runs with Wilson's interval, as of so many runs as they count."""
+    return proportion_interval(successes if count == runs else count * (successes / runs), count)
+
+
+def interval_of(values: Sequence[float], count: int) -> Interval:
+    """Return the mean with Student's interval; of a measure that is 0 in some runs and 1 in all others with Wilson's.
+
+    Student's would reach below 0 or beyond 1 where one of both is rare.
+
+    Args:
+        values: The values.
+        count: As how many they count; see `counted`.
+    """
+    if {*values} == {0.0, 1.0}:
+        return share_of(sum(values), len(values), count)
+    return mean_interval(values, n=count)
+
+
+def groups_of(results: Results) -> dict[str, Group]:
+    """Return the treatments of an experiment with their results."""
+    measures = [*results.about["measures"]]
+    groups = {name: Group(name, values={each: [] for each in measures}) for name in results.about["treatments"]}
+    for row, square in _weighed(results, ["ending", "success", *measures]):
+        groups[row["treatment"]].add(row, square)
+    return groups
+
+
+def groups_by(results: Results, factors: Sequence[str]) -> list[Group]:
+    """Return the results of each treatment under each combination of levels of *factors*, in order of the levels.
+
+    Raises:
+        ValueError: The experiment has no such factor.
+    """
+    known, measures = results.about["factors"], results.about["measures"]
+    for factor in factors:
+        known_name("factor", factor, known)
+    groups: dict[tuple[Any, ...], Group] = {}
+    for row, square in _weighed(results, [*factors, "ending", "success", *measures]):
+        levels = {factor: row[factor] for factor in factors}
+        key = (row["treatment"], *levels.values())
+        if key not in groups:
+            groups[key] = Group(row["treatment"], values={each: [] for each in measures}, levels=levels)
+        groups[key].add(row, square)
+    order = [*results.about["treatments"]]
+
+    def place(group: Group) -> tuple[Any, ...]:
+        levels = group.levels.values()
+        return (*((isinstance(level, str), level) for level in levels), order.index(group.name))
+
+    return sorted(groups.values(), key=place)
+
+
+def _weighed(results: Results, columns: Sequence[str]) -> Iterator[tuple[Mapping[str, Any], int]]:
+    repeats = Repeats.of(results.rows(COLUMNS))
+    return repeats.weighed(results.rows([*COLUMNS, *columns]))

@@ -1,4 +1,4 @@
-"""Making all runs of an experiment on an executor, whatever becomes of single ones."""
+"""A campaign: all runs of an experiment on an executor, even if single runs are lost."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.running.coverages import Coverages
+from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.running.replications import Coverages, Task, execute
 from hmrsim.experiments.running.schedule import Schedule
-from hmrsim.experiments.running.tasks import Task, execute
-from hmrsim.experiments.statistics.libraries import distributions
+from hmrsim.experiments.statistics.summaries import distributions
 from hmrsim.trials.batches import Batches
-from hmrsim.trials.endings import MISHAPS
 from hmrsim.trials.guards import ending_of_lost
+from hmrsim.trials.trial import MISHAPS
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison
 
 _TASK_SECONDS: Final = 0.3
-"""Wall seconds that the runs of a task shall take together: to send one costs half a millisecond."""
+"""Wall seconds that the runs of one task should take: sending a task costs half a millisecond."""
 _MAX_CHUNK: Final = 64
 _START: Final = 2.0
 """Wall seconds in which workers start."""
@@ -36,15 +35,15 @@ _UNKNOWN: Final = 16
 
 @dataclass
 class Progress:
-    """How far an experiment is.
+    """The progress of an experiment.
 
     Attributes:
-        done: Runs that have a result.
-        expected: How many there will be, as far as is known.
-        made: Runs that were made by this process.
-        failed: How many of those did not end as a success, by their endings.
-        mishap: The first of those that ended by a mistake, as it crashed or hung; None while there is none.
-        began: When it began, by the wall's clock.
+        done: Runs with a result.
+        expected: The number of runs in total, as far as it is known.
+        made: Runs executed by this process.
+        failed: The number of those without success, by ending.
+        mishap: The first run that crashed, hung or ended by another mishap; None if there is none yet.
+        began: The start, by the monotonic clock.
     """
 
     done: int = 0
@@ -56,7 +55,7 @@ class Progress:
 
     @property
     def seconds_left(self) -> float | None:
-        """Wall seconds until the end, at the pace so far; None while workers start, as that says nothing."""
+        """Wall seconds until the end at the current pace; None while workers start."""
         passed = time.monotonic() - self.began
         if not self.made or passed < _START:
             return None
@@ -68,13 +67,13 @@ class Campaign:
 
     Args:
         plan: The experiment.
-        results: Where results go, as they come.
-        make: Makes an executor; called again when one has broken.
-        workers: How many runs it executes at once; 0 if that is not known.
+        results: The store that receives each result.
+        make: Creates an executor; called again when one breaks.
+        workers: The number of runs that it executes at once; 0 if unknown.
         tell: Called whenever there are new results.
 
     Raises:
-        MissingExtra: Replications go on until something is known, and the statistics for that are not installed.
+        MissingExtra: The number of replications depends on statistics that are not installed.
     """
 
     def __init__(
@@ -88,7 +87,7 @@ class Campaign:
         self._plan, self._results, self._tell = plan, results, tell
         until = plan.file.replications.until
         if until:
-            distributions()  # missing libraries are told before the first run
+            distributions()  # report missing libraries before the first run
         measure = until.measure if until else "seed"
         rows = results.rows(["number", measure, "fingerprint"])
         done = {int(row["number"]): (row[measure], row["fingerprint"]) for row in rows}
@@ -100,11 +99,11 @@ class Campaign:
         self.progress = Progress(self._schedule.done, self._schedule.expected)
 
     def comparisons(self) -> dict[str, Comparison]:
-        """Return the comparison of each treatment with the first one that decides how many replications there are."""
+        """Return the comparisons with the first treatment that decide the number of replications."""
         return self._schedule.comparisons()
 
     def run(self) -> Progress:
-        """Make all runs; return how far it is at the end.
+        """Execute all runs; return the final progress.
 
         Raises:
             WriteError: Results can't be written.

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
+from hmrsim.experiments.endings import BY_REPORT, REPORTED
 from hmrsim.experiments.file.reading import Reading, read_valid_parts
-from hmrsim.experiments.judging.endings import BY_REPORT, REPORTED
-from hmrsim.experiments.judging.measures import NAMES
-from hmrsim.experiments.judging.unknown_parts import Unknown, unknown_parts
-from hmrsim.experiments.statistics.wealth import FIRST_LOOK
+from hmrsim.experiments.measures import NAMES, Unknown, unknown_parts
+from hmrsim.experiments.statistics.confidence_sequences import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
-from hmrsim.trials.endings import BUILT_IN
+from hmrsim.trials.trial import BUILT_IN
 from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, names_in
 
 if TYPE_CHECKING:
@@ -125,7 +124,7 @@ def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
         variants = [variant.model_dump(mode="json") for variant in file.variants.values()]
         used = names_asked_for([file.overlay, variants, treatments])
     except OverlayFlaw:
-        # In a variant that was not chosen; nobody knows what is meant there.
+        # The variant was not chosen, so its names are unknown.
         return
     for factor in file.factors:
         if factor not in used:

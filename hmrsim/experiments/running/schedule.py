@@ -1,4 +1,4 @@
-"""Which runs are next: replication by replication, until each scenario has enough."""
+"""The schedule of runs: replication by replication, until each scenario has enough."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hmrsim.experiments.statistics.verdicts import UNDECIDED, Comparison, Criter
 if TYPE_CHECKING:
     from hmrsim.experiments.file.model import Until
     from hmrsim.experiments.file.plan import Plan, Run
-    from hmrsim.experiments.judging.measures import Value
+    from hmrsim.experiments.measures import Value
 
 _LEAST: Final = 3
 """Replications before which no mean is known: the spread of fewer says hardly anything."""
@@ -67,12 +67,12 @@ class Schedule:
 
     @property
     def expected(self) -> int:
-        """How many runs there are in all, as far as is known."""
+        """The number of runs in total, as far as it is known."""
         return sum(self._targets) * len(self._plan.treatments)
 
     @property
     def done(self) -> int:
-        """How many have a result."""
+        """The number of runs with a result."""
         return len(self._done)
 
     def next(self, most: int) -> list[Run]:
@@ -95,7 +95,7 @@ class Schedule:
         self._extend(run.scenario)
 
     def _aim(self, scenario: int, target: int) -> list[Run]:
-        """Let a scenario have so many replications; return the further runs that are to be made."""
+        """Raise the number of replications of a scenario; return the additional runs."""
         runs = [
             run
             for replication in range(self._targets[scenario], target)
@@ -142,7 +142,7 @@ class Schedule:
     def _decided(self, until: Until) -> bool:
         """Return whether each treatment is known to be better or worse than the first one, or equivalent.
 
-        If further replications would be the same runs again, no more can be known.
+        If further replications would repeat the same runs, they add no information.
         """
         first, *others = self._plan.treatments
         if all(self._repeats.repeats((i, name)) for i in range(len(self._targets)) for name in self._plan.treatments):

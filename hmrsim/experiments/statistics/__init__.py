@@ -1,13 +1,13 @@
-"""What can be claimed of an experiment: means, intervals, effects, comparisons.
+"""Statistics of experiments: means, intervals, effects, comparisons.
 
-Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md says when
-which one is valid. Distributions are those of scipy, which the extra ``experiments`` installs and which is loaded when
-first used.
+Pure functions over plain numbers. Each formula has its source in its docstring; docs/reference/statistics.md explains
+when each one is valid. Distributions come from scipy, which the extra ``experiments`` installs; it is loaded when first
+used.
 """
 
 from __future__ import annotations
 
-from hmrsim.experiments.statistics.corrections import holm
+from hmrsim.experiments.statistics.confidence_sequences import confidence_sequence
 from hmrsim.experiments.statistics.effects import (
     Difference,
     Interaction,
@@ -24,7 +24,6 @@ from hmrsim.experiments.statistics.intervals import (
     proportion_interval,
     quantile_interval,
 )
-from hmrsim.experiments.statistics.sequences import confidence_sequence
 from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough, replications_needed
 from hmrsim.experiments.statistics.summaries import Summary, quantile, summary
 from hmrsim.experiments.statistics.verdicts import (
@@ -37,6 +36,7 @@ from hmrsim.experiments.statistics.verdicts import (
     Verdict,
     compare,
     compare_all,
+    holm,
     verdict,
 )
 

@@ -1,4 +1,4 @@
-"""What makes a difference: factors, two at a time, and two treatments."""
+"""Effects of factors, interactions of two factors, and differences of two treatments."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hmrsim.experiments.statistics.intervals import CONFIDENCE, Interval, checked_share, mean_interval
-from hmrsim.experiments.statistics.libraries import distributions
-from hmrsim.experiments.statistics.moments import Moments, moments, pairs
+from hmrsim.experiments.statistics.summaries import Moments, distributions, moments, pairs
 
 
 @dataclass(frozen=True)
 class LevelEffect:
-    """What one level of a factor does.
+    """The effect of one level of a factor.
 
     Attributes:
         factor: Its name.
@@ -31,7 +30,7 @@ class LevelEffect:
 
 @dataclass(frozen=True)
 class Interaction:
-    """What two levels do together, beyond what each does by itself.
+    """The interaction of two levels, beyond the effect of each.
 
     Attributes:
         factors: Two names.
@@ -100,7 +99,7 @@ def interactions(
 ) -> tuple[Interaction, ...]:
     """Return what each two levels do together: the mean of their runs, less both levels' means, plus the grand mean.
 
-    Only levels that occur together are told. What `main_effects` says about unbalanced designs holds here, too.
+    Only levels that occur together are returned. The remark of `main_effects` on unbalanced designs applies here.
 
     Source: Montgomery, Design and Analysis of Experiments, 8th edition (2012), section 5.3.4.
 
@@ -139,7 +138,7 @@ def paired_difference(a: Sequence[float], b: Sequence[float], *, confidence: flo
 
 
 def unpaired_difference(a: Sequence[float], b: Sequence[float], *, confidence: float = CONFIDENCE) -> Difference:
-    """Return the difference of two treatments that ran under seeds of their own, by Welch's t.
+    """Return the difference of two treatments that ran under different seeds, by Welch's t.
 
     Source: Welch, The generalization of Student's problem when several different population variances are involved,
     Biometrika 34 (1947); degrees of freedom by Satterthwaite, Biometrics Bulletin 2 (1946).

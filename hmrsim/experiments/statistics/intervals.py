@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Final
 
-from hmrsim.experiments.statistics.libraries import distributions
-from hmrsim.experiments.statistics.moments import finite, moments
-from hmrsim.experiments.statistics.summaries import quantile
+from hmrsim.experiments.statistics.summaries import distributions, finite, moments, quantile
 
 CONFIDENCE: Final = 0.95
 """What is usual."""

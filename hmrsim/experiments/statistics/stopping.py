@@ -1,4 +1,4 @@
-"""How many replications are enough: until an interval is narrow, and stays so for some more."""
+"""Stopping rules: replicate until an interval is narrow, and stays narrow for some more runs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hmrsim.experiments.statistics.intervals import CONFIDENCE, checked_share, proportion_interval
-from hmrsim.experiments.statistics.libraries import distributions
-from hmrsim.experiments.statistics.moments import prefixes
+from hmrsim.experiments.statistics.summaries import distributions, prefixes
 
 MEAN: Final = "mean"
 """A rule of a mean: its interval has to be narrow enough."""
@@ -22,7 +21,7 @@ _SHORT: Final = 100
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """When to stop replicating.
+    """A rule for when to stop replicating.
 
     Attributes:
         error: Half of the interval's width that is small enough: of a mean relative to the mean, of a proportion
@@ -88,12 +87,11 @@ def enough(values: Sequence[float], rule: StoppingRule) -> bool:
 
 
 def replications_needed(values: Sequence[float], rule: StoppingRule) -> int | None:
-    """Return how many replications will be enough altogether, if further ones are like those done so far.
+    """Return the total number of replications that will be enough, if further ones resemble those so far.
 
-    It is an estimate, for showing how long it may take: the least n for which t(n - 1) s / √n is small enough, with
-    the mean and the standard deviation s of those so far, and the look-ahead behind it; likewise by Wilson's interval.
-    None if nothing can be foretold: there are fewer than two values, or the mean is 0 while values differ, and the
-    rule has no maximum.
+    An estimate for progress displays: the least n for which t(n - 1) s / √n is small enough, with the mean and the
+    standard deviation s so far, plus the look-ahead; for proportions with Wilson's interval. None if there is no
+    estimate: there are fewer than two values, or the mean is 0 while values differ, and the rule has no maximum.
 
     Source: Law, Simulation Modeling and Analysis, 5th edition (2015), section 9.4.1, the approximate n*; the error is
     relative to the sample mean, as Hoad, Robinson and Davies (2010) have it.

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
+from hmrsim.experiments.statistics.confidence_sequences import confidence_sequence, first_above
 from hmrsim.experiments.statistics.intervals import Interval, checked_share
-from hmrsim.experiments.statistics.moments import pairs
-from hmrsim.experiments.statistics.sequences import confidence_sequence, first_above
+from hmrsim.experiments.statistics.summaries import pairs
 
 Verdict = Literal["better", "worse", "equivalent", "undecided"]
 """What a comparison says of one treatment beside another."""
@@ -30,7 +30,7 @@ _MOST_DIFFERING: Final = 0.05
 
 @dataclass(frozen=True)
 class Criterion:
-    """What is asked about a measure.
+    """The criterion for a measure.
 
     Attributes:
         larger_is_better: As of a number of orders; False as of a time.
@@ -57,7 +57,7 @@ class Criterion:
 
     @property
     def _is_wide(self) -> bool:
-        """Whether shares can't differ by more than the margin."""
+        """True if shares can't differ by more than the margin."""
         return self.margin is not None and not self.relative and self.margin >= 1
 
     def settled(self, first: Sequence[float], second: Sequence[float]) -> Criterion:
@@ -69,7 +69,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is known about B - A.
+    """The comparison of B with A: the difference B - A and the verdicts.
 
     Attributes:
         verdict: ``better`` or ``worse``: B's mean is, however little; ``equivalent``: the means differ by less than
@@ -237,3 +237,28 @@ def _checked(
     if criterion.relative and criterion.margin is not None and min(first, default=0) < 0:
         raise ValueError(f"a value of A is {min(first):g}; a relative margin is for measures that are not negative")
     return first, second, criterion.settled(first, second)
+
+
+def holm(p_values: Sequence[float]) -> tuple[float, ...]:
+    """Return adjusted p-values, in the order of those given.
+
+    Rejecting all hypotheses whose adjusted value is at most alpha rejects no true one with probability 1 - alpha at
+    least, however the tests depend on each other. The i-th smallest of m values becomes the largest (m - j + 1) p_j
+    among j = 1 … i, and 1 at most.
+
+    Source: Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6
+    (1979), section 3.
+
+    Raises:
+        ValueError: One is not within 0 and 1.
+    """
+    for number, p in enumerate(p_values):
+        if not 0 <= p <= 1:
+            raise ValueError(f"p-value {number} is {p}; expected 0 to 1")
+    order = sorted(range(len(p_values)), key=p_values.__getitem__)
+    adjusted = [1.0] * len(order)
+    least = 0.0
+    for rank, number in enumerate(order):
+        least = max(least, min(1.0, (len(order) - rank) * p_values[number]))
+        adjusted[number] = least
+    return tuple(adjusted)

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.fault_search.schedules.applied import changes_in, overlays_of, with_faults
+from hmrsim.fault_search.schedule import changes_in, overlays_of, with_faults
 from hmrsim.properties.compiler import compares
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import overlay_of
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     from hmrsim.errors import Problem
     from hmrsim.fault_search.file.model import CheckFile
-    from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.fault_search.schedules.thing import Thing
+    from hmrsim.fault_search.schedule import Case, Injection
     from hmrsim.properties import Properties
     from hmrsim.properties.results import Reference
     from hmrsim.trials.model import Controller
@@ -139,7 +138,7 @@ class Check:
             world = world_of(dict(case.definition), "world", overlays_of(case.schedule))
         return with_faults(world, case.schedule)
 
-    def _kept(self, changes: Sequence[Thing]) -> World:
+    def _kept(self, changes: Sequence[Injection]) -> World:
         if not changes:
             return self.world
         key = "/".join(change.key for change in changes)

@@ -12,11 +12,9 @@ from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.file.check import Check
 from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT, Schedule, read_things
-from hmrsim.fault_search.space.changes import KINDS as CHANGES
-from hmrsim.fault_search.space.disturbances import KINDS as DISTURBANCES
-from hmrsim.fault_search.space.menu import expanded
+from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
+from hmrsim.fault_search.space.candidates import expanded
+from hmrsim.fault_search.space.kinds import CHANGES, DISTURBANCES
 from hmrsim.fault_search.space.model import Space
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
@@ -120,7 +118,7 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     model = _model(document, ReproFile)
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
-    schedule, findings = read_things(model.schedule)
+    schedule, findings = read_injections(model.schedule)
     document.raise_for([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
     hint = "" if folder else "; --folder DIR says where the controller's files are"
     check = _checked(document, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
@@ -142,7 +140,7 @@ def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
     there = there_in(world)
     for i, thing in enumerate(schedule):
         if thing.family == DISTURBANCE:
-            for flaw in check_pattern(Disturbance.model_validate(dict(thing.said)).when, there):
+            for flaw in check_pattern(Disturbance.model_validate(dict(thing.spec)).when, there):
                 yield replace(flaw, path=("schedule", i, "when", *flaw.path))
 
 
@@ -255,7 +253,7 @@ def _of_further(check: Check) -> Iterator[Finding]:
     for i, template in enumerate(check.file.space.further):
         told: list[str] = []
         for each in expanded(template, [*check.world.robots]):
-            things, flaws = read_things([each])
+            things, flaws = read_injections([each])
             for flaw in [*flaws, *_unrunnable(check, things)]:
                 # The first parts of a path are where the thing stands in its own list.
                 path = flaw.path[2:] if flaw.path[:1] == ("schedule",) else flaw.path[1:]

@@ -1,1 +1,1 @@
-"""What a search gives to its user: a file that repeats each failure, its story, a page, JUnit XML."""
+"""Results of a search: a reproducer and a story for each failure, a page, JUnit XML."""

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import json
+import math
+import os
 import re
+import shlex
 import tempfile
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from xml.sax.saxutils import escape, quoteattr
 
+from markupsafe import Markup
+
+from hmrsim import __version__
 from hmrsim.errors import OutputError, reason_of
-from hmrsim.fault_search.results.junit import junit_text
-from hmrsim.fault_search.results.page import page_of
-from hmrsim.fault_search.results.repro import repro_text
-from hmrsim.fault_search.results.story import LONG, story_of
+from hmrsim.fault_search.results.story import LONG, events_of, mark_of, passes, story_of
+from hmrsim.report.html import page_around, part, templates
+from hmrsim.world.writing import block
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Sequence
 
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.results.summary import Summary
-    from hmrsim.fault_search.running.covered import Covered
+    from hmrsim.fault_search.results.summary import Finding, Summary
+    from hmrsim.fault_search.running.observer import TotalCoverage
 
 FAILURES: Final = "failures"
 """The folder of the failures in that of the results; a later search begins with them."""
@@ -28,7 +35,7 @@ _WORD: Final = re.compile(r"[^A-Za-z0-9]+")
 
 
 class ResultsFolder:
-    """A folder of results.
+    """The folder with the results of a search.
 
     Args:
         folder: The folder; it is made by `prepare`, or when something is written.
@@ -65,11 +72,11 @@ class ResultsFolder:
         path = self.folder / FAILURES / f"{_name_of(finding)}.yaml"
         self._write(path, repro_text(check, finding, path))
         self._write(path.with_suffix(".txt"), "\n".join(story_of(finding, LONG)) + "\n")
-        if finding.told.trace:  # one that hangs has none
-            self._write(path.with_suffix(".jsonl"), finding.told.trace)
+        if finding.outcome.trace:  # one that hangs has none
+            self._write(path.with_suffix(".jsonl"), finding.outcome.trace)
         return path
 
-    def finish(self, check: Check, summary: Summary, covered: Covered) -> None:
+    def finish(self, check: Check, summary: Summary, covered: TotalCoverage) -> None:
         """Write what is about the whole search: summary, page, JUnit XML, and what of a tree was ticked.
 
         Raises:
@@ -94,3 +101,133 @@ def _name_of(finding: Finding) -> str:
     """Return a name that is the same whenever this failure is found."""
     words = _WORD.sub("_", f"{finding.failure.property} {finding.failure.reason}").strip("_").lower()
     return words[:80]
+
+
+def repro_text(check: Check, finding: Finding, path: Path) -> str:
+    """Return the text of the file; *path* is where it will be."""
+    story = story_of(finding)
+    head = [f"# {line}".rstrip() for line in (f"hmrsim check --repro {path.name}", "", *story[: story.index("", 2)])]
+    return "\n".join([*head, "", *_lines(check, finding, path)]) + "\n"
+
+
+def _lines(check: Check, finding: Finding, path: Path) -> Iterator[str]:
+    for key, value in _said(check, finding, path).items():
+        yield from block(key, value)
+
+
+def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
+    """Return what the file says, in plain values."""
+    controller = check.treatment.model_dump(mode="json", exclude_defaults=True)
+    limits = {**check.file.limits.model_dump(mode="json", exclude_none=True), "simulated": check.limit}
+    definition = finding.case.definition
+    return {
+        "repro": 1,
+        "name": check.name,
+        "failure": {"property": finding.failure.property, "reason": finding.failure.reason},
+        "controller": controller,
+        "folder": _from(check.folder, path.absolute().parent),
+        **({} if check.file.world_seed is None else {"world_seed": check.file.world_seed}),
+        "limits": limits,
+        **({"trace": finding.trace_hash} if finding.trace_hash else {}),
+        "schedule": [dict(injection.spec) for injection in finding.schedule],
+        "properties": check.properties.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        "world": check.definition if definition is None else dict(definition),
+    }
+
+
+def _from(folder: Path, home: Path) -> str:
+    """Return how a folder is called from another one."""
+    return Path(os.path.relpath(folder, home)).as_posix()
+
+
+def junit_text(name: str, properties: Mapping[str, int], findings: Sequence[Finding], seconds: float) -> str:
+    """Return the document.
+
+    Args:
+        name: The name of the check.
+        properties: How often each property was exercised, by name.
+        findings: The failures.
+        seconds: Wall seconds that the search took.
+    """
+    failed = {finding.failure.property: finding for finding in reversed(findings)}
+    cases = [_case(name, prop, failed.get(prop), count) for prop, count in properties.items()]
+    skipped = sum(count == 0 and prop not in failed for prop, count in properties.items())
+    head = f'tests="{len(cases)}" failures="{len(failed)}" errors="0" skipped="{skipped}" time="{seconds:.3f}"'
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f"<testsuites>\n<testsuite name={quoteattr(name)} {head}>\n{''.join(cases)}</testsuite>\n</testsuites>\n"
+    )
+
+
+def _case(name: str, prop: str, finding: Finding | None, exercised: int) -> str:
+    head = f"<testcase classname={quoteattr(name)} name={quoteattr(prop)}"
+    if finding is not None:
+        story = escape(_printable("\n".join(story_of(finding))))
+        return f"{head}>\n<failure message={quoteattr(_printable(finding.text))}>{story}</failure>\n</testcase>\n"
+    if not exercised:
+        return f'{head}>\n<skipped message="never exercised"/>\n</testcase>\n'
+    return f"{head}/>\n"
+
+
+def _printable(text: str) -> str:
+    """Return a text without the control characters that XML can't have."""
+    return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
+
+
+class _Line(NamedTuple):
+    """An event of a story."""
+
+    at: float
+    text: str
+    mark: str
+
+
+class _Shown(NamedTuple):
+    """A failure as the page shows it."""
+
+    finding: Finding
+    file: str
+    injections: Sequence[tuple[str, str]]
+    lines: Sequence[_Line]
+
+
+def page_of(check: Check, summary: Summary, folder: Path) -> str:
+    """Return the page, which needs no other file.
+
+    Args:
+        check: The check.
+        summary: The summary of the search.
+        folder: The folder of the results, as a command line has it.
+    """
+    environment = templates(__package__)
+    environment.filters |= {"count": "{:,}".format, "margin": _margin}
+    body: str = environment.get_template("check.html").render(
+        summary=summary,
+        version=__version__,
+        controller=_controller(check),
+        shown=[_shown(each, summary.files.get(number, "")) for number, each in enumerate(summary.findings, 1)],
+        folder=shlex.quote(str(folder)),
+        tried=sorted(summary.tried.kinds),
+        failed={each.failure.property for each in summary.findings},
+        verdicts={verdict.property: verdict for verdict in summary.nominal.verdicts},
+    )
+    whole = Markup(body)  # noqa: S704 - escaped by the template
+    return page_around(f"Check of {summary.name}", whole, style=part("check.css", __package__))
+
+
+def _controller(check: Check) -> str:
+    treatment = check.treatment
+    command = treatment.command
+    spec = treatment.tree or treatment.python or (command if isinstance(command, str) else shlex.join(command or ()))
+    return str(spec)
+
+
+def _shown(finding: Finding, file: str) -> _Shown:
+    injections = [(injection.describe(), passes(outcome)) for injection, outcome in finding.in_order]
+    return _Shown(
+        finding, file, injections, [_Line(at, text, mark_of(text)) for at, text in events_of(finding.outcome)]
+    )
+
+
+def _margin(robustness: float) -> str:
+    return f"{robustness:+.3g}" if math.isfinite(robustness) else "-"

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.running.observer import DISTURBED
-from hmrsim.fault_search.running.outcome import NOT_RUN
+from hmrsim.fault_search.running.single import NOT_RUN
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.running.outcome import Outcome
+    from hmrsim.fault_search.results.summary import Finding
+    from hmrsim.fault_search.running.single import Outcome
 
 SHORT: Final = 60
 """Events of a story among others, such as on a page."""
@@ -24,22 +24,22 @@ _RARE: Final = 0.25
 """Share of the events at most in which a word stands that says what a failure is about."""
 _NUMBER: Final = re.compile(r"\b(?:[0-9a-f]{8,}|\d+(?:\.\d+)?)\b")
 _MAX_BLOCK: Final = 4
-"""Events at most that are told once if they repeat themselves."""
+"""The longest sequence of events that is shown once if it repeats."""
 _FOLDED: Final = 4
 """How often they come in a row at least."""
 _TAIL: Final = 20
-"""Events before the violation that are told in any case."""
+"""The number of events before the violation that are always shown."""
 
 
 def story_of(finding: Finding, most: int = SHORT) -> list[str]:
-    """Return the story, a line each: the failure, the schedule, what is without each thing of it, and the events.
+    """Return the story, a line each: the failure, the schedule, what is without each injection of it, and the events.
 
-    Of many events *most* are told.
+    Shows at most *most* events.
     """
     lines = [f"{finding.failure.property}: {finding.text}", "", *_schedule(finding), ""]
-    lines += [f"{at:10.3f} s  {text}" for at, text in events_of(finding.told, most)]
-    cause = f" ({finding.told.cause})" if finding.told.cause else ""
-    lines.append(f"{finding.told.at:10.3f} s  the run ends: {finding.told.ending}{cause}")
+    lines += [f"{at:10.3f} s  {text}" for at, text in events_of(finding.outcome, most)]
+    cause = f" ({finding.outcome.cause})" if finding.outcome.cause else ""
+    lines.append(f"{finding.outcome.at:10.3f} s  the run ends: {finding.outcome.ending}{cause}")
     return lines
 
 
@@ -48,8 +48,8 @@ def _schedule(finding: Finding) -> Iterator[str]:
         yield "It fails without any fault."
         return
     yield "It fails with" + (":" if len(finding.schedule) > 1 else " one thing:")
-    for number, (thing, _) in enumerate(finding.in_order, 1):
-        yield f"  {number}. {thing.describe()}"
+    for number, (injection, _) in enumerate(finding.in_order, 1):
+        yield f"  {number}. {injection.describe()}"
     for number, (_, outcome) in enumerate(finding.in_order, 1):
         which = f"thing {number}" if len(finding.schedule) > 1 else "it"
         yield f"Without {which} {passes(outcome)}."
@@ -79,7 +79,7 @@ def mark_of(text: str) -> str:
 
 
 def _folded(lines: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
-    """Return lines in which what repeats itself is told once, with how often: of up to four lines, without numbers."""
+    """Return the lines with each repeated sequence of up to four lines shown once, with its count."""
     plain = [_NUMBER.sub("", text) for _, text in lines]
     found: list[tuple[float, str]] = []
     i = 0
@@ -114,7 +114,7 @@ def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str
     for i in marked:
         wanted |= dict.fromkeys(range(max(0, i - 3), min(len(lines), i + 6)))
     words = [{*_WORD.findall(text)} for text in texts]
-    # A word that is told of all the time distinguishes nothing.
+    # A word in every line distinguishes nothing.
     counts = Counter(word for each in words for word in each)
     names = {word for i in marked for word in words[i] if counts[word] <= len(texts) * _RARE}
     wanted |= dict.fromkeys(i for i in reversed(range(len(lines))) if names & words[i])

@@ -1,16 +1,20 @@
-"""The summary of a search: what was found, what was tried, and what was not reached."""
+"""The summary of a search: failures, statistics of the attempts, and gaps."""
 
 from __future__ import annotations
 
+import hashlib
+import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.results.finding import Finding
-    from hmrsim.fault_search.results.tried import Tried
-    from hmrsim.fault_search.running.outcome import Outcome
+    from collections.abc import Sequence
 
+    from hmrsim.fault_search.reducer import Reduced
+    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.schedule import Case, Injection, Schedule
 
 _FEW: Final = 50
 """Runs that are too few for a search, unless nothing is left to try."""
@@ -18,14 +22,14 @@ _FEW: Final = 50
 
 @dataclass(frozen=True)
 class Unreached:
-    """What a search has not reached.
+    """The gaps of a search: injections, properties and nodes without a run.
 
     Attributes:
-        singles: Single things at single moments that were not tried for lack of time.
-        kinds: Kinds of things that were tried and never began.
-        untried: Kinds of things that can happen here and were not tried.
+        singles: Single injections at single moments that were not tried for lack of time.
+        kinds: Kinds of injections that were tried and never began.
+        untried: Kinds of injections that can happen here and were not tried.
         properties: Properties that no run has exercised.
-        nodes: What no run has made the nodes of the tree do.
+        nodes: Statuses that nodes of the tree had in no run.
     """
 
     singles: int = 0
@@ -37,20 +41,20 @@ class Unreached:
 
 @dataclass(frozen=True)
 class Summary:
-    """What came of a search.
+    """The result of a search.
 
     Attributes:
         name: The name of the check.
         seed: Of the search.
-        nominal: What came of the run without faults.
+        nominal: The outcome of the run without faults.
         findings: The failures, in the order in which they were found.
-        tried: What was tried.
+        tried: Statistics of the attempts.
         exercised: In how many runs each property was exercised, by name.
-        unreached: What was not reached.
+        unreached: The gaps of the search.
         seconds: Wall seconds that it took.
         complete: Whether it has ended by its budget, and was not interrupted.
         kept: How many schedules have exercised something new.
-        features: How many different things were exercised.
+        features: How many different injections were exercised.
         covered: How much of the tree was ticked, in words; empty without a tree.
         files: The file that repeats each failure, by its number from 1.
     """
@@ -71,7 +75,7 @@ class Summary:
 
     @property
     def too_few(self) -> bool:
-        """Whether there were far too few runs to say anything: a kind had no turn, or few things had one."""
+        """True if there were too few runs for a conclusion: a kind or most injections had no turn."""
         tried = self.tried
         return tried.singles_left > 0 and (bool(self.unreached.untried) or tried.runs < _FEW)
 
@@ -106,7 +110,7 @@ class Summary:
     @property
     def gave_up_first(self) -> list[str]:
         """The first schedule of transient faults only after which the controller gave up, in words."""
-        return [thing.describe() for thing in self.tried.gave_up_first]
+        return [injection.describe() for injection in self.tried.gave_up_first]
 
     def _finding(self, number: int, finding: Finding) -> dict[str, Any]:
         return {
@@ -118,7 +122,104 @@ class Summary:
             "reducing": round(finding.reducing, 3),
             "known": finding.known,
             "runs": finding.seen,
-            "schedule": [dict(thing.said) for thing in finding.schedule],
-            "things": [thing.describe() for thing in finding.schedule],
+            "schedule": [dict(injection.spec) for injection in finding.schedule],
+            "things": [injection.describe() for injection in finding.schedule],
             "file": self.files.get(number, ""),
         }
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A failure that was found.
+
+    Attributes:
+        failure: The failure.
+        run: The number of the run that showed it, from 1.
+        original: The schedule of this run.
+        reduced: The reduced case.
+        outcome: The outcome of the reduced case, with its trace and its events.
+        seconds: Wall seconds after which it was found.
+        reducing: Wall seconds that it took to reduce it.
+        known: Whether it was found earlier, and is in the folder of the results.
+        seen: How many runs of the search have failed like this.
+    """
+
+    failure: Failure
+    run: int
+    original: Schedule
+    reduced: Reduced
+    outcome: Outcome
+    seconds: float
+    reducing: float = 0.0
+    known: bool = False
+    seen: int = 1
+
+    @property
+    def case(self) -> Case:
+        """The reduced case."""
+        return self.reduced.case
+
+    @property
+    def schedule(self) -> Schedule:
+        """The reduced schedule."""
+        return self.reduced.case.schedule
+
+    @property
+    def without(self) -> Sequence[Outcome]:
+        """For each injection of the schedule, what comes of the case without it."""
+        return self.reduced.without
+
+    @property
+    def in_order(self) -> list[tuple[Injection, Outcome]]:
+        """The injections as they began, each with what comes of the case without it: the first cause comes first."""
+        return [(self.schedule[i], self.without[i]) for i in by_begin(self.schedule, self.outcome)]
+
+    @property
+    def text(self) -> str:
+        """The violation as a sentence."""
+        return next(
+            (each.text for each in self.outcome.violations if (each.property, each.reason) == self.failure),
+            self.failure.reason,
+        )
+
+    @property
+    def trace_hash(self) -> str:
+        """The SHA-256 of the trace."""
+        return hashlib.sha256(self.outcome.trace.encode()).hexdigest() if self.outcome.trace else ""
+
+
+def by_begin(schedule: Schedule, outcome: Outcome) -> list[int]:
+    """Return the numbers of a schedule's injections in the order in which they began in a run; last what never did."""
+    began = dict(enumerate(outcome.began))
+    return sorted(range(len(schedule)), key=lambda i: math.inf if (at := began.get(i)) is None else at)
+
+
+@dataclass
+class Tried:
+    """Statistics of the schedules that a search has tried.
+
+    Attributes:
+        runs: How many runs there were.
+        failed: How many of them violated a property.
+        singles: How many single injections there are, each at each moment.
+        singles_left: How many of them were not tried.
+        kinds: How often each kind of injection was in a schedule.
+        begun: How often it began.
+        exercised: How often each property was.
+        endings: How the runs have ended.
+        transient: How many runs had faults that were all transient, and nothing else.
+        gave_up: In how many of these the controller ended as failed.
+        gave_up_first: The schedule of the first of them.
+    """
+
+    runs: int = 0
+    failed: int = 0
+    singles: int = 0
+    singles_left: int = 0
+    kinds: Counter[str] = field(default_factory=Counter)
+    begun: Counter[str] = field(default_factory=Counter)
+    exercised: Counter[str] = field(default_factory=Counter)
+    endings: Counter[str] = field(default_factory=Counter)
+    transient: int = 0
+    gave_up: int = 0
+    gave_up_first: Schedule = ()

@@ -6,14 +6,13 @@ import math
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Self
 
-from hmrsim.fault_search.running.covered import Covered
-from hmrsim.fault_search.running.outcome import NOT_RUN, Outcome
-from hmrsim.fault_search.running.single import without_run
-from hmrsim.fault_search.running.tasks import Task, execute
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.running.observer import TotalCoverage
+from hmrsim.fault_search.running.single import NOT_RUN, VERDICTS, Outcome, Wanted, run_within, without_run
+from hmrsim.fault_search.schedule import Case
 from hmrsim.trials.batches import Batches
 from hmrsim.trials.guards import ending_of_lost
 
@@ -23,32 +22,32 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
 
 _PIECES: Final = 4
-"""Tasks for each worker, of the cases that are run together: the last ones of a batch keep all workers busy."""
+"""Tasks per worker in a batch: several, so that all workers stay busy until its end."""
 _MAX_PIECE: Final = 16
 _PIECE: Final = 0.25
-"""Wall seconds that a task is to take at most, unless one run takes longer."""
+"""Wall seconds that a task should take at most, unless a single run takes longer."""
 _MANY: Final = 32
-"""How many workers there may be where it is not known."""
+"""The number of workers to assume if it is unknown."""
 _KEPT: Final = 50_000
-"""Outcomes that are kept, so that no case is run twice."""
+"""Outcomes that are remembered, so that no case is run twice."""
 
 
 class Evaluator:
-    """Runs cases of a check on an executor, and remembers what came of them; a context manager.
+    """Runs the cases of a check on an executor and remembers their outcomes; a context manager.
 
     Args:
         check: The check.
-        make: Makes an executor; called again when one has broken.
-        workers: How many cases it runs at once; 0 if that is not known, as of a cluster.
+        make: Creates an executor; called again when one breaks.
+        workers: The number of cases that it runs at once; 0 if unknown, as for a cluster.
 
     Attributes:
-        runs: How many runs were made.
-        covered: What all of them have ticked of a tree: a worker sends what it has not sent before, and only once.
+        runs: The number of runs.
+        covered: The coverage of the trees in all runs; workers send only coverage that is new to them.
     """
 
     def __init__(self, check: Check, make: Callable[[], Executor], workers: int) -> None:
         self.runs = 0
-        self.covered = Covered()
+        self.covered = TotalCoverage()
         self.workers = workers or _MANY
         self._check = check
         self._batches = Batches(make, self.workers)
@@ -66,7 +65,7 @@ class Evaluator:
     def take(self, check: Check, nominal: Outcome | None = None) -> None:
         """Run the cases of another check from now on, on the same executor.
 
-        What comes of its run without faults is *nominal*, if it is known. If a property compares runs with that one, it
+        *nominal* is the outcome of its run without faults, if known. If a property compares runs with that one, it
         is made again, to be compared with itself.
         """
         self._check = check
@@ -83,12 +82,12 @@ class Evaluator:
         return [*self.stream(cases, until)]
 
     def stream(self, cases: Sequence[Case], until: float = math.inf) -> Generator[Outcome, None, None]:
-        """Yield what comes of some cases, in order and as soon as it is known; those known before are not run again.
+        """Yield the outcomes of cases in order, as soon as each is available; known cases are not run again.
 
-        It ends early when time is over. Who has seen enough closes it: then no further case is begun.
+        The stream ends early when time is up. Close it to start no further case.
 
-        What a run has exercised is told once, of the run without a schedule each time: it is most of an outcome, and
-        a search runs tens of thousands.
+        Features and moments are included only the first time, except for the run without a schedule: they are most of
+        an outcome, and a search runs tens of thousands.
 
         *until* is the last moment, by the monotonic clock.
         """
@@ -105,10 +104,10 @@ class Evaluator:
                     self._keep(key, outcome if key == Case().key else _light(outcome))
                 yield fresh.get(case.key) or self._known[case.key]
 
-    def told(self, case: Case, until: float = math.inf) -> Outcome:
-        """Return what comes of a case, with its trace and its events in words; it is run for that.
+    def rerun(self, case: Case, until: float = math.inf) -> Outcome:
+        """Run a case again; return its outcome with the trace and the events in words.
 
-        Its ending is `NOT_RUN` if there was no time for that.
+        Its ending is `NOT_RUN` if there was no time for it.
         """
         with closing(self._run([case], until, story=True)) as running:
             _, outcome = next(running, ("", None))
@@ -152,3 +151,43 @@ class Evaluator:
 def _light(outcome: Outcome) -> Outcome:
     """Return an outcome without what its run has exercised."""
     return replace(outcome, features=(), moments=(), coverage=b"")
+
+
+_STORY: Final = Wanted(trace=True, story=True)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some cases of a check.
+
+    Attributes:
+        check: The check.
+        cases: The cases.
+        story: Whether their traces and events are wanted.
+        seconds: Wall seconds that there are for them.
+    """
+
+    check: Check
+    cases: Sequence[Case]
+    story: bool = False
+    seconds: float = math.inf
+
+
+@lru_cache(maxsize=8)
+def _warm(check: Check) -> Check:
+    """Return a check that this process has worked at, if it has: with its worlds and routes."""
+    return check
+
+
+def execute(task: Task) -> list[Outcome]:
+    """Return the outcomes of some cases, in order; fewer if the time for them is over."""
+    check = _warm(task.check)
+    until = time.monotonic() + task.seconds
+    outcomes: list[Outcome] = []
+    for case in task.cases:
+        left = until - time.monotonic()
+        outcome = run_within(check, case, _STORY if task.story else VERDICTS, left) if left > 0.0 else None
+        if outcome is None:
+            break
+        outcomes.append(outcome)
+    return outcomes

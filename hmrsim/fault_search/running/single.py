@@ -8,17 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import HmrsimError
-from hmrsim.fault_search.running.covered import Novelty
-from hmrsim.fault_search.running.drawn import Drawn
-from hmrsim.fault_search.running.excusing import ExcusingSink
-from hmrsim.fault_search.running.observer import Observer
-from hmrsim.fault_search.running.outcome import Outcome
-from hmrsim.fault_search.schedules.thing import DISTURBANCE, FAULT
+from hmrsim.events.simulation import ParticipantDropped
+from hmrsim.fault_search.running.observer import BatteryDraws, Novelty, Observer
+from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
@@ -26,21 +23,24 @@ from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
-from hmrsim.trials.endings import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
 from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.schedules.case import Case
-    from hmrsim.properties import Properties, Violation
+    from hmrsim.fault_search.schedule import Case, Moment
+    from hmrsim.fault_search.space.kinds import Draw
+    from hmrsim.properties import Properties, Verdict, Violation
+    from hmrsim.properties.results import Reference
+    from hmrsim.protocol.outputs import EventStamped
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
 
 Ending = tuple[str, str]
-"""How a run has ended, and what that alone does not say."""
+"""The ending of a run and its cause."""
 
 _KILLING: Final = ("controller_killed", "second_controller")
 """Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
@@ -51,7 +51,7 @@ _REFUSED: Final = "NotServed:"
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of a run beside its verdicts.
+    """Outputs of a run besides its verdicts.
 
     Attributes:
         trace: Its trace.
@@ -69,7 +69,7 @@ VERDICTS = Wanted()
 
 
 def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
-    """Return what comes of a case, whatever happens in it."""
+    """Run a case and return its outcome."""
     outcome = run_within(check, case, wanted, math.inf)
     if outcome is None:
         raise AssertionError
@@ -77,7 +77,7 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
 
 
 def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outcome | None:
-    """Return what comes of a case, whatever happens in it; None if it takes longer than there are wall *seconds*."""
+    """Run a case; return its outcome, or None if it takes longer than *seconds* of wall time."""
     began = time.perf_counter()
     try:
         with guarded(check.file.limits, seconds):
@@ -108,7 +108,7 @@ def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
 
 
 class _Run:
-    """One run."""
+    """One run of a case."""
 
     def __init__(self, check: Check, case: Case, wanted: Wanted) -> None:
         self._check, self._case, self._wanted = check, case, wanted
@@ -116,12 +116,16 @@ class _Run:
         self._settings = check.settings
         self._monitor = Monitor(_applicable(check.properties, case), self._world, check.reference)
         self._observer = Observer(story=wanted.story)
-        self._drawn: Drawn | None = None
+        self._battery_draws: BatteryDraws | None = None
         self._simulator: Simulator | None = None
         self._trace = DeferredTrace(self._world, self._settings) if wanted.trace else None
         self._coverage = TreeCoverage() if check.treatment.tree is not None else None
         self._disturber = Disturber(
-            [Disturbance.model_validate(dict(thing.said)) for thing in case.schedule if thing.family == DISTURBANCE],
+            [
+                Disturbance.model_validate(dict(injection.spec))
+                for injection in case.schedule
+                if injection.family == DISTURBANCE
+            ],
             self._observer.note_disturbance,
         )
         self._end: Callable[[str], None] = lambda _reason: None
@@ -129,7 +133,7 @@ class _Run:
         self._fatal = False
 
     def outcome(self) -> Outcome:
-        """Make the run; return what came of it."""
+        """Execute the run and return its outcome."""
         ending, cause, now = self._ended()
         compared = self._simulator if self._check.compares and not self._case.schedule else None
         self._monitor.end(now, Ended(ending, cause))
@@ -148,7 +152,7 @@ class _Run:
             story=tuple(observer.lines),
             output=self._output,
             coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
-            draws=self._drawn.at_the_end() if self._drawn else (),
+            draws=self._battery_draws.at_the_end() if self._battery_draws else (),
             items=reference_of(scene(compared)) if compared else None,
         )
 
@@ -172,14 +176,14 @@ class _Run:
         return *self._judged(ending, cause, over=trial.over), stamp(trial.simulator.now)
 
     def _watchers(self, simulator: Simulator, pacing: Pacing) -> list[Sink]:
-        """Return the sinks of the run, in the order in which they are told."""
+        """Return the sinks of the run, in the order in which they receive outputs."""
         self._simulator = simulator
         killed = any(each.disturbance in _KILLING for each in self._disturber.disturbances)
         monitors = ExcusingSink if killed else MonitorSink
         own: list[Sink] = [monitors(simulator, self._monitor, self._note), self._observer]
         if not self._case.schedule:
-            self._drawn = Drawn(simulator, self._world)
-            own.append(self._drawn)
+            self._battery_draws = BatteryDraws(simulator, self._world)
+            own.append(self._battery_draws)
         if self._disturber.disturbances:
             own.append(self._disturber.watch(simulator, pacing))
         return [*([self._trace] if self._trace else []), *own, *self._wanted.further(simulator, pacing)]
@@ -201,21 +205,21 @@ class _Run:
             self._end(f"{violation.property}: {violation.text}")
 
     def _began(self) -> tuple[float | None, ...]:
-        """Return when each thing of the schedule began; None for a fault or disturbance that never did."""
+        """Return when each injection of the schedule began; None for a fault or disturbance that never did."""
         faults = {key: iter(times) for key, times in self._observer.begun.items()}
         disturbances = iter(self._disturber.began)
         began: list[float | None] = []
-        for thing in self._case.schedule:
-            if thing.family == FAULT:
-                began.append(next(faults.get((thing.kind, thing.subject), iter(())), None))
+        for injection in self._case.schedule:
+            if injection.family == FAULT:
+                began.append(next(faults.get((injection.kind, injection.subject), iter(())), None))
             else:
-                began.append(next(disturbances) if thing.family == DISTURBANCE else 0.0)
+                began.append(next(disturbances) if injection.family == DISTURBANCE else 0.0)
         return tuple(began)
 
 
 def _applicable(properties: Properties, case: Case) -> Properties:
     """Return properties without `recovers` if something else than transient faults goes wrong."""
-    if not properties.built_in.recovers or all(thing.transient for thing in case.schedule):
+    if not properties.built_in.recovers or all(injection.transient for injection in case.schedule):
         return properties
     return properties.model_copy(update={"built_in": properties.built_in.model_copy(update={"recovers": False})})
 
@@ -224,3 +228,92 @@ def _applicable(properties: Properties, case: Case) -> Properties:
 def _novelty(_check: str) -> Novelty:
     """Return what this process has seen of the trees of a check."""
     return Novelty()
+
+
+NOT_RUN: Final = "not_run"
+"""The ending of a case for which there was no time."""
+
+
+class Failure(NamedTuple):
+    """Why a run has failed: two runs with equal failures have failed for the same reason.
+
+    Attributes:
+        property: The property's name.
+        reason: Why, as a stable text without times and names.
+    """
+
+    property: str
+    reason: str
+
+    def __str__(self) -> str:
+        """Return both as text."""
+        return f"{self.property}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of a run.
+
+    Attributes:
+        ending: The ending: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``deadlock``, ``died``,
+            ``error`` and others of an experiment's endings.
+        cause: Details that the ending lacks.
+        at: When it ended, in simulated seconds.
+        violations: The violations of properties, in order of time.
+        verdicts: The verdict on each property.
+        features: The features of the run, as texts, to guide the search.
+        moments: The moments to which injections may be anchored.
+        began: When each injection of its schedule began, in simulated seconds, in the order of the schedule. None if it
+            never began; changes begin at 0.
+        aborts: Why goals were aborted or rejected, each reason once.
+        wall: Wall seconds that it took.
+        trace: The trace, if it was asked for.
+        story: Its events in words, if they were asked for: time in seconds, text.
+        output: The last lines that a command has printed.
+        coverage: The packed coverage of the tree; empty if nothing in it is new to the worker.
+        items: Of a run without a schedule, if it is to be compared with: where the items are at its end.
+        draws: Of a run without a schedule: what each robot with a battery has taken from it.
+    """
+
+    ending: str
+    cause: str = ""
+    at: float = 0.0
+    violations: tuple[Violation, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+    features: tuple[str, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    began: tuple[float | None, ...] = ()
+    aborts: tuple[str, ...] = ()
+    wall: float = 0.0
+    trace: str = ""
+    story: tuple[tuple[float, str], ...] = ()
+    output: str = ""
+    coverage: bytes = b""
+    draws: tuple[tuple[str, Draw], ...] = ()
+    items: Reference | None = None
+
+    @property
+    def failure(self) -> Failure | None:
+        """The first failure; None if no property was violated."""
+        return next(iter(self.failures), None)
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """All different failures, in order of time."""
+        return tuple(dict.fromkeys(Failure(each.property, each.reason) for each in self.violations))
+
+    @property
+    def robustness(self) -> float:
+        """The least robustness of all properties; infinite without one."""
+        return min((verdict.robustness for verdict in self.verdicts), default=float("inf"))
+
+
+class ExcusingSink(MonitorSink):
+    """A monitor sink for runs that kill the controller on purpose, so that this does not count as a failure."""
+
+    def _take(self, output: EventStamped) -> None:
+        """Pass events on, except that a participant was dropped: then the monitor expects a new controller."""
+        if isinstance(output.event, ParticipantDropped):
+            self._monitor.replace_controller()
+        else:
+            super()._take(output)

@@ -1,4 +1,4 @@
-"""A whole search: earlier failures, the run without faults, batch after batch, and the reduction of what is found."""
+"""A campaign: earlier failures, the run without faults, batches of schedules, and the reduction of failures."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.reducing.reducer import Reducer
-from hmrsim.fault_search.results.finding import Finding
-from hmrsim.fault_search.results.summary import Summary, Unreached
-from hmrsim.fault_search.running.outcome import NOT_RUN
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.results.summary import Finding, Summary, Unreached
+from hmrsim.fault_search.running.single import NOT_RUN
+from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
-from hmrsim.fault_search.space.menu import Menu
-from hmrsim.trials.endings import CRASHED, DIED, ERROR, MEMORY
+from hmrsim.fault_search.space.candidates import Candidates
+from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure, Outcome
+    from hmrsim.fault_search.running.single import Failure, Outcome
 
 _ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0
@@ -53,23 +52,23 @@ def no_search(nominal: Outcome) -> str:
     if nominal.ending == ERROR:
         return nominal.cause
     if nominal.ending in _ENDS_OF_ITS_OWN and not nominal.moments:
-        said = nominal.cause or nominal.output.rpartition("\n")[2]
+        cause = nominal.cause or nominal.output.rpartition("\n")[2]
         how = f"without any fault the run ends as {nominal.ending} at {nominal.at:.1f} s, before a goal is sent"
-        return f"{how}{f': {said}' if said else ''}; there is nothing that a fault could break"
+        return f"{how}{f': {cause}' if cause else ''}; there is nothing that a fault could break"
     return ""
 
 
 @dataclass
 class Progress:
-    """How far a search is.
+    """The progress of a search.
 
     Attributes:
         search: The search.
-        findings: What was found so far.
+        findings: The failures so far.
         seconds: Wall seconds that have passed.
-        left: Wall seconds that are left for what is done.
+        left: Wall seconds left for the current step.
         reducing: The property whose failure is being reduced; empty while the search goes on.
-        reduced_in: How many runs that has taken so far.
+        reduced_in: The number of runs of this reduction so far.
     """
 
     search: Search
@@ -82,17 +81,17 @@ class Progress:
 
 @dataclass
 class Options:
-    """How a search is made.
+    """The options of a search.
 
     Attributes:
         strategy: ``guided``, or ``random`` to compare with.
         first_only: Whether to end with the first failure.
         reduce: Whether failures are reduced.
         earlier: Earlier failures, each with its case; they come first.
-        set_aside: Called with an earlier failure that does not fail like that any more in a world that does not fit the
-            controller, and why.
+        set_aside: Called with an earlier failure that no longer occurs because its world does not suit the
+            controller, and with the reason.
         tell: Called with the progress, batch by batch, of the search and of reductions.
-        on_finding: Called with each failure, when it was reduced.
+        on_finding: Called with each failure once it is reduced.
     """
 
     strategy: Strategy = "guided"
@@ -110,7 +109,7 @@ class Campaign:
     Args:
         check: The check, with its limit.
         evaluator: Runs its cases.
-        nominal: What comes of the run without faults.
+        nominal: The outcome of the run without faults.
         began: When the budget has begun, by the monotonic clock; None for now.
     """
 
@@ -118,8 +117,8 @@ class Campaign:
         self, check: Check, evaluator: Evaluator, nominal: Outcome, options: Options, began: float | None = None
     ) -> None:
         self._check, self._evaluator, self._nominal, self._options = check, evaluator, nominal, options
-        self._menu = Menu(check.world, check.file.space, nominal.moments, dict(nominal.draws))
-        self._search = Search(check, evaluator, self._menu, nominal, options.strategy)
+        self._candidates = Candidates(check.world, check.file.space, nominal.moments, dict(nominal.draws))
+        self._search = Search(check, evaluator, self._candidates, nominal, options.strategy)
         self._began = time.monotonic() if began is None else began
         self._until = self._began + check.file.budget.time
         self._reducing = 0.0
@@ -147,7 +146,7 @@ class Campaign:
     def _fitting(self, until: float) -> list[Case]:
         """Return the cases of earlier failures that still say something.
 
-        What was reduced for a controller may lack what another one needs: then it fails also without the schedule.
+        A world reduced for one controller may lack objects that another needs: then it fails without the schedule, too.
         """
         fitting = []
         for case, failure in self._options.earlier:
@@ -215,13 +214,13 @@ class Campaign:
         try:
             reduced = reducer.reduce(found.case, found.failure)
         except KeyboardInterrupt:
-            # The failure is kept: with no more time only the few runs are made that every failure needs.
+            # The failure is kept: after an interrupt it gets only the few runs that every failure needs.
             self._interrupted = True
             self._evaluator.stop()
             reduced = reducer.reduce(found.case, found.failure)
-        told = self._evaluator.told(reduced.case, max(until, time.monotonic() + _TELLING))
-        if told.ending == NOT_RUN:
-            told = found.outcome
+        outcome = self._evaluator.rerun(reduced.case, max(until, time.monotonic() + _TELLING))
+        if outcome.ending == NOT_RUN:
+            outcome = found.outcome
         self._reducing += time.monotonic() - began
         known = any(case.key == found.case.key for case, _ in self._options.earlier)
         seconds = began - self._began
@@ -230,7 +229,7 @@ class Campaign:
             found.run,
             found.case.schedule,
             reduced,
-            told,
+            outcome,
             seconds,
             time.monotonic() - began,
             known=known,
@@ -247,7 +246,7 @@ class Campaign:
         """Return what came of the search so far."""
         search = self._search
         properties = {verdict.property: search.tried.exercised[verdict.property] for verdict in self._nominal.verdicts}
-        kinds = dict.fromkeys(entry.thing.kind for entry in self._menu.entries)
+        kinds = dict.fromkeys(candidate.injection.kind for candidate in self._candidates.entries)
         unreached = Unreached(
             search.tried.singles_left,
             tuple(kind for kind in kinds if search.tried.kinds[kind] and not search.tried.begun[kind]),

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     import random
+    from collections.abc import Callable, Sequence
 
-    from hmrsim.fault_search.running.outcome import Outcome
-    from hmrsim.fault_search.schedules.moment import Moment, What
-    from hmrsim.fault_search.schedules.thing import Schedule, Thing
+    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.schedule import Injection, Moment, Schedule, What
+    from hmrsim.fault_search.space.candidates import Candidates
 
 _NEARER: Final = 0.95
 """A robustness that is less than this share of the least one so far is worth to go on from."""
@@ -35,9 +36,9 @@ class Kept:
 
     Attributes:
         schedule: The schedule.
-        moments: What has happened in its run.
+        moments: The moments of its run.
         fresh: The moments among them that the run without faults does not have: what went wrong has brought them about.
-        features: What was new.
+        features: Its new features.
         chosen: How often it was chosen.
     """
 
@@ -65,8 +66,8 @@ class Guide:
         self._least: dict[str, float] = {}
         self._energies: list[float] = []
         self._nominal = dict.fromkeys(moment.what for moment in nominal)
-        # What has happened in runs, by schedule, and in any of them.
-        self._happened: dict[frozenset[Thing], frozenset[What]] = {}
+        # The moments of runs by schedule, and those of all runs.
+        self._happened: dict[frozenset[Injection], frozenset[What]] = {}
         self._known: dict[What, None] = {}
 
     def note(self, schedule: Schedule, outcome: Outcome) -> bool:
@@ -85,18 +86,18 @@ class Guide:
     def can_begin(self, schedule: Schedule) -> bool:
         """Return whether all of a schedule may begin, as far as that is known.
 
-        What waits for moments that do not come in the run of all else waits in vain: its run would be that one.
+        An injection whose moment does not occur without it has no effect: the run would be the same.
         """
-        begun: list[Thing] = []
+        begun: list[Injection] = []
         waiting = [*schedule]
-        come = [thing for thing in waiting if thing.awaited not in self._known]
+        come = [injection for injection in waiting if injection.awaited not in self._known]
         while waiting:
             begun += come
-            waiting = [thing for thing in waiting if thing not in come]
+            waiting = [injection for injection in waiting if injection not in come]
             happened = self._happened.get(frozenset(begun))
             if happened is None:
                 return True
-            come = [thing for thing in waiting if thing.awaited in happened]
+            come = [injection for injection in waiting if injection.awaited in happened]
             if waiting and not come:
                 return False
         return True
@@ -134,3 +135,95 @@ class Guide:
         rare = sorted(map(self.features.__getitem__, kept.features))[:_MAX_RARE]
         novelty = 0.1 + sum([1.0 / count for count in rare])
         return novelty * (_RECOVERY if kept.fresh else 1.0) / (1.0 + kept.chosen)
+
+
+_TRIES: Final = 8
+_FRESH: Final = 0.8
+"""How often something begins at a moment that came about only by what went wrong before."""
+_FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
+
+
+class Mutator:
+    """Mutates schedules.
+
+    Args:
+        candidates: The injections to choose from.
+        at_most: How many injections a schedule has at most.
+        durations: Seconds that injections last.
+    """
+
+    def __init__(self, candidates: Candidates, at_most: int, durations: Sequence[float]) -> None:
+        self._candidates, self._at_most, self._durations = candidates, at_most, durations
+        self._ways: tuple[tuple[float, Callable[[Kept, Kept, random.Random], Schedule | None]], ...] = (
+            (0.65, self._more),
+            (0.1, self._both),
+            (0.1, self._instead),
+            (0.08, self._elsewhen),
+            (0.07, self._longer),
+        )
+
+    def changed(self, kept: Kept, other: Kept, rng: random.Random) -> Schedule | None:
+        """Return a schedule that differs from one by a little; *other* is one more that was found worth keeping."""
+        for _ in range(_TRIES):
+            way = rng.choices([way for _, way in self._ways], [weight for weight, _ in self._ways])[0]
+            schedule = way(kept, other, rng)
+            if schedule and schedule != kept.schedule and len(schedule) <= self._at_most:
+                return schedule
+        return None
+
+    def fresh(self, kept: Kept, rng: random.Random) -> Injection | None:
+        """Return something that begins at a moment of a run, rather at one that only this run had."""
+        moments = kept.fresh if kept.fresh and rng.random() < _FRESH else kept.moments
+        return self._candidates.any(moments, rng)
+
+    def _more(self, kept: Kept, _other: Kept, rng: random.Random) -> Schedule | None:
+        injection = self.fresh(kept, rng)
+        return without_twins((*kept.schedule, injection)) if injection else None
+
+    def _both(self, kept: Kept, other: Kept, _rng: random.Random) -> Schedule:
+        return without_twins((*kept.schedule, *other.schedule))
+
+    def _instead(self, kept: Kept, _other: Kept, rng: random.Random) -> Schedule | None:
+        injection = self.fresh(kept, rng)
+        if injection is None or not kept.schedule:
+            return None
+        number = rng.randrange(len(kept.schedule))
+        return without_twins((*kept.schedule[:number], injection, *kept.schedule[number + 1 :]))
+
+    def _elsewhen(self, kept: Kept, _other: Kept, rng: random.Random) -> Schedule | None:
+        anchored = [i for i, injection in enumerate(kept.schedule) if injection.anchor]
+        if not anchored or not kept.moments:
+            return None
+        number = rng.choice(anchored)
+        injection = kept.schedule[number]
+        robot = injection.spec.get("robot")
+        moments = [moment for moment in kept.moments if robot in (None, moment.robot)]
+        if not moments:
+            return None
+        moved = injection.replaced(when=rng.choice(moments).anchor())
+        return without_twins((*kept.schedule[:number], moved, *kept.schedule[number + 1 :]))
+
+    def _longer(self, kept: Kept, _other: Kept, rng: random.Random) -> Schedule | None:
+        lasting = [i for i, injection in enumerate(kept.schedule) if "duration" in injection.spec]
+        if not lasting:
+            return None
+        number = rng.choice(lasting)
+        injection = kept.schedule[number]
+        most = max(self._durations) * 2
+        seconds = min(most, round(injection.spec["duration"] * rng.choice(_FACTORS), 3))
+        return (*kept.schedule[:number], injection.replaced(duration=seconds), *kept.schedule[number + 1 :])
+
+
+def without_twins(schedule: Schedule) -> Schedule:
+    """Return a schedule in which nothing is there twice, and of each robot or demand one injection is changed at most.
+
+    Two changes of a robot, such as a small battery and a low speed, may be too much where each alone can be borne.
+    """
+    found: dict[str, Injection] = {}
+    parts: dict[tuple[str, ...], None] = {}
+    for injection in schedule:
+        changed = [tuple(path.lstrip("~").split(".")[:2]) for path in injection.spec.get("change", ())]
+        if not any(part in parts for part in changed):
+            found.setdefault(injection.key, injection)
+            parts |= dict.fromkeys(changed)
+    return tuple(found.values())

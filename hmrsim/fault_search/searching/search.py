@@ -1,34 +1,33 @@
-"""The search for schedules that break a controller.
+"""Search for schedules that break a controller.
 
-Earlier failures come first, then the run without faults, then one thing of each kind, so that each kind has its turn
-in few runs: a fault of a door, lane, dock or lift, and a low battery, from the start. Then comes each single thing at
-each moment, and meanwhile schedules that the guide proposes: pairs, and what follows from them. Which schedules are run
-depends on the seed and on the outcomes of those before alone: cases are proposed in batches of one size, whatever runs
-them.
+The search begins with earlier failures and the run without faults. Then it tries one injection of each kind, so that a
+few runs cover all kinds: a fault of a door, lane, dock or lift, and a low battery, from the start. After that it tries
+each single injection at each moment, alternating with schedules that the guide proposes: pairs and their mutations. The
+schedules depend only on the seed and on earlier outcomes, because the batches have the same size on every executor.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.fault_search.results.tried import Tried
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.searching.guide import Guide, Kept
-from hmrsim.fault_search.searching.mutation import Mutator, without_twins
-from hmrsim.fault_search.searching.probes import Probes
+from hmrsim.fault_search.results.summary import Tried
+from hmrsim.fault_search.schedule import Case, Injection
+from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_twins
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from hmrsim.fault_search.file.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.outcome import Failure, Outcome
-    from hmrsim.fault_search.schedules.thing import Schedule, Thing
-    from hmrsim.fault_search.space.menu import Menu
+    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.schedule import Moment, Schedule
+    from hmrsim.fault_search.space.candidates import Candidates
 
 Strategy = Literal["guided", "random"]
 
@@ -37,7 +36,7 @@ BATCH: Final = 32
 _PROBES: Final = 12
 """Of those, schedules in which one goal more fails, while there are any."""
 _SINGLES: Final = 8
-"""Of those, the single things, likewise."""
+"""The number of single injections among those."""
 _TRIES: Final = 20
 _LOW: Final = "battery_drop"
 """The fault with which a robot begins with a low battery."""
@@ -52,7 +51,7 @@ class Found:
     Attributes:
         failure: The failure.
         case: The case.
-        outcome: What came of it.
+        outcome: Its outcome.
         run: The number of the run, from 1.
     """
 
@@ -68,36 +67,41 @@ class Search:
     Args:
         check: The check.
         evaluator: Runs cases.
-        menu: What can happen.
-        nominal: What comes of the run without faults.
+        candidates: The injections to choose from.
+        nominal: The outcome of the run without faults.
         strategy: ``guided``, or ``random`` to compare with.
 
     Attributes:
-        tried: What was tried.
-        guide: What runs have exercised.
+        tried: Statistics of the attempts.
+        guide: The features of all runs.
         found: The first case of each failure.
         seen_failures: How many runs have had each failure first.
     """
 
     def __init__(
-        self, check: Check, evaluator: Evaluator, menu: Menu, nominal: Outcome, strategy: Strategy = "guided"
+        self,
+        check: Check,
+        evaluator: Evaluator,
+        candidates: Candidates,
+        nominal: Outcome,
+        strategy: Strategy = "guided",
     ) -> None:
         space = check.file.space
         self.tried = Tried()
         self.guide = Guide(nominal.moments)
         self.found: dict[Failure, Found] = {}
         self.seen_failures: Counter[Failure] = Counter()
-        self._evaluator, self._menu, self._nominal, self._strategy = evaluator, menu, nominal, strategy
+        self._evaluator, self._candidates, self._nominal, self._strategy = evaluator, candidates, nominal, strategy
         self._at_most = space.at_most
-        self._probes = Probes(menu, space.at_most)
-        self._mutator = Mutator(menu, space.at_most, space.durations)
+        self._probes = Probes(candidates, space.at_most)
+        self._mutator = Mutator(candidates, space.at_most, space.durations)
         self._rng = random.Random(f"{check.file.seed}/search")
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
-        singles = menu.singles(nominal.moments, self._rng)
+        singles = candidates.singles(nominal.moments, self._rng)
         self._turns = iter(_one_of_each_kind(singles))
         self._singles = iter(singles)
-        self._untried = dict.fromkeys(thing.key for thing in singles)
+        self._untried = dict.fromkeys(injection.key for injection in singles)
         self.tried.singles = self.tried.singles_left = len(self._untried)
         self._base = Kept((), nominal.moments, nominal.moments, ())
 
@@ -111,13 +115,13 @@ class Search:
         Args:
             most: At most so many runs.
             until: The last moment by the monotonic clock.
-            one: Whether to run no more once there is a failure.
+            one: Whether to stop at the first failure.
         """
         cases = [Case(schedule) for schedule in self._batch(min(BATCH, most))]
         return self._run(cases, until, one=one) if cases else None
 
     def pass_over(self, schedule: Schedule) -> None:
-        """Propose no more schedules that have all of what is known to fail."""
+        """Stop proposing schedules that contain a failing one."""
         if schedule:
             self._known.append(schedule)
 
@@ -138,7 +142,7 @@ class Search:
 
     def _note(self, schedule: Schedule, outcome: Outcome) -> None:
         """Note what can be gone on from."""
-        self._menu.note(outcome.moments)
+        self._candidates.note(outcome.moments)
         if self.guide.note(schedule, outcome) and not outcome.failure:
             self._probes.add(schedule, outcome, self.guide.fresh(outcome) if schedule else outcome.moments)
 
@@ -149,14 +153,14 @@ class Search:
         tried.endings[outcome.ending] += 1
         if len(case.schedule) == 1:
             self._drop(case.schedule[0])
-        if case.schedule and all(thing.transient for thing in case.schedule):
+        if case.schedule and all(injection.transient for injection in case.schedule):
             tried.transient += 1
             if outcome.ending == "failed":
                 tried.gave_up += 1
                 tried.gave_up_first = tried.gave_up_first or case.schedule
-        for number, thing in enumerate(case.schedule):
-            tried.kinds[thing.kind] += 1
-            tried.begun[thing.kind] += number >= len(outcome.began) or outcome.began[number] is not None
+        for number, injection in enumerate(case.schedule):
+            tried.kinds[injection.kind] += 1
+            tried.begun[injection.kind] += number >= len(outcome.began) or outcome.began[number] is not None
         tried.exercised.update(each.property for each in outcome.verdicts if each.state != "never_exercised")
 
     def _batch(self, size: int) -> list[Schedule]:
@@ -168,10 +172,10 @@ class Search:
         return [*found, *self._fresh(self._guided, size - len(found))]
 
     def _next_turns(self, count: int) -> Iterator[Schedule]:
-        """Yield so many kinds of things, each once; none when each has had its turn."""
-        while count and (thing := next(self._turns, None)) is not None:
-            if self._is_new((thing,)):
-                yield (thing,)
+        """Yield so many kinds of injections, each once; none when each has had its turn."""
+        while count and (injection := next(self._turns, None)) is not None:
+            if self._is_new((injection,)):
+                yield (injection,)
                 count -= 1
 
     def _next_probes(self, count: int) -> Iterator[Schedule]:
@@ -181,16 +185,16 @@ class Search:
                 count -= 1
 
     def _next_singles(self, count: int) -> Iterator[Schedule]:
-        while count and (thing := next(self._singles, None)) is not None:
-            if self._is_new((thing,)):
-                yield (thing,)
+        while count and (injection := next(self._singles, None)) is not None:
+            if self._is_new((injection,)):
+                yield (injection,)
                 count -= 1
-            elif self._passed_over((thing,)):
-                self._drop(thing)
+            elif self._passed_over((injection,)):
+                self._drop(injection)
 
-    def _drop(self, thing: Thing) -> None:
-        """Take note that a single thing is not left to try."""
-        self._untried.pop(thing.key, None)
+    def _drop(self, injection: Injection) -> None:
+        """Remove a single injection from those left to try."""
+        self._untried.pop(injection.key, None)
         self.tried.singles_left = len(self._untried)
 
     def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
@@ -210,14 +214,14 @@ class Search:
         return self._mutator.changed(kept, other, self._rng)
 
     def _random(self) -> Schedule:
-        """Return things at random moments of the run without faults."""
+        """Return injections at random moments of the run without faults."""
         count = self._rng.randint(1, self._at_most)
-        things: list[Thing] = []
+        injections: list[Injection] = []
         for _ in range(count):
-            thing = self._mutator.fresh(self._base, self._rng)
-            if thing is not None:
-                things.append(thing)
-        return without_twins(tuple(things))
+            injection = self._mutator.fresh(self._base, self._rng)
+            if injection is not None:
+                injections.append(injection)
+        return without_twins(tuple(injections))
 
     def _is_new(self, schedule: Schedule) -> bool:
         case = Case(schedule)
@@ -228,19 +232,68 @@ class Search:
 
     def _passed_over(self, schedule: Schedule) -> bool:
         """Return whether a schedule has all of one that is known to fail."""
-        things = frozenset(schedule)
-        return any(things.issuperset(known) for known in self._known)
+        injections = frozenset(schedule)
+        return any(injections.issuperset(known) for known in self._known)
 
 
-def _one_of_each_kind(things: Iterable[Thing]) -> list[Thing]:
-    """Return the first thing of each kind; of some the first one that holds from the start.
+def _one_of_each_kind(injections: Iterable[Injection]) -> list[Injection]:
+    """Return the first injection of each kind; of some the first one that holds from the start.
 
     A controller may look at a door once, when it starts, and a robot may begin its work with a low battery: that costs
-    no run of its own.
+    no separate run.
     """
-    firsts: dict[str, Thing] = {}
-    for thing in things:
-        known = firsts.setdefault(thing.kind, thing)
-        if thing.at_start and not known.at_start and (thing.kind == _LOW or not thing.said.get("robot")):
-            firsts[thing.kind] = thing
+    firsts: dict[str, Injection] = {}
+    for injection in injections:
+        known = firsts.setdefault(injection.kind, injection)
+        if injection.at_start and not known.at_start and (injection.kind == _LOW or not injection.spec.get("robot")):
+            firsts[injection.kind] = injection
     return [*firsts.values()]
+
+
+_DOWN: Final = 5.0
+"""Seconds for which a robot breaks down that is to fail a goal."""
+
+
+class Probes:
+    """Schedules in which one goal more fails than in a run that was made; each situation is probed once.
+
+    Args:
+        candidates: The injections to choose from.
+        at_most: How many injections a schedule has at most.
+    """
+
+    def __init__(self, candidates: Candidates, at_most: int) -> None:
+        self._candidates, self._at_most = candidates, at_most
+        self._waiting: deque[Schedule] = deque()
+        self._known: dict[tuple[object, ...], None] = {}
+
+    def add(self, schedule: Schedule, outcome: Outcome, moments: Sequence[Moment]) -> None:
+        """Add probes of a run.
+
+        Args:
+            schedule: Its schedule.
+            outcome: Its outcome.
+            moments: The moments at which goals are to fail.
+        """
+        if len(schedule) >= self._at_most:
+            return
+        for moment in moments:
+            if moment.goal != "executing":
+                continue
+            own = tuple(feature for feature in outcome.features if feature.startswith(f"{moment.robot}/"))
+            for injection in self._failing(moment):
+                key = (injection.key, own)
+                if key not in self._known:
+                    self._known[key] = None
+                    self._waiting.append((*schedule, injection))
+
+    def next(self) -> Schedule | None:
+        """Return the next probe; None if there is none."""
+        return self._waiting.popleft() if self._waiting else None
+
+    def _failing(self, moment: Moment) -> Iterator[Injection]:
+        """Yield what makes a goal fail, as far as it can happen."""
+        subject = {"robot": moment.robot, "when": moment.anchor()}
+        aborted = Injection({"type": "goals_aborted", "action": moment.action, "count": 1, **subject})
+        down = Injection({"type": "breakdown", "duration": _DOWN, **subject})
+        return (injection for injection in (aborted, down) if self._candidates.allows(injection))

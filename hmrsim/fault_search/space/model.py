@@ -16,7 +16,7 @@ OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
 
 
 class Space(Part):
-    """What can happen; without it whatever can happen to the robots of the world.
+    """The injections to search; by default everything that can happen to the robots of the world.
 
     Attributes:
         families: Faults, changes of the world, disturbances of the wire and the controller.
@@ -24,10 +24,10 @@ class Space(Part):
         without: Kinds that do not happen.
         also: Kinds that happen only if they are asked for: ``item_lost``, ``second_controller``, ``simulation_reset``.
         spare: Robots, doors, docks and items to which nothing happens.
-        at_most: How many things one schedule has.
-        durations: Seconds that things last.
+        at_most: How many injections one schedule has.
+        durations: Seconds that injections last.
         weights: How often a kind is tried, beside 1 for others.
-        further: Things of one's own; a list of values stands for each of them, and a robot ``*`` for each robot.
+        further: Custom injections; a list of values stands for each of them, and a robot ``*`` for each robot.
     """
 
     families: tuple[Family, ...] = ("faults", "changes", "disturbances")

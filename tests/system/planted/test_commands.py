@@ -12,8 +12,7 @@ import pytest
 from hmrsim.fault_search.file.model import CheckFile
 from hmrsim.fault_search.file.reading import check_at
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Injection
 from tests.torture.planted import catalogue, patient
 
 _BUGS = {name: entry for name, entry in catalogue().items() if "command" in entry["bug"]}
@@ -44,7 +43,7 @@ def test_its_schedule_shows_a_bug(name):
     entry = _BUGS[name]
     if shutil.which(entry["bug"]["command"][0]) is None:
         pytest.skip("its interpreter is not here")
-    things = tuple(Thing(thing.get("fault", thing)) for thing in entry["shown_by"])
+    things = tuple(Injection(thing.get("fault", thing)) for thing in entry["shown_by"])
     outcome = run_case(patient(entry, "bug"), Case(things))
 
     assert outcome.violations
@@ -59,7 +58,7 @@ def test_a_shell_script_may_send_goals_with_the_command_line_alone(tmp_path, fau
     script.chmod(0o755)
     world = {"waypoints": {"a": [0, 0]}, "robots": {"ann": {"at": "a"}}}
     file = CheckFile.model_validate({"world": world, "controller": {"command": ["./rounds.sh"]}})
-    things = tuple(Thing({**each, "robot": "ann", "at": 15.0, "count": 1}) for each in fault)
+    things = tuple(Injection({**each, "robot": "ann", "at": 15.0, "count": 1}) for each in fault)
     outcome = run_case(check_at(file, tmp_path), Case(things))
 
     assert (outcome.ending, outcome.violations) == (ending, ()), outcome

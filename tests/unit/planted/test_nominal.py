@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
+from hmrsim.fault_search.schedule import Case
 from tests.torture.planted import catalogue, patient
 
 _BUGS = catalogue()

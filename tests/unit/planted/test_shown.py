@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.fault_search.running.single import run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Injection
 from tests.torture.planted import catalogue, patient
 
 _BUGS = catalogue()
@@ -14,7 +13,7 @@ _IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["
 
 
 def _case(entry):
-    return Case(tuple(Thing(thing.get("fault", thing)) for thing in entry["shown_by"]))
+    return Case(tuple(Injection(thing.get("fault", thing)) for thing in entry["shown_by"]))
 
 
 @pytest.mark.parametrize("name", _IN_PROCESS)

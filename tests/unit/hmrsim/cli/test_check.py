@@ -37,7 +37,7 @@ def check(*words):
     return main(["check", *words])
 
 
-SERIAL = ("--executor", "hmrsim.trials.executors:Serial")
+SERIAL = ("--executor", "hmrsim.trials.batches:Serial")
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ import pytest
 
 from hmrsim.cli import main
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.results.store import Results, Row
 
 EXPERIMENT = """\
 name: crossing

@@ -17,19 +17,18 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError, ResultsError, WriteError
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.results.store import FILE, Results
+from hmrsim.experiments.results.store import FILE, Results, Row
 from hmrsim.experiments.results.table import write_table
 from hmrsim.experiments.running.campaign import Campaign
 from hmrsim.experiments.running.schedule import Schedule
-from hmrsim.trials.endings import DIED
-from hmrsim.trials.executors import factory_of
+from hmrsim.trials.batches import factory_of
+from hmrsim.trials.trial import DIED
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.running.tasks import Task
+    from hmrsim.experiments.running.replications import Task
 
 
 def plan_of(folder: Path, **changes: Any) -> Plan:

@@ -13,11 +13,10 @@ import pytest
 import yaml
 
 from hmrsim.cli import main
-from hmrsim.experiments.comparing import contrast, sides_of
+from hmrsim.experiments.contrast import contrast, sides_of
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.report import summary_of
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.results.store import Results, Row
 
 if TYPE_CHECKING:
     from hmrsim.experiments.file.plan import Run

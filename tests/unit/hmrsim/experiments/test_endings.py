@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from hmrsim.experiments.judging.endings import NEAR, _near, _orders_are_served
+from hmrsim.experiments.endings import NEAR, _near, _orders_are_served
 
 
 def with_orders(delivered: int, *, served: bool) -> Any:

@@ -10,17 +10,17 @@ import pytest
 import yaml
 
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.tasks import Task, execute, execute_run
+from hmrsim.experiments.running.replications import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
-from hmrsim.trials.endings import CRASHED, ERROR, HUNG, TIMEOUT
+from hmrsim.trials.trial import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.world_checks import loading
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from hmrsim.experiments.results.row import Row
+    from hmrsim.experiments.results.store import Row
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 

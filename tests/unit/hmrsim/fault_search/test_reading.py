@@ -68,8 +68,8 @@ def test_kinds_and_names_that_there_are_not_are_told(tmp_path):
     ]
 
 
-def test_things_of_ones_own_are_looked_at_whatever_they_stand_for(tmp_path):
-    """Each mistake once, though a template stands for many things."""
+def test_custom_injections_are_checked_in_every_expansion(tmp_path):
+    """Each mistake once, though a template stands for many injections."""
     slips = {"type": "slip", "robot": ["porter", "portr"], "factor": [0.1, 0.5], "duration": 20}
     told = problems(written(tmp_path, space={"further": [slips, {"type": "slp", "robot": "*"}]}))
 
@@ -107,7 +107,7 @@ def test_mistakes_of_the_world_and_of_the_check_are_told_together(tmp_path):
 
 
 def test_a_schedule_that_makes_no_sense_is_told(tmp_path):
-    """Of a failure that was found, each thing with its place."""
+    """Of a failure that was found, each injection with its place."""
     repro = {"repro": 1, "failure": {"property": "mission_ends", "reason": "timeout"}}
     schedule = [{"type": "slipp", "robot": "porter"}, {"change": {"robots.nobody.yaw": 1}}]
     path = written(tmp_path, **repro, schedule=schedule)

@@ -8,16 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.fault_search.file.reading import read_repro
-from hmrsim.fault_search.reducing.reducer import Reduced
-from hmrsim.fault_search.results.finding import Finding, by_begin
-from hmrsim.fault_search.results.folder import ResultsFolder
-from hmrsim.fault_search.results.junit import junit_text
-from hmrsim.fault_search.results.page import page_of
+from hmrsim.fault_search.reducer import Reduced
+from hmrsim.fault_search.results.folder import ResultsFolder, junit_text, page_of
 from hmrsim.fault_search.results.story import LONG, events_of, mark_of, story_of
-from hmrsim.fault_search.running.outcome import Failure, Outcome
-from hmrsim.fault_search.running.single import Wanted, run_case
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.results.summary import Finding, by_begin
+from hmrsim.fault_search.running.single import Failure, Outcome, Wanted, run_case
+from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.trace.replay import replay
 from tests.porters import check_of, searched
 
@@ -38,7 +34,7 @@ def test_a_failure_is_repeated_from_its_file(found, tmp_path):
     outcome = run_case(repro.check, repro.case, Wanted(trace=True))
 
     assert (repro.failure.property, repro.failure.reason) in outcome.failures
-    assert outcome.trace == summary.findings[0].told.trace
+    assert outcome.trace == summary.findings[0].outcome.trace
     assert path.with_suffix(".jsonl").read_text("utf-8") == outcome.trace
 
 
@@ -63,7 +59,7 @@ def test_a_file_that_was_moved_finds_its_controller_in_the_current_folder(found,
 
 def test_the_trace_of_a_failure_is_replayed_without_its_controller(found):
     """Faults that are anchored to events are a part of the world in it."""
-    trace = found[1].findings[0].told.trace
+    trace = found[1].findings[0].outcome.trace
 
     assert replay(trace.splitlines(keepends=True)).difference is None
 
@@ -146,11 +142,11 @@ def test_a_later_search_begins_with_what_was_found(found, tmp_path):
     assert again.findings[0].known
 
 
-LATE = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": {"event": "placed"}})
-EARLY = Thing({"type": "breakdown", "robot": "porter", "duration": 5.0, "when": {"event": "picked"}})
-STALLED = Thing({"disturbance": "controller_stalled", "duration": 1.0, "when": {"event": "picked", "after": 1.0}})
-NEVER = Thing({"type": "breakdown", "robot": "other", "duration": 5.0, "when": {"event": "placed", "nth": 9}})
-QUICK = Thing({"change": {"robots.porter.base.speed": 2.0}})
+LATE = Injection({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "when": {"event": "placed"}})
+EARLY = Injection({"type": "breakdown", "robot": "porter", "duration": 5.0, "when": {"event": "picked"}})
+STALLED = Injection({"disturbance": "controller_stalled", "duration": 1.0, "when": {"event": "picked", "after": 1.0}})
+NEVER = Injection({"type": "breakdown", "robot": "other", "duration": 5.0, "when": {"event": "placed", "nth": 9}})
+QUICK = Injection({"change": {"robots.porter.base.speed": 2.0}})
 
 
 def test_a_run_knows_when_each_thing_began():
@@ -165,10 +161,10 @@ def test_a_run_knows_when_each_thing_began():
 
 def test_the_first_cause_is_on_top():
     """Whatever the order of the schedule is; each with what comes of the run without it."""
-    things = (NEVER, LATE, EARLY)
+    injections = (NEVER, LATE, EARLY)
     without = tuple(Outcome(name) for name in ("succeeded", "failed", "timeout"))
     told = Outcome("failed", began=(None, 9.0, 4.0))
-    finding = Finding(Failure("p", "r"), 1, things, Reduced(Case(things), without, 3), told, 1.0)
+    finding = Finding(Failure("p", "r"), 1, injections, Reduced(Case(injections), without, 3), told, 1.0)
 
     assert finding.in_order == [(EARLY, without[2]), (LATE, without[1]), (NEVER, without[0])]
     assert [line[:16] for line in story_of(finding)[3:6]] == [
@@ -179,7 +175,7 @@ def test_the_first_cause_is_on_top():
     assert story_of(finding)[6].startswith("Without thing 1 it passes: the run ends as timeout")
 
 
-def test_things_of_a_run_without_times_keep_their_order():
+def test_injections_without_times_keep_their_order():
     """As of one that was lost with its process."""
     assert by_begin((LATE, EARLY), Outcome("died")) == [0, 1]
 

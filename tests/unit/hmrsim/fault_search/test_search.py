@@ -11,14 +11,12 @@ import pytest
 
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
-from hmrsim.fault_search.schedules.case import Case
-from hmrsim.fault_search.schedules.moment import Moment
-from hmrsim.fault_search.schedules.thing import Thing
+from hmrsim.fault_search.schedule import Case, Injection, Moment
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.fault_search.searching.mutation import without_twins
+from hmrsim.fault_search.searching.guide import without_twins
 from hmrsim.fault_search.searching.search import BATCH, Search
-from hmrsim.fault_search.space.menu import Menu
-from hmrsim.trials.executors import Serial
+from hmrsim.fault_search.space.candidates import Candidates
+from hmrsim.trials.batches import Serial
 from tests.porters import check_of, searched
 from tests.torture.planted import catalogue
 from tests.torture.planted import check_of as planted
@@ -30,16 +28,19 @@ SAME_ITEMS = {"properties": {"as_before": {"eventually": {"items": "as_without_f
 
 def failures(summary):
     """Return what was found, with the smallest schedules in words."""
-    return {finding.failure.property: [thing.describe() for thing in finding.schedule] for finding in summary.findings}
+    return {
+        finding.failure.property: [injection.describe() for injection in finding.schedule]
+        for finding in summary.findings
+    }
 
 
 def test_a_controller_that_tries_again_for_ever_is_found():
-    """One thing shows it: the goals of a robot that has broken down are rejected, again and again."""
+    """One injection shows it: the goals of a robot that has broken down are rejected, again and again."""
     summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}))
 
     (finding,) = summary.findings
     assert finding.failure.property == "no_vain_goals"
-    assert [thing.kind for thing in finding.schedule] == ["breakdown"]
+    assert [injection.kind for injection in finding.schedule] == ["breakdown"]
     assert summary.nominal.ending == "succeeded"
 
 
@@ -60,7 +61,7 @@ def test_a_controller_that_crashes_is_found():
 
 
 def test_a_search_ends_when_nothing_is_left_to_try():
-    """Of two things at most, one after the other, with one moment each."""
+    """Of two injections at most, one after the other, with one moment each."""
     space = {"only": ["speed"], "at_most": 1}
     summary = searched(check_of("careful", space=space, budget="60s"))
 
@@ -91,8 +92,8 @@ def test_what_is_tried_depends_on_the_seed_alone():
     for make, workers in ((Serial, 1), (lambda: ThreadPoolExecutor(1), 5)):
         with Evaluator(check, make, workers) as evaluator:
             nominal = evaluator.outcomes([Case()])[0]
-            menu = Menu(check.world, check.file.space, nominal.moments)
-            search = Search(check, evaluator, menu, nominal)
+            candidates = Candidates(check.world, check.file.space, nominal.moments)
+            search = Search(check, evaluator, candidates, nominal)
             tried = []
             evaluator.stream = lambda cases, until, tried=tried, whole=evaluator.stream: (
                 tried.extend(case.key for case in cases) or whole(cases, until)
@@ -110,27 +111,27 @@ def test_schedules_that_have_all_of_a_known_failure_are_passed_over():
     check = check_of("careful")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
-        search = Search(check, evaluator, Menu(check.world, check.file.space, nominal.moments), nominal)
+        search = Search(check, evaluator, Candidates(check.world, check.file.space, nominal.moments), nominal)
         known = search._next_singles(1)
         (first,) = [*known]
         search.pass_over(first)
 
-        assert not search._is_new((*first, Thing({"type": "slip", "robot": "porter", "factor": 0.5})))
-        assert search._is_new((Thing({"type": "slip", "robot": "porter", "factor": 0.5}),))
+        assert not search._is_new((*first, Injection({"type": "slip", "robot": "porter", "factor": 0.5})))
+        assert search._is_new((Injection({"type": "slip", "robot": "porter", "factor": 0.5}),))
 
 
 def test_a_schedule_of_which_a_part_can_t_begin_is_not_run():
     """There are three drives, and one more for each that is aborted: nothing begins at a fourth one without that."""
     drive = "navigate_to_pose"
     first, second, third = (
-        Thing({"type": "goals_aborted", "robot": "porter", "action": drive, "count": 1, "when": when.anchor()})
+        Injection({"type": "goals_aborted", "robot": "porter", "action": drive, "count": 1, "when": when.anchor()})
         for when in (Moment(0.0, "executing", "", "porter", drive, nth) for nth in (1, 4, 5))
     )
-    slip = Thing({"type": "slip", "robot": "porter", "factor": 0.5})
+    slip = Injection({"type": "slip", "robot": "porter", "factor": 0.5})
     check = check_of("careful")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
-        search = Search(check, evaluator, Menu(check.world, check.file.space, nominal.moments), nominal)
+        search = Search(check, evaluator, Candidates(check.world, check.file.space, nominal.moments), nominal)
         search.first([Case(), Case((first,)), Case((first, second))])
 
         assert search.guide.can_begin((first, second, third))
@@ -156,8 +157,10 @@ def test_the_run_without_faults_is_made_once():
 
 def test_a_fault_that_never_began_is_noted():
     """Its anchor did not come."""
-    never = Thing({"type": "breakdown", "robot": "porter", "when": {"event": "deadlock"}})
-    soon = Thing({"type": "slip", "robot": "porter", "factor": 0.5, "when": {"goal": "executing", "robot": "porter"}})
+    never = Injection({"type": "breakdown", "robot": "porter", "when": {"event": "deadlock"}})
+    soon = Injection(
+        {"type": "slip", "robot": "porter", "factor": 0.5, "when": {"goal": "executing", "robot": "porter"}}
+    )
 
     outcome = run_case(check_of("careful"), Case((never, soon)))
 
@@ -167,7 +170,7 @@ def test_a_fault_that_never_began_is_noted():
 def test_a_disturbance_that_never_began_is_noted():
     """The second goal's end kills the controller; there is no twentieth."""
     check = check_of("careful")
-    killed = [Thing({"disturbance": "controller_killed", "when": {"goal": "ended", "nth": nth}}) for nth in (20, 2)]
+    killed = [Injection({"disturbance": "controller_killed", "when": {"goal": "ended", "nth": nth}}) for nth in (20, 2)]
 
     never, once = run_case(check, Case(tuple(killed))).began
 
@@ -178,7 +181,7 @@ def test_a_disturbance_that_never_began_is_noted():
 def test_what_a_killed_controller_has_left_is_not_its_successor_s():
     """The robot is still under way for the first one when the second one gives up."""
     driving = {"goal": "executing", "robot": "other", "action": "navigate_to_pose"}
-    killed = Thing({"disturbance": "controller_killed", "when": {**driving, "after": 1.0}, "restart_after": 1.0})
+    killed = Injection({"disturbance": "controller_killed", "when": {**driving, "after": 1.0}, "restart_after": 1.0})
 
     outcome = run_case(check_of("hasty"), Case((killed,)))
 
@@ -189,7 +192,7 @@ def test_what_a_killed_controller_has_left_is_not_its_successor_s():
 def test_a_second_controller_that_ends_with_the_first_one_is_not_lost():
     """It is cut off in the middle of what it does, as the run is over."""
     carrying = {"goal": "executing", "robot": "porter", "action": "place"}
-    second = Thing({"disturbance": "second_controller", "when": carrying})
+    second = Injection({"disturbance": "second_controller", "when": carrying})
 
     outcome = run_case(check_of("careful"), Case((second,)))
 
@@ -198,7 +201,7 @@ def test_a_second_controller_that_ends_with_the_first_one_is_not_lost():
 
 def test_a_run_that_a_violation_ends_is_stopped():
     """It has not come to its limit of time."""
-    broken = Thing({"type": "breakdown", "robot": "porter", "when": {"goal": "executing", "robot": "porter"}})
+    broken = Injection({"type": "breakdown", "robot": "porter", "when": {"goal": "executing", "robot": "porter"}})
 
     outcome = run_case(check_of("vain"), Case((broken,)))
 
@@ -208,7 +211,7 @@ def test_a_run_that_a_violation_ends_is_stopped():
 
 def test_a_case_that_can_t_be_made_is_an_error_and_no_failure():
     """Such as a change of what the world does not have."""
-    outcome = run_case(check_of("careful"), Case((Thing({"change": {"robots.nobody.base.speed": 1.0}}),)))
+    outcome = run_case(check_of("careful"), Case((Injection({"change": {"robots.nobody.base.speed": 1.0}}),)))
 
     assert outcome.ending == "error"
     assert "nobody" in outcome.cause
@@ -228,7 +231,7 @@ def test_a_property_of_the_user_is_what_is_searched_for():
     """The porter says that all is well, and the box is not there."""
     summary = searched(check_of("proud", budget={"runs": 64}, properties=DELIVERED))
 
-    assert [thing.kind for finding in summary.findings for thing in finding.schedule] != []
+    assert [injection.kind for finding in summary.findings for injection in finding.schedule] != []
     assert "delivered" in {finding.failure.property for finding in summary.findings}
 
 
@@ -248,8 +251,8 @@ def test_a_tree_that_can_t_reach_its_robot_has_not_crashed():
     """It is started again while the robot has no connection, and ends with a clear error."""
     check = planted(catalogue()["wrong_sign"], "twin")
     when = {"goal": "executing", "robot": "wall_e"}
-    lost = Thing({"type": "messages_lost", "robot": "wall_e", "duration": 30.0, "when": when})
-    killed = Thing({"disturbance": "controller_killed", "restart_after": 5.0, "when": when})
+    lost = Injection({"type": "messages_lost", "robot": "wall_e", "duration": 30.0, "when": when})
+    killed = Injection({"disturbance": "controller_killed", "restart_after": 5.0, "when": when})
 
     outcome = run_case(check, Case((lost, killed)))
 
@@ -263,12 +266,12 @@ def test_a_worker_that_dies_is_a_failure_of_the_controller():
 
     class Fragile(Serial):
         def submit(self, function, /, *args, **kwargs):
-            if any(thing.kind == "slip" for case in args[0].cases for thing in case.schedule):
+            if any(injection.kind == "slip" for case in args[0].cases for injection in case.schedule):
                 raise BrokenProcessPool("a segmentation fault")
             return super().submit(function, *args, **kwargs)
 
     check = check_of("careful")
-    slip = Thing({"type": "slip", "robot": "porter", "factor": 0.5})
+    slip = Injection({"type": "slip", "robot": "porter", "factor": 0.5})
     with Evaluator(check, Fragile, 1) as evaluator:
         fine, died = evaluator.outcomes([Case(), Case((slip,))])
 
@@ -279,7 +282,7 @@ def test_a_worker_that_dies_is_a_failure_of_the_controller():
 def test_all_runs_cover_a_tree_whoever_asks_for_them():
     """A worker sends what it has ticked once; that the run was not one of the search does not lose it."""
     with Evaluator(planted(catalogue()["wrong_sign"], "twin"), Serial, 1) as evaluator:
-        evaluator.told(Case())
+        evaluator.rerun(Case())
 
         assert evaluator.covered.share
 
@@ -306,12 +309,12 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
 
 def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
     """One that tries again is left in peace, and so is one that is stopped by something else than transient faults."""
-    said = {
+    spec = {
         "properties": {"built_in": {"recovers": {"within": 31.0}}},
         "space": {"only": ["goals_aborted", "goals_rejected", "speed"], "at_most": 1},
         "budget": {"runs": 64},
     }
-    hasty, careful = (searched(check_of(name, **said)) for name in ("hasty", "careful"))
+    hasty, careful = (searched(check_of(name, **spec)) for name in ("hasty", "careful"))
 
     assert {"recovers"} == {*failures(hasty)}
     assert [1] * len(hasty.findings) == [len(finding.schedule) for finding in hasty.findings]
@@ -320,12 +323,12 @@ def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
 
 def test_a_controller_that_reports_success_in_vain_is_found():
     """Where the items belong is not said: they have to be where they are without faults."""
-    said = {
+    spec = {
         "properties": {"properties": {"true": {"reports": "succeeded", "then": {"items": "as_without_faults"}}}},
         "space": {"only": ["goals_aborted", "claw_misses"]},
         "budget": {"runs": 40},
     }
-    proud, careful = (searched(check_of(name, **said)) for name in ("proud", "careful"))
+    proud, careful = (searched(check_of(name, **spec)) for name in ("proud", "careful"))
 
     assert {"true"} == {*failures(proud)}
     assert {} == failures(careful)
@@ -355,9 +358,9 @@ def test_each_kind_of_thing_has_its_turn_first():
     check = check_of("careful")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
-        menu = Menu(check.world, check.file.space, nominal.moments)
-        search = Search(check, evaluator, menu, nominal)
-        kinds = {entry.thing.kind for entry in menu.entries}
+        candidates = Candidates(check.world, check.file.space, nominal.moments)
+        search = Search(check, evaluator, candidates, nominal)
+        kinds = {candidate.injection.kind for candidate in candidates.entries}
         search.next(len(kinds))
 
     assert dict.fromkeys(kinds, 1) == dict(search.tried.kinds)
@@ -369,13 +372,13 @@ def test_what_is_about_no_robot_has_its_first_turn_from_the_start():
     check = check_of("careful", space={"only": ["lane_closed", "breakdown"]})
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
-        menu = Menu(check.world, check.file.space, nominal.moments)
+        candidates = Candidates(check.world, check.file.space, nominal.moments)
         tried = []
         evaluator.stream = lambda cases, until, whole=evaluator.stream: tried.extend(cases) or whole(cases, until)
-        search = Search(check, evaluator, menu, nominal)
+        search = Search(check, evaluator, candidates, nominal)
         search.next(2)
 
-    starts = {thing.kind: thing.at_start for case in tried for thing in case.schedule}
+    starts = {injection.kind: injection.at_start for case in tried for injection in case.schedule}
     assert starts == {"lane_closed": True, "breakdown": False}
     assert search.tried.begun == {"lane_closed": 1, "breakdown": 1}
 
@@ -397,7 +400,7 @@ def test_two_changes_of_one_robot_are_not_tried_together():
     slow, small = ({"change": {f"robots.eve.{path}": 1.0}} for path in ("base.speed", "components.battery.capacity"))
     other = {"change": {"robots.wall_e.base.speed": 1.0}}
 
-    assert without_twins(tuple(map(Thing, (slow, small, other)))) == (Thing(slow), Thing(other))
+    assert without_twins(tuple(map(Injection, (slow, small, other)))) == (Injection(slow), Injection(other))
 
 
 def test_nothing_is_run_when_time_is_over():
@@ -444,7 +447,7 @@ def test_a_reduction_tells_how_far_it_is():
 def test_what_a_run_has_exercised_is_told_once_but_of_the_run_without_faults():
     """A search of hours keeps its outcomes, and those of tens of thousands of runs have to fit into memory."""
     check = check_of("careful")
-    slip = Case((Thing({"type": "slip", "robot": "porter", "factor": 0.5}),))
+    slip = Case((Injection({"type": "slip", "robot": "porter", "factor": 0.5}),))
     with Evaluator(check, Serial, 1) as evaluator:
         first, again = (evaluator.outcomes([Case(), slip]) for _ in range(2))
 

@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import HmrsimError
-from hmrsim.trials.batches import Batches
-from hmrsim.trials.executors import Serial
+from hmrsim.trials.batches import Batches, Serial
 
 
 class Pool(Serial):

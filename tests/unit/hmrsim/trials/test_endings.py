@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from hmrsim.interfaces.nav2_msgs import Spin
-from hmrsim.trials.endings import TimeLimit, control
+from hmrsim.trials.trial import TimeLimit, control
 from hmrsim_zenoh.errors import GoalRejectedError, SimulationEnded
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import pytest
 
 from hmrsim.testing import simulation
 from hmrsim.trials.controllers import controller_of
-from hmrsim.trials.endings import control
+from hmrsim.trials.trial import control
 from hmrsim_zenoh import AsyncClient, Deadlock
 from hmrsim_zenoh.client.ordered_loop import OrderedLoop
 from tests.torture.async_controllers import compare

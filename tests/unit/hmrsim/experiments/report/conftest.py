@@ -10,8 +10,7 @@ import yaml
 
 from hmrsim.experiments.file.plan import Run
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.row import Row
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.results.store import Results, Row
 
 if TYPE_CHECKING:
     from pathlib import Path

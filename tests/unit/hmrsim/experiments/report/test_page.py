@@ -8,10 +8,18 @@ from html.parser import HTMLParser
 import pytest
 
 from hmrsim.experiments.report import page_of, summary_of
-from hmrsim.experiments.report.charts import Axis, axis_of, histogram_chart, interval_chart, running_chart, ticks_of
 from hmrsim.experiments.report.model import Estimate, Point
-from hmrsim.experiments.report.wording import figure, points
-from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.report.page import (
+    Axis,
+    axis_of,
+    figure,
+    histogram_chart,
+    interval_chart,
+    points,
+    running_chart,
+    ticks_of,
+)
+from hmrsim.experiments.results.store import Row
 from hmrsim.report.html import UNKNOWN
 from tests.unit.hmrsim.experiments.report.conftest import TREE, times
 

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.cli import main
-from hmrsim.experiments.comparing import contrast, sides_of
+from hmrsim.experiments.contrast import contrast, sides_of
 from hmrsim.experiments.report import summary_of
-from hmrsim.experiments.results.groups import groups_by, groups_of
 from hmrsim.experiments.results.repeats import Repeats, counted, pairs_that_count
-from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.results.table import groups_by, groups_of
 from hmrsim.experiments.statistics.intervals import mean_interval, proportion_interval
 
 

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.results.store import Row
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from hmrsim.errors import MissingExtra
 from hmrsim.experiments.report import comparisons, summary_of
 from hmrsim.experiments.report.columns import MAX_LISTED
-from hmrsim.experiments.results.row import Row
+from hmrsim.experiments.results.store import Row
 from hmrsim.experiments.statistics import (
     Criterion,
     compare,

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.experiments.statistics import Comparison, Criterion, Interval, compare, compare_all, verdict
-from hmrsim.experiments.statistics.sequences import first_above
+from hmrsim.experiments.statistics import Comparison, Criterion, Interval, compare, compare_all, holm, verdict
+from hmrsim.experiments.statistics.confidence_sequences import first_above
 from tests.cases import case
 from tests.profiles import examples
 
@@ -252,3 +252,36 @@ def test_an_equivalence_that_all_pairs_together_contradict_is_withdrawn(relative
     assert ("equivalent", 59, ()) == (early.verdict, early.decided_after, early.withdrawn)
     assert ("worse", ("equivalent",)) == (whole.verdict, whole.withdrawn)
     assert whole.decided_after > 60
+
+
+P_VALUES = st.floats(0, 1)
+
+
+@pytest.mark.parametrize(
+    ("given_", "adjusted"),
+    [
+        ([0.01, 0.04, 0.03, 0.005], [0.03, 0.06, 0.06, 0.02]),
+        ([0.01, 0.02, 0.03, 0.04, 0.05], [0.05, 0.08, 0.09, 0.09, 0.09]),
+        ([0.6, 0.7], [1.0, 1.0]),
+        ([0.04], [0.04]),
+        ([], []),
+    ],
+)
+def test_adjusted_values(given_, adjusted):
+    """As R's p.adjust(p, "holm") gives them."""
+    assert tuple(adjusted) == pytest.approx(holm(given_))
+
+
+@given(st.lists(P_VALUES, max_size=10))
+def test_between_the_p_value_and_bonferroni(values):
+    """Never less than the p-value itself, never more than Bonferroni's, in the same order, equal ones equal."""
+    adjusted = holm(values)
+
+    assert all(p <= one <= min(1, len(values) * p) for p, one in zip(values, adjusted, strict=True))
+    assert sorted(adjusted) == [one for _, one in sorted(zip(values, adjusted, strict=True))]
+
+
+def test_a_p_value_is_a_share():
+    """Others are refused."""
+    with pytest.raises(ValueError, match=r"p-value 1 is 1\.5; expected 0 to 1"):
+        holm([0.1, 1.5])

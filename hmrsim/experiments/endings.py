@@ -1,0 +1,246 @@
+"""The endings of a run: a sink that checks the conditions of an experiment's file after each event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.actions import error_of
+from hmrsim.events import registry
+from hmrsim.events.goals import SendGoalRejected
+from hmrsim.events.orders import OrderDelivered
+from hmrsim.events.robots import ItemEvent
+from hmrsim.events.simulation import RunReported, Teleported
+from hmrsim.geometry import distance
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.demand import NEAR
+from hmrsim.trials.trial import HUNG
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, substituted
+
+if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.experiments.file.model import Ending
+    from hmrsim.geometry import Point
+    from hmrsim.protocol.outputs import Output
+    from hmrsim.simulation.simulator import Simulator
+
+Check = Callable[["Simulator", Any], bool]
+
+REPORTED: Final = "reported"
+"""The name under which the expressions of an ending find what controllers have reported."""
+BY_REPORT: Final = ("item", "robot", "at", "where")
+"""The fields of an ending that may ask for that."""
+
+
+class Judge:
+    """A sink that ends a run as soon as one of its endings holds; of several at one instant the first in the file.
+
+    Args:
+        endings: By label, the conditions of which one must hold.
+
+    Attributes:
+        label: How it has ended; empty while it has not.
+        cause: Details that the label lacks, such as why the run hangs. Usually empty.
+        at: When, in simulated seconds.
+        reported: Values that controllers have reported, by name, with the last label under ``label``.
+        counts: How many goals have ended, by status, and how many were accepted.
+    """
+
+    def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
+        self.label = self.cause = ""
+        self.at = 0.0
+        self.reported: dict[str, Any] = {}
+        self.counts: dict[str, int] = {"accepted": 0, **{status.name.lower(): 0 for status in _ENDED}}
+        self._livelock = Livelock()
+        self._endings = endings
+        self._checks = [
+            (label, kinds, check)
+            for label, conditions in endings.items()
+            for condition in conditions
+            for kinds, check in [_check(condition, self.reported)]
+            if kinds
+        ]
+        self._simulator: Simulator | None = None
+        self._end: Callable[[str], None] = lambda _reason: None
+
+    def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
+        """Start judging the run.
+
+        Args:
+            simulator: The simulator.
+            end: Ends the run after this instant, for a reason.
+        """
+        self._simulator, self._end = simulator, end
+
+    def controller_ended(self, *, succeeded: bool, now: float) -> None:
+        """Note that the controller has ended, if nothing has ended the run before."""
+        outcome = "succeeded" if succeeded else "failed"
+        for label, conditions in self._endings.items():
+            if any(condition.controller == outcome for condition in conditions):
+                self.end(label, now)
+        self.end(outcome, now)
+
+    def end(self, label: str, now: float) -> None:
+        """End the run, if it has not ended."""
+        if not self.label:
+            self.label, self.at = label, now
+            self._end(f"the run has ended: {label}")
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic's messages are wanted: events."""
+        return topic is Topic.EVENTS
+
+    def emit(self, output: Output) -> None:
+        """Look at what has happened."""
+        if take := self.taker(type(output)):
+            take(output)
+
+    def taker(self, kind: type) -> Callable[[Any], object] | None:
+        """Return what takes outputs of a type."""
+        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return takers.get(kind)
+
+    def _note_goal(self, change: GoalChanged) -> None:
+        self._count(change.status)
+        if change.status is GoalStatus.ABORTED:
+            self._note_failure(change.stamp, change, error_of(change.result) if change.result else "")
+        if change.status.terminal:
+            self._look(change)
+
+    def _note_event(self, output: EventStamped) -> None:
+        if self.label:
+            return
+        event = output.event
+        if isinstance(event, SendGoalRejected):
+            self._note_failure(output.stamp, event, event.error_msg)
+        if isinstance(event, RunReported):
+            self.reported |= {**event.values, "label": event.label}
+        self._look(event)
+
+    def _note_failure(self, stamp: int, goal: GoalChanged | SendGoalRejected, why: str) -> None:
+        if self._simulator is not None and not self.label:
+            self.cause = self._livelock.failed(stamp, goal.robot, goal.action, why)
+            if self.cause:
+                self.end(HUNG, self._simulator.now)
+
+    def _look(self, event: Any) -> None:
+        """Look which endings hold where an event, or the end of a goal, may have brought one."""
+        simulator = self._simulator
+        if simulator is None or self.label:
+            return
+        for label, kinds, check in self._checks:
+            if isinstance(event, kinds) and check(simulator, event):
+                self.end(label, simulator.now)
+                return
+
+    def _count(self, status: GoalStatus) -> None:
+        if status is GoalStatus.ACCEPTED:
+            self.counts["accepted"] += 1
+        elif status.terminal:
+            self.counts[status.name.lower()] += 1
+
+
+_ENDED: Final = tuple(status for status in GoalStatus if status.terminal)
+
+
+def _check(condition: Ending, reported: Mapping[str, Any]) -> tuple[tuple[type, ...], Check]:
+    """Return at which events to look whether a condition holds, and how; none for those that no event brings.
+
+    *reported* has what controllers have reported so far.
+    """
+    kinds, check = _check_of(condition)
+    asking = {name: value for name in BY_REPORT if names_asked_for(value := getattr(condition, name))}
+    if not asking:
+        return kinds, check
+
+    def look(simulator: Simulator, event: Any) -> bool:
+        try:
+            said = {name: substituted(value, {REPORTED: reported}) for name, value in asking.items()}
+        except OverlayFlaw:
+            return False  # it is not reported yet
+        # What is reported may be a number, too.
+        said = {name: value if name == "where" else str(value) for name, value in said.items()}
+        return _check_of(condition.model_copy(update=said))[1](simulator, event)
+
+    return (kinds if condition.event else (*kinds, RunReported)), look
+
+
+def _check_of(condition: Ending) -> tuple[tuple[type, ...], Check]:
+    """Return the same of a condition whose names are known."""
+    if condition.event is not None:
+        return (registry()[condition.event],), partial(_is_event, condition.where)
+    if condition.reported is not None:
+        return (RunReported,), lambda _simulator, event: bool(event.label == condition.reported)
+    if condition.item is not None:
+        return (ItemEvent, Teleported), partial(_item_is_there, condition)
+    if condition.robot is not None:
+        return (GoalChanged, Teleported), partial(_robot_is_there, condition)
+    if condition.orders is not None:
+        return (OrderDelivered,), partial(_orders_are_served, condition.count)
+    return (), lambda _simulator, _event: False
+
+
+def _is_event(where: Mapping[str, Any], _simulator: Simulator, event: Event) -> bool:
+    if not where:
+        return True
+    fields = event.as_dict()
+    return all(fields.get(name) == value for name, value in where.items())
+
+
+def _item_is_there(condition: Ending, simulator: Simulator, _event: object) -> bool:
+    item = simulator.items.get(condition.item or "")
+    if item is None or (condition.carried is not None and condition.carried is not (item.carrier is not None)):
+        return False
+    return _near(simulator, item.position, condition.at or "")
+
+
+def _robot_is_there(condition: Ending, simulator: Simulator, _event: object) -> bool:
+    robot = simulator.robots.get(condition.robot or "")
+    return robot is not None and _near(simulator, robot.pose().point, condition.at or "")
+
+
+def _near(simulator: Simulator, point: Point, place: str) -> bool:
+    world = simulator.world
+    try:
+        there = world.point(place)
+    except KeyError:  # as the controller has reported it
+        return False
+    return distance(point, there) <= NEAR[world.units]
+
+
+def _orders_are_served(count: int | None, simulator: Simulator, _event: object) -> bool:
+    demand = simulator.demand
+    # The event arrives before the order is closed.
+    return demand.totals.delivered >= count if count is not None else demand.served
+
+
+_MANY: Final = 1000
+"""How many goals of a robot's action may fail within one instant."""
+
+
+class Livelock:
+    """Counts the goals of each robot's action that fail within one instant."""
+
+    def __init__(self) -> None:
+        self._now = -1
+        self._counts: dict[tuple[str, str], int] = {}
+
+    def failed(self, stamp: int, robot: str, action: str, why: str) -> str:
+        """Count a goal that is aborted or rejected; return what is wrong, in words, if it is one too many.
+
+        Args:
+            stamp: When, in simulated nanoseconds.
+            robot: Whose.
+            action: Of which action.
+            why: The message of its result, or the reason for the rejection.
+        """
+        if stamp != self._now:
+            self._now, self._counts = stamp, {}
+        count = self._counts[robot, action] = self._counts.get((robot, action), 0) + 1
+        if count < _MANY:
+            return ""
+        last = f"; the last one: {why}" if why else ""
+        return f"time stands still: {count:,} goals of {robot}/{action} failed within one instant{last}"

@@ -1,1 +1,0 @@
-"""Judging a run from the truth: how it has ended, and what was measured."""

@@ -1,0 +1,224 @@
+"""One run of an experiment: a trial, and the judge."""
+
+from __future__ import annotations
+
+import json
+import time
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+from bt_controller.coverage import TreeCoverage
+from bt_controller.coverage.files import write_coverage
+from hmrsim.errors import ExperimentError, HmrsimError, Problem
+from hmrsim.experiments.endings import Judge
+from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.measures import measures_of, needs_report
+from hmrsim.experiments.results.repeats import fingerprint_of
+from hmrsim.experiments.results.store import Row
+from hmrsim.program.users_code import described
+from hmrsim.report.sink import LiveReport
+from hmrsim.settings.run import RunSettings
+from hmrsim.trace.deferred import DeferredTrace
+from hmrsim.trials.controllers import trial_of
+from hmrsim.trials.guards import guarded
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hmrsim.experiments.file.plan import Plan, Run
+    from hmrsim.experiments.results.store import Results
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+
+
+def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run, with its trace if it may be kept.
+
+    A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
+    its environment. *further* makes further sinks, such as one that records the run.
+    """
+    began = time.perf_counter()
+    treatment = plan.treatments[run.treatment]
+    coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
+    settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
+    judge = Judge(plan.file.ends)
+    try:
+        loaded = plan.world(run.scenario, run.treatment)
+        trace = DeferredTrace(loaded.world, settings)
+        report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
+        trial = trial_of(
+            loaded,
+            settings,
+            treatment,
+            plan.path.parent,
+            names=plan.names(run.scenario),
+            variables={"HMRSIM_RUN": str(run.number)},
+            coverage=coverage,
+            sinks=[trace, judge] if needs_trace(plan) else [judge],
+            watchers=with_report(report, further),
+        )
+    except (HmrsimError, ValueError) as error:
+        return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
+    with trial:
+        simulator = trial.simulator
+        judge.watch(simulator, trial.end)
+        try:
+            ending, cause, output = trial.play()
+        except HmrsimError as error:
+            return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
+        # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
+        if ending == CRASHED and trial.over and treatment.in_process:
+            ending, cause = TIMEOUT, ""
+        elif ending in {SUCCEEDED, FAILED}:
+            if not trial.over:
+                judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
+            ending = TIMEOUT
+        judged = bool(judge.label)
+        judge.end(ending, simulator.now)
+        values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
+        row = result_of(plan, run, judge, simulator, values)
+    return replace(
+        with_trace(plan, row, trace, simulator),
+        cause="; ".join(filter(None, ["" if judged else cause, row.cause])),
+        wall=time.perf_counter() - began,
+        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
+        output=output,
+    )
+
+
+def needs_trace(plan: Plan) -> bool:
+    """Return whether the trace of a run may be kept, or compared with those of other replications."""
+    return plan.file.keep.traces != "none" or plan.file.replications.max > 1
+
+
+def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator) -> Row:
+    """Return the result of a run with its trace, if that is kept, and its fingerprint, if others may have the same."""
+    keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
+    compares = plan.file.replications.max > 1 and not simulator.chance.used
+    text = trace.whole(simulator.now) if keeps or compares else ""
+    result = row.ending, row.at, dict(row.measures), dict(row.reported)
+    return replace(row, trace=text if keeps else "", fingerprint=fingerprint_of(text, *result) if compares else "")
+
+
+def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
+    """Return what makes the sinks of a run: that of its report, if there is one, and further ones."""
+
+    def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+        return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
+
+    return watchers
+
+
+def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
+    """Return the result of a run that was judged; its cause says which measures have no value, and why."""
+    measures, flaws = measures_of(plan.file, judge, simulator, report)
+    return Row(
+        run,
+        judge.label,
+        "; ".join(filter(None, [judge.cause, *flaws])),
+        judge.label in plan.file.successes,
+        judge.at,
+        measures=measures,
+        reported=judge.reported,
+    )
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some runs of an experiment.
+
+    Attributes:
+        path: The experiment's file; a worker on another machine needs to see it, too.
+        variant: The variants that were chosen.
+        hash: The hash of the plan that is meant.
+        numbers: The numbers of the runs.
+    """
+
+    path: str
+    variant: tuple[str, ...]
+    hash: str
+    numbers: tuple[int, ...]
+
+
+def execute(task: Task) -> list[Row]:
+    """Return the results of some runs, in order.
+
+    Raises:
+        ExperimentError: The file can't be read, or has changed.
+    """
+    plan = _plan(task.path, task.variant, task.hash)
+    return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]
+
+
+def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+    """Return the result of a run, whatever happens in it; *further* makes further sinks."""
+    began = time.perf_counter()
+    try:
+        with guarded(plan.file.limits) as tail:
+            row = row_of(plan, run, further)
+    except TimeLimit as limit:
+        return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
+    except MemoryError:
+        return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
+    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
+        return Row(run, ERROR, described(error), output=tail.text)
+    return replace(row, output=row.output or tail.text)
+
+
+@lru_cache(maxsize=4)
+def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
+    plan = read_plan(path, variant)
+    if plan.hash != hash_:
+        raise ExperimentError([Problem(path, "", "has changed since the experiment was started; start it again")])
+    return plan
+
+
+FILE: Final = "coverage_{}.json"
+"""The name of the file of a treatment, in the folder of results."""
+
+
+def packed(coverage: TreeCoverage) -> bytes:
+    """Return a coverage in few bytes."""
+    return zlib.compress(json.dumps(coverage.to_json(), separators=(",", ":")).encode())
+
+
+def unpacked(coverage: bytes) -> TreeCoverage:
+    """Return what was packed."""
+    return TreeCoverage.from_json(zlib.decompress(coverage))
+
+
+class Coverages:
+    """The coverage of each treatment, with what earlier processes have made.
+
+    Args:
+        results: The results, whose rows say what was counted already.
+    """
+
+    def __init__(self, results: Results) -> None:
+        self._folder = results.folder
+        self._found = {treatment: unpacked(coverage) for treatment, coverage in results.coverages().items()}
+
+    def take(self, rows: Sequence[Row]) -> dict[str, bytes]:
+        """Add what some runs have covered; return all that their treatments have, to be kept with the rows."""
+        covered = [row for row in rows if row.coverage]
+        for row in covered:
+            self._found.setdefault(row.run.treatment, TreeCoverage()).merge(unpacked(row.coverage))
+        return {
+            treatment: packed(self._found[treatment]) for treatment in sorted({row.run.treatment for row in covered})
+        }
+
+    def write(self) -> None:
+        """Write a file for each treatment.
+
+        Raises:
+            OutputError: It can't be written.
+            WriteError: The disk is full.
+        """
+        for treatment, coverage in self._found.items():
+            write_coverage("coverage", self._folder / FILE.format(treatment), coverage)

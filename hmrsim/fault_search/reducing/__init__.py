@@ -1,1 +1,0 @@
-"""Reducing a failure: the smallest schedule in the smallest world that fails for the same reason."""

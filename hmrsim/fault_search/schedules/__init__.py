@@ -1,1 +1,0 @@
-"""Schedules: what goes wrong in a run, and when."""

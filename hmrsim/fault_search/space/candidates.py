@@ -1,0 +1,278 @@
+"""The candidates of a search: all that can happen, each with the moments at which it can begin."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.fault_search.schedule import CHANGE, FAULT, Injection
+from hmrsim.fault_search.space.kinds import changes_of, disturbances_of, faults_of, needs_of
+from hmrsim.fault_search.space.model import OPT_IN
+
+if TYPE_CHECKING:
+    import random
+
+    from hmrsim.fault_search.schedule import Moment
+    from hmrsim.fault_search.space.kinds import Draw
+    from hmrsim.fault_search.space.model import Space
+    from hmrsim.world.model import World
+
+_FEW: Final = 12
+"""Moments at which something begins that is about no robot; they are spread over the run."""
+
+_OWN: Final = 0.75
+"""How often something happens to the robot of a moment, rather than to a lane, a door or the controller."""
+_CHANGES: Final = 0.1
+"""How often the world is changed, rather than something begins at a moment."""
+_STARTS: Final = 0.05
+"""How often a fault holds from the start, rather than begins at a moment."""
+_UNREACHABLE: Final = "messages_lost"
+"""The fault by which a robot can't be reached."""
+_CODE: Final = 0.1
+"""How often a goal is aborted with one particular error code, beside 1."""
+
+
+class Timeline:
+    """The moments of a run, and the anchors at which something can begin in it, in plain values.
+
+    Args:
+        moments: The moments of the run.
+    """
+
+    def __init__(self, moments: Sequence[Moment]) -> None:
+        self.moments = moments
+        self._lasted: dict[tuple[str, str, int], float] = {}
+        for each in moments:
+            if each.goal == "ended":
+                self._lasted.setdefault((each.robot, each.action, each.nth), each.lasted)
+
+    def anchors_of(self, moment: Moment) -> list[dict[str, Any]]:
+        """Return the anchors of a moment: itself, and the middle of a goal that begins then."""
+        if moment.goal == "executing":
+            lasted = self._lasted.get((moment.robot, moment.action, moment.nth), 0.0)
+            if lasted > 0:
+                return [moment.anchor(), moment.anchor(round(lasted / 2, 3))]
+        return [moment.anchor()]
+
+    def anchors_for(self, robot: str | None) -> list[dict[str, Any]]:
+        """Return the anchors of what happens to a robot; None for all."""
+        return self._by_robot.get(robot, [])
+
+    @cached_property
+    def _by_robot(self) -> dict[str | None, list[dict[str, Any]]]:
+        found: dict[str | None, list[dict[str, Any]]] = {None: []}
+        for each in self.moments:
+            anchors = self.anchors_of(each)
+            found[None] += anchors
+            found.setdefault(each.robot, []).extend(anchors)
+        return found
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An injection that can begin at one of several moments.
+
+    Attributes:
+        injection: The injection, without an anchor.
+        weight: How often it is tried, relative to 1.
+    """
+
+    injection: Injection
+    weight: float
+
+    @property
+    def anchored(self) -> bool:
+        """True if it begins at a moment; a change of the world holds from the start."""
+        return (
+            self.injection.family != CHANGE and not self.injection.spec.get("when") and "at" not in self.injection.spec
+        )
+
+    def suits(self, action: str) -> bool:
+        """Return whether it can have an effect when a goal of an action begins: not on those of another action."""
+        return self.injection.spec.get("action") in (None, action)
+
+    def anchors_in(self, timeline: Timeline) -> list[dict[str, Any]]:
+        """Return the anchors at which it can begin in a run, in plain values.
+
+        An injection of a robot begins at the moments of this robot, any other at moments spread over the run.
+        """
+        if not self.anchored:
+            return []
+        robot = self.injection.spec.get("robot")
+        anchors = timeline.anchors_for(robot)
+        if robot is not None or len(anchors) <= _FEW:
+            return anchors
+        step = len(anchors) / _FEW
+        return [anchors[math.floor(i * step)] for i in range(_FEW)]
+
+    @property
+    def starts(self) -> bool:
+        """True if it is also tried from the start of a run, before the controller sends a goal, as faults are.
+
+        The many error codes are not: the first goal is aborted with each of them as well when it begins. Nor is a robot
+        out of reach: a controller whose robot is not there, such as a tree, does not begin its mission.
+        """
+        injection = self.injection
+        own = injection.kind != _UNREACHABLE and "error_code" not in injection.spec
+        return self.anchored and injection.family == FAULT and own
+
+    def injections_in(self, timeline: Timeline) -> list[Injection]:
+        """Return it as it begins at each moment of a run, and from the start; a change of the world as it is.
+
+        In a run in which nothing happens, nothing can begin.
+        """
+        if not self.anchored:
+            return [self.injection]
+        starts = [self.at_start()] if self.starts and timeline.moments else []
+        return [*(self.at(anchor) for anchor in self.anchors_in(timeline)), *starts]
+
+    def at(self, anchor: Mapping[str, Any]) -> Injection:
+        """Return it as it begins at an anchor."""
+        return self.injection.replaced(when=dict(anchor))
+
+    def at_start(self) -> Injection:
+        """Return it as it holds when a run begins."""
+        return self.injection.replaced(at=0.0)
+
+
+class Candidates:
+    """The candidates for injections in a check's world.
+
+    Args:
+        world: The world, without a schedule.
+        space: The space of injections in the file of the check.
+        moments: The moments of the run without faults.
+        draws: The battery draw of each robot in this run.
+
+    Attributes:
+        entries: The candidates, in no particular order.
+    """
+
+    def __init__(
+        self, world: World, space: Space, moments: Sequence[Moment], draws: Mapping[str, Draw] | None = None
+    ) -> None:
+        self._world, self._space, self._robots = world, space, world.robots
+        self._needs = needs_of(world, draws or {})
+        asked = [name for name in world.robots if any(moment.robot == name for moment in moments)]
+        spec: list[dict[str, Any]] = []
+        if "faults" in space.families:
+            spec += faults_of(world, moments, space.durations, self._needs)
+        if "changes" in space.families:
+            spec += changes_of(world, asked, self._needs)
+        if "disturbances" in space.families:
+            spec += disturbances_of(space.durations)
+        injections = [injection for injection in map(Injection, spec) if self._allowed(injection)]
+        injections += [Injection(each) for template in space.further for each in expanded(template, [*world.robots])]
+        self.entries: list[Candidate] = []
+        self._asked = dict.fromkeys((moment.robot, moment.action) for moment in moments if moment.goal)
+        self._of_robots: dict[str, list[Candidate]] = {}
+        # Candidates that hold from the start, and those that begin at a moment and concern no robot.
+        self._changes: list[Candidate] = []
+        self._general: list[Candidate] = []
+        self._known: dict[str, None] = {}
+        self._enter(injections)
+
+    def _add(self, spec: Iterable[dict[str, Any]]) -> None:
+        self._enter([injection for injection in map(Injection, spec) if self._allowed(injection)])
+
+    def _enter(self, injections: Iterable[Injection]) -> None:
+        """Enter injections that are not candidates yet."""
+        for injection in injections:
+            if injection.key in self._known:
+                continue
+            self._known[injection.key] = None
+            candidate = Candidate(injection, self._weight(injection))
+            robot = injection.spec.get("robot")
+            self.entries.append(candidate)
+            if not candidate.anchored:
+                self._changes.append(candidate)
+            else:
+                (self._of_robots.setdefault(robot, []) if robot else self._general).append(candidate)
+
+    def _weight(self, injection: Injection) -> float:
+        """Return how often an injection is tried; each of the many error codes of an action less often."""
+        return self._space.weights.get(injection.kind, 1.0) * (_CODE if "error_code" in injection.spec else 1.0)
+
+    def allows(self, injection: Injection) -> bool:
+        """Return whether a fault of a robot can happen, as the check says."""
+        return (
+            "faults" in self._space.families
+            and self._allowed(injection)
+            and injection.spec.get("robot") in self._robots
+        )
+
+    def _allowed(self, injection: Injection) -> bool:
+        space = self._space
+        if space.only is not None and injection.kind not in space.only:
+            return False
+        if injection.kind in OPT_IN and injection.kind not in (*space.also, *(space.only or ())):
+            return False
+        return injection.kind not in space.without and injection.subject not in space.spare
+
+    def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Injection]:
+        """Return each injection at each moment: first everything once, then everything at another moment, and so on."""
+        ranked: list[tuple[float, float, Injection]] = []
+        timeline = Timeline(moments)
+        for candidate in self.entries:
+            injections = candidate.injections_in(timeline)
+            rng.shuffle(injections)
+            ranked += [(rank / candidate.weight, rng.random(), injection) for rank, injection in enumerate(injections)]
+        ranked.sort(key=lambda each: each[:2])
+        return [injection for _, _, injection in ranked]
+
+    def note(self, moments: Sequence[Moment]) -> None:
+        """Add what can happen to robots that are asked for something new, as in a recovery.
+
+        Args:
+            moments: The moments of a run.
+        """
+        new = [moment for moment in moments if moment.goal and (moment.robot, moment.action) not in self._asked]
+        if new and "faults" in self._space.families:
+            self._asked |= dict.fromkeys((moment.robot, moment.action) for moment in new)
+            self._add(faults_of(self._world, new, self._space.durations, self._needs))
+
+    def any(self, moments: Sequence[Moment], rng: random.Random) -> Injection | None:
+        """Return something at some moment, by the weights; rather something that happens to the robot of that moment.
+
+        None if nothing can happen.
+        """
+        changes, others = self._changes, self._general
+        if changes and (rng.random() < _CHANGES or not moments):
+            return _chosen(changes, rng).injection
+        if not moments:
+            return None
+        moment = rng.choice(moments)
+        own = self._of_robots.get(moment.robot, [])
+        if moment.goal == "executing":
+            own = [candidate for candidate in own if candidate.suits(moment.action)]
+        entries = own if own and (not others or rng.random() < _OWN) else others
+        if not entries:
+            return _chosen(changes, rng).injection if changes else None
+        candidate = _chosen(entries, rng)
+        if candidate.starts and rng.random() < _STARTS:
+            return candidate.at_start()
+        return candidate.at(rng.choice(Timeline(moments).anchors_of(moment)))
+
+
+def _chosen(entries: Sequence[Candidate], rng: random.Random) -> Candidate:
+    return rng.choices(entries, [candidate.weight for candidate in entries])[0]
+
+
+def expanded(template: Mapping[str, Any], robots: Sequence[str]) -> list[dict[str, Any]]:
+    """Return what a template of a file stands for: each combination of the values in its lists.
+
+    A robot ``*`` stands for each robot. A lane, and what is inside of a mapping, is no list of values.
+    """
+    fields = {
+        name: [*robots] if (name, value) == ("robot", "*") else value if _several(name, value) else [value]
+        for name, value in template.items()
+    }
+    return [dict(zip(fields, values, strict=True)) for values in itertools.product(*fields.values())]
+
+
+def _several(name: str, value: object) -> bool:
+    return isinstance(value, list) and (name != "lane" or all(isinstance(each, list) for each in value))

@@ -1,0 +1,225 @@
+"""What can happen in a world, and at which moments."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+
+import pytest
+
+from hmrsim.fault_search.schedule import Injection, Moment
+from hmrsim.fault_search.space.candidates import Candidate, Candidates, Timeline, expanded
+from hmrsim.fault_search.space.kinds import Draw
+from hmrsim.fault_search.space.model import Space
+from hmrsim.world_checks.loading import world_of
+from tests.porters import WORLD
+
+MOMENTS = (
+    Moment(0.0, "executing", "", "porter", "navigate_to_pose", 1),
+    Moment(10.0, "ended", "", "porter", "navigate_to_pose", 1, 10.0),
+    Moment(10.0, "executing", "", "porter", "pickup", 1),
+    Moment(10.0, "", "picked", "porter", "", 1),
+    Moment(10.0, "ended", "", "porter", "pickup", 1),
+)
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Return the world of porters."""
+    return world_of(dict(WORLD), "world")
+
+
+def candidates(world, draw=None, **space):
+    """Return the candidates of a world; *draw* is what the porter takes from its battery."""
+    return Candidates(world, Space.model_validate(space), MOMENTS, {"porter": draw} if draw else None)
+
+
+def powered(units="m", docks=None, **battery):
+    """Return the world of porters, who have batteries."""
+    components = {"claw": {}, "battery": {"capacity": 100.0, **battery}}
+    robots = {name: {**robot, "components": components} for name, robot in WORLD["robots"].items()}
+    return world_of({**WORLD, "robots": robots, "units": units, "docks": docks or {}}, "world")
+
+
+def changed(world, draw):
+    """Return the values to which a candidates changes something of the porter, by the last step of their paths."""
+    entries = candidates(world, draw, families=["changes"]).entries
+    spec = [candidate.injection.spec["change"] for candidate in entries]
+    return sorted((path.rpartition(".")[2], value) for each in spec for path, value in each.items())
+
+
+def test_only_robots_that_are_asked_for_something_have_faults(world):
+    """What happens to a robot that the controller does not use can't break it."""
+    robots = {
+        candidate.injection.spec["robot"]
+        for candidate in candidates(world).entries
+        if "robot" in candidate.injection.spec
+    }
+
+    assert robots == {"porter"}
+
+
+def test_a_fault_of_a_component_needs_it(world):
+    """The porter has a claw, and neither battery nor sensors."""
+    kinds = {candidate.injection.kind for candidate in candidates(world).entries}
+
+    assert {"claw_misses", "claw_drops", "breakdown", "slip", "lane_closed", "controller_killed", "speed"} <= kinds
+    assert not {"battery_cell", "battery_drop", "sensor_blind", "door_jammed", "capacity"} & kinds
+
+
+def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
+    """Also several times in a row."""
+    aborted = [candidate.injection.spec for candidate in candidates(world, only=["goals_aborted"]).entries]
+
+    assert {(spec.get("action"), spec.get("count")) for spec in aborted} >= {
+        ("navigate_to_pose", 1),
+        ("navigate_to_pose", 3),
+        ("pickup", 1),
+    }
+
+
+def test_what_a_check_leaves_out_does_not_happen(world):
+    """Kinds, families, and what is spared."""
+    assert {candidate.injection.kind for candidate in candidates(world, only=["slip", "breakdown"]).entries} == {
+        "slip",
+        "breakdown",
+    }
+    assert "slip" not in {candidate.injection.kind for candidate in candidates(world, without=["slip"]).entries}
+    assert {candidate.injection.family for candidate in candidates(world, families=["changes"]).entries} == {"change"}
+    assert not [
+        candidate for candidate in candidates(world, spare=["porter"]).entries if candidate.injection.spec.get("robot")
+    ]
+
+
+def test_some_disturbances_happen_only_if_they_are_asked_for(world):
+    """Few controllers promise to bear a second one beside them."""
+    assert "second_controller" not in {candidate.injection.kind for candidate in candidates(world).entries}
+    assert "second_controller" in {
+        candidate.injection.kind for candidate in candidates(world, also=["second_controller"]).entries
+    }
+
+
+def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals(world):
+    """The drive lasts for ten seconds."""
+    candidate = next(each for each in candidates(world, only=["claw_drops"]).entries)
+
+    anchors = candidate.anchors_in(Timeline(MOMENTS))
+
+    assert {"goal": "executing", "robot": "porter", "action": "navigate_to_pose", "after": 5.0} in anchors
+    assert {"event": "picked", "robot": "porter"} in anchors
+    assert len(anchors) == len(MOMENTS) + 1
+
+
+def test_single_things_come_each_once_before_any_comes_again(world):
+    """So that a short search has tried everything, and a longer one at each moment; a change has no moment."""
+    whole = candidates(world)
+    singles = whole.singles(MOMENTS, random.Random(1))
+    first = [
+        Candidate(injection, 1.0).injection.replaced(when=None, at=None).key
+        for injection in singles[: len(whole.entries)]
+    ]
+
+    assert len(set(first)) == len(whole.entries)
+    assert len(singles) == sum(
+        (len(candidate.anchors_in(Timeline(MOMENTS))) or 1) + candidate.starts for candidate in whole.entries
+    )
+
+
+def test_each_fault_is_tried_from_the_start_once(world):
+    """A controller may look at the start, and never again.
+
+    Left out are the many error codes of a goal, and a robot out of reach, without which no mission begins.
+    """
+    singles = candidates(world).singles(MOMENTS, random.Random(1))
+    starts = [injection for injection in singles if injection.at_start]
+
+    faults = {injection.kind for injection in singles if injection.family == "type"}
+    assert {injection.kind for injection in starts} == faults - {"messages_lost"}
+    assert len({injection.key for injection in starts}) == len(starts) < len(singles) / 5
+    assert not any("error_code" in injection.spec for injection in starts)
+
+
+def test_some_of_several_things_hold_from_the_start(world):
+    """A few of them, of faults alone."""
+    whole, rng = candidates(world), random.Random(1)
+    drawn = [whole.any(MOMENTS, rng) for _ in range(1000)]
+
+    assert 10 < sum(injection.at_start for injection in drawn) < 100
+
+
+@pytest.mark.parametrize(("units", "far"), [("m", 0.5), ("px", 40.0)])
+def test_the_localization_jumps_by_some_distance(units, far):
+    """With the defaults of its settings it would be off by nothing."""
+    (spec,) = [
+        candidate.injection.spec
+        for candidate in candidates(powered(units), only=["localisation_jump"], durations=[5.0]).entries
+    ]
+
+    assert spec["dx"] == far
+
+
+CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
+
+
+@pytest.mark.parametrize(
+    ("docks", "whole", "shares"),
+    [(CHARGER, 0.6, [0.2, 0.3]), ({}, 0.1, [0.2, 0.3]), ({}, 0.4, [0.6]), ({}, 0.8, [])],
+)
+def test_a_battery_falls_to_what_a_controller_can_bear(docks, whole, shares):
+    """To what is low and a little above; without a charger it keeps half as much more as the mission needs."""
+    entries = candidates(powered(docks=docks), Draw(whole, 0.1), only=["battery_drop"]).entries
+
+    assert [candidate.injection.spec["share"] for candidate in entries] == shares
+
+
+QUICK = ("speed", 1e4)
+
+
+@pytest.mark.parametrize(
+    ("docks", "draw", "battery", "expected"),
+    [
+        ({}, Draw(0.1, 0.1), {}, [("capacity", 50.0), ("speed", 0.3), QUICK]),
+        ({}, Draw(0.4, 0.1), {}, [("capacity", 60.0), ("speed", 0.6), QUICK]),
+        ({}, Draw(0.7, 0.1), {}, [QUICK]),
+        (
+            {},
+            Draw(0.2, 0.1),
+            {"initial_charge": 50.0},
+            [("capacity", 60.0), ("initial_charge", 30.0), ("speed", 0.6), QUICK],
+        ),
+        (CHARGER, Draw(0.7, 0.05), {}, [("capacity", 50.0), ("speed", 0.375), QUICK]),
+        (CHARGER, Draw(0.7, 0.1), {}, [("capacity", 75.0), ("speed", 0.75), QUICK]),
+        (CHARGER, Draw(0.7, 0.1), {"low": 0.5}, [("capacity", 50.0), ("speed", 0.3), QUICK]),
+        (CHARGER, Draw(0.7, 0.3), {"low": 0.5}, [("capacity", 90.0), ("speed", 0.9), QUICK]),
+    ],
+)
+def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(docks, draw, battery, expected):
+    """Where it needs most of a battery, a smaller one says nothing about the controller.
+
+    With a charger it can be charged between two goals; when it is low it still has to last for the longest one.
+    """
+    assert changed(powered(docks=docks, **battery), draw) == expected
+
+
+def test_a_weight_has_a_kind_tried_more_often(world):
+    """Three to one, of what is drawn."""
+    rng = random.Random(1)
+    weighted = candidates(world, only=["slip", "claw_drops"], weights={"claw_drops": 10}, durations=[5.0])
+    drawn = Counter(weighted.any(MOMENTS, rng).kind for _ in range(300))
+
+    assert drawn["claw_drops"] > 4 * drawn["slip"] > 0
+
+
+def test_a_template_stands_for_each_combination_of_its_values():
+    """A robot ``*`` stands for each robot; a lane is one value."""
+    template = {"type": "slip", "robot": "*", "factor": [0.1, 0.5], "duration": 5.0}
+
+    assert len(expanded(template, ["eve", "wall_e"])) == 4
+    assert expanded({"type": "lane_closed", "lane": ["a", "b"]}, []) == [{"type": "lane_closed", "lane": ["a", "b"]}]
+
+
+def test_custom_injections_are_candidates(world):
+    """With the others, or alone."""
+    own = {"type": "slip", "robot": "other", "factor": 0.01, "at": 3.0}
+
+    assert Injection(own) in [candidate.injection for candidate in candidates(world, further=[own]).entries]
