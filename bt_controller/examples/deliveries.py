@@ -24,7 +24,7 @@ from bt_controller.fleet.workers import Worker
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.task_queue import TaskQueue
+    from bt_controller.fleet.allocation import TaskQueue
 
 _QUICK: Final = ("nurse", "courier", "responder")
 _STRONG: Final = ("nurse", "porter")

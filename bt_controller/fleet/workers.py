@@ -21,8 +21,8 @@ from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
+    from bt_controller.fleet.allocation import TaskQueue
     from bt_controller.fleet.fleet_manager import FleetManager
-    from bt_controller.fleet.task_queue import TaskQueue
     from bt_controller.fleet.tasks import Task
 
 _LOOK_AGAIN: Final = 30.0
