@@ -15,6 +15,7 @@ from hmrsim.events.simulation import RunReported, Teleported
 from hmrsim.geometry import distance
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
 from hmrsim.trials.trial import HUNG
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.experiments.file.model import Ending
     from hmrsim.geometry import Point
-    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
 
 Check = Callable[["Simulator", Any], bool]
@@ -35,7 +35,7 @@ BY_REPORT: Final = ("item", "robot", "at", "where")
 """The fields of an ending that may ask for that."""
 
 
-class Judge:
+class Judge(SelectiveSink):
     """A sink that ends a run as soon as one of its endings holds; of several at one instant the first in the file.
 
     Args:
@@ -93,15 +93,10 @@ class Judge:
         """Return whether a topic's messages are wanted: events."""
         return topic is Topic.EVENTS
 
-    def emit(self, output: Output) -> None:
-        """Look at what has happened."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
-        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
-        return takers.get(kind)
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        handlers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return handlers.get(kind)
 
     def _note_goal(self, change: GoalChanged) -> None:
         self._count(change.status)

@@ -16,6 +16,7 @@ from hmrsim.properties.observing.observations import Observations
 from hmrsim.properties.observing.timeline import GoalSeen, Timeline
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.occurrence import BatterySeen, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from hmrsim.properties.results import Ended, Reference, Verdict, Violation
     from hmrsim.properties.watcher import Watcher
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
@@ -157,7 +157,7 @@ class Monitor:
             handler(at, seen)
 
 
-class MonitorSink:
+class MonitorSink(SelectiveSink):
     """A sink that feeds a monitor with what its properties depend on, and computes no more.
 
     Args:
@@ -189,19 +189,14 @@ class MonitorSink:
         """Return whether it wants a topic: events, and motions if a property depends on them."""
         return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
 
-    def emit(self, output: Output) -> None:
-        """Pass on what the monitor wants."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type; None if they are not for this sink."""
-        takers: dict[type, Callable[[Any], object]] = {
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        handlers: dict[type, Callable[[Any], object]] = {
             EventStamped: self._take,
             GoalChanged: self._change,
             TimeRestarted: self._restart,
         }
-        return takers.get(kind)
+        return handlers.get(kind)
 
     def _take(self, output: EventStamped) -> None:
         event = output.event

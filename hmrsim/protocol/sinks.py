@@ -24,11 +24,20 @@ class Sink(Protocol):
         """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""
 
 
-class SelectiveSink(Sink, Protocol):
-    """A sink that is asked once for each type of outputs."""
+class SelectiveSink:
+    """A base class of sinks that process outputs of some types only, each with its own function."""
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type in place of `emit`; None if they are not for this sink."""
+    def emit(self, output: Output) -> None:
+        """Process an output of the simulation, if it is of one of these types."""
+        if handler := self.handler_for(type(output)):
+            handler(output)
+
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them.
+
+        The simulator asks once for each type, and calls the function in place of `emit`.
+        """
+        raise NotImplementedError
 
 
 class CommandSink(Sink, Protocol):
@@ -44,10 +53,9 @@ class CommandSink(Sink, Protocol):
         """
 
 
-def taker_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
-    """Return what takes outputs of a type; None if they are not for this sink."""
-    selects: Callable[[type], Callable[[Any], object] | None] | None = getattr(sink, "taker", None)
-    return sink.emit if selects is None else selects(kind)
+def handler_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
+    """Return the function by which a sink processes outputs of a type; None if it ignores them."""
+    return sink.handler_for(kind) if isinstance(sink, SelectiveSink) else sink.emit
 
 
 def hears_commands(sink: Sink) -> TypeGuard[CommandSink]:

@@ -11,6 +11,7 @@ from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.model import Source
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-class ReportSink:
+class ReportSink(SelectiveSink):
     """A sink that passes on occurrences, beginning with the initial state.
 
     Args:
@@ -52,8 +53,8 @@ class ReportSink:
         """Return whether it wants a topic: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.events import registry as events
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ class _Waiting:
     left: int
 
 
-class Anchors:
+class Anchors(SelectiveSink):
     """A sink that counts the events which faults wait for; it wants nothing while none waits.
 
     Args:
@@ -65,8 +66,8 @@ class Anchors:
             return any(not events()[kind].traced for kind in self._waiting)
         return topic is Topic.EVENTS and self.waits
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in (EventStamped, GoalChanged) else None
 
     def emit(self, output: Output) -> None:

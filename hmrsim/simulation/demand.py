@@ -22,6 +22,7 @@ from hmrsim.events.simulation import Deleted, Teleported
 from hmrsim.geometry import METER, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.outputs import EventStamped, OrdersChanged
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.orders import Order, OrderState, Totals
 
@@ -41,7 +42,7 @@ _KEPT: Final = 1_000
 """Orders that are kept after they have ended."""
 
 
-class Demand:
+class Demand(SelectiveSink):
     """The orders of a run; a sink, too, so that it learns what robots do with the items.
 
     Attributes:
@@ -125,8 +126,8 @@ class Demand:
         """Return whether a topic's messages are wanted: events."""
         return topic is Topic.EVENTS
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind is EventStamped else None
 
     def emit(self, output: Output) -> None:

@@ -20,6 +20,7 @@ from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import Answered
+from hmrsim.protocol.sinks import SelectiveSink
 
 if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
@@ -60,7 +61,7 @@ class Script:
         return ScriptEnded(self.robot, len(self.orders), self.done, self.state.value, self.error)
 
 
-class Scripts:
+class Scripts(SelectiveSink):
     """All scripts of a world; a sink, too, so that it learns of the answers to its goals.
 
     Args:
@@ -103,8 +104,8 @@ class Scripts:
         """Return False: answers come unasked."""
         return False
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind is Answered else None
 
     def emit(self, output: Output) -> None:

@@ -43,7 +43,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
-from hmrsim.protocol.sinks import hears_commands, taker_of
+from hmrsim.protocol.sinks import handler_of, hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
@@ -143,8 +143,8 @@ class Simulator:
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._sinks: list[Sink] = []
-        # The sinks that take outputs of a type.
-        self._takers: dict[type, list[tuple[Sink, Callable[[Any], object]]]] = {}
+        # The functions of the sinks that process outputs of a type.
+        self._handlers: dict[type, list[tuple[Sink, Callable[[Any], object]]]] = {}
         self._fatal: tuple[Sink, BaseException] | None = None
         self.interest = Interest(self._sinks)
         self.telemetry = Telemetry(self.interest)
@@ -403,24 +403,24 @@ class Simulator:
         if self.dispatcher.cut_off and isinstance(output, _ROBOT_OUTPUTS) and output.robot in self.dispatcher.cut_off:
             return
         kind = type(output)
-        takers = self._takers.get(kind)
-        if takers is None:
-            asked = [(sink, taker_of(sink, kind)) for sink in self._sinks]
-            takers = self._takers[kind] = [(sink, take) for sink, take in asked if take is not None]
-        for sink, take in takers:
+        handlers = self._handlers.get(kind)
+        if handlers is None:
+            asked = [(sink, handler_of(sink, kind)) for sink in self._sinks]
+            handlers = self._handlers[kind] = [(sink, handler) for sink, handler in asked if handler is not None]
+        for sink, handler in handlers:
             try:
-                take(output)
+                handler(output)
             except BUGS as bug:
                 # The other sinks are to have it.
                 self._sink_failed(sink, bug)
 
     def _add_sinks(self, *sinks: Sink) -> None:
         self._sinks.extend(sinks)
-        self._takers = {}
+        self._handlers = {}
 
     def _remove_sinks(self, *sinks: Sink) -> None:
         self._sinks[:] = [each for each in self._sinks if not any(each is sink for sink in sinks)]
-        self._takers = {}
+        self._handlers = {}
 
     def _sink_failed(self, sink: Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):

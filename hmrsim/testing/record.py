@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.goal import GoalStatus
-    from hmrsim.protocol.outputs import Output
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Happening:
     text: str
 
 
-class Record:
+class Record(SelectiveSink):
     """A sink that keeps what happens.
 
     Args:
@@ -78,15 +78,10 @@ class Record:
         """Return whether a topic's messages are wanted: events, and no samples."""
         return topic is Topic.EVENTS
 
-    def emit(self, output: Output) -> None:
-        """Keep a goal, or an event."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
-        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._kept.append}
-        return takers.get(kind)
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        handlers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._kept.append}
+        return handlers.get(kind)
 
     def _note_goal(self, output: GoalChanged) -> None:
         self._kept.append(output)

@@ -34,6 +34,7 @@ from hmrsim.protocol.outputs import (
     Sampled,
     TimeRestarted,
 )
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
 from hmrsim.timing.conditions import Conditions
@@ -51,7 +52,7 @@ _ENDED: Final = "the simulation has ended"
 """The default reason for the end of a run."""
 
 
-class Lockstep:
+class Lockstep(SelectiveSink):
     """Grants time to participants; a sink of the simulation, so that it receives the events they wait for.
 
     A grant reports to each participant the answers to its commands, the events of goals, and the conditions that were
@@ -503,13 +504,8 @@ class Lockstep:
         """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
         return (topic is Topic.FEEDBACK and "feedback" in self._kinds) or self._conditions.wants(topic)
 
-    def emit(self, output: Output) -> None:
-        """Record an event that a participant waits for."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self._noting.get(kind)
 
     def _follow(self, output: Output) -> None:

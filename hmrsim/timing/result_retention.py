@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.protocol.commands import ForgetResult
 from hmrsim.protocol.outputs import GoalChanged
+from hmrsim.protocol.sinks import SelectiveSink
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
@@ -21,7 +21,7 @@ _MAX_LATENESS: Final = 1.0
 """By how much of their time results are kept longer, at most, and by how many wall seconds."""
 
 
-class Retention:
+class Retention(SelectiveSink):
     """A sink that records when goals ended by the wall clock, so that their results are dropped in time.
 
     Args:
@@ -35,13 +35,8 @@ class Retention:
         self._ended: dict[str, deque[tuple[float, str, str]]] = {}
         self._next = math.inf
 
-    def emit(self, output: Output) -> None:
-        """Record a goal that has ended."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self._note_change if kind is GoalChanged and self._timeout >= 0 else None
 
     def _note_change(self, change: GoalChanged) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.protocol.commands import UNRECORDED, without_receivers
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.trace.writer import Header, Trace
 
@@ -26,7 +27,7 @@ class _Commanded(NamedTuple):
     now: float
 
 
-class DeferredTrace:
+class DeferredTrace(SelectiveSink):
     """A sink that collects the immutable outputs of a run, and writes them as a `Trace` on demand.
 
     Args:
@@ -65,13 +66,8 @@ class DeferredTrace:
         """Return whether it takes a topic: what happens, but no samples."""
         return topic is Topic.EVENTS
 
-    def emit(self, output: Output) -> None:
-        """Record an event for later."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self._kept.append if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def commanded(self, command: Command, by: str, now: float) -> None:

@@ -34,6 +34,7 @@ from hmrsim.navigation.cache import LruCache
 from hmrsim.protocol import commands
 from hmrsim.protocol.goal import Verdict
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.world.derived import Derived
@@ -123,7 +124,7 @@ def _content(world: World) -> tuple[str, str, dict[str, Any]]:
 _DEFINITIONS: Final = Derived(native_data)
 
 
-class Trace:
+class Trace(SelectiveSink):
     """A sink that writes the events of the world and the commands from outside.
 
     Args:
@@ -171,8 +172,8 @@ class Trace:
         """Return whether it takes a topic: what happens, but no samples."""
         return topic is Topic.EVENTS
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:

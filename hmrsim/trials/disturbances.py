@@ -20,6 +20,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ class Acted(NamedTuple):
     disturbance: Disturbance
 
 
-class Disturber:
+class Disturber(SelectiveSink):
     """A sink that has disturbances carried out, each once and at the end of an instant; of one run.
 
     Events are counted through the whole run, also where the simulation is reset meanwhile.
@@ -178,8 +179,8 @@ class Disturber:
         """Return whether a topic's messages are wanted: events."""
         return bool(self._waiting) and (topic is Topic.EVENTS or (topic is Topic.MOTION and self._wants_motion))
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:

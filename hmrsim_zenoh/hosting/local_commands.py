@@ -14,6 +14,7 @@ from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.goal import parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
@@ -25,7 +26,6 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, unreadable, unre
 from hmrsim_zenoh.wire.texts import check_texts_of
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim_zenoh.loopback.exchange import Exchange
     from hmrsim_zenoh.server.server import Server
@@ -45,7 +45,7 @@ class _Asked:
         self.loses = loses
 
 
-class LocalCommands:
+class LocalCommands(SelectiveSink):
     """Takes the commands of all clients of a process; a sink of the simulation, for the answers.
 
     Args:
@@ -85,13 +85,8 @@ class LocalCommands:
         """Return False: answers are sent regardless of topics."""
         return False
 
-    def emit(self, output: Output) -> None:
-        """Pass an answer on to who has asked."""
-        if isinstance(output, Answered):
-            self._answer(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self._answer if kind is Answered else None
 
     def _answer(self, answered: Answered) -> None:

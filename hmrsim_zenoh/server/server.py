@@ -37,6 +37,7 @@ from hmrsim.protocol.outputs import (
     StatusChanged,
     TimeRestarted,
 )
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as all_services
@@ -80,7 +81,7 @@ _UNHEARD: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
-class Server:
+class Server(SelectiveSink):
     """Serves one simulation on one session.
 
     Args:
@@ -309,8 +310,8 @@ class Server:
         if kind not in _UNHEARD or self._interest.any or self._followed or self._limiter.sent:
             self._emitters[kind](output)
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in _UNHEARD else self._emitters.get(kind)
 
     def _emit_answer(self, event: Answered) -> None:

@@ -19,6 +19,7 @@ from hmrsim.fault_search.space.kinds import Draw, battery_of, share_at_start
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ _MAX_NTH: Final = 6
 """Of the same change of the same action only the first ones are noted: a retry without a limit makes thousands."""
 
 
-class Observer:
+class Observer(SelectiveSink):
     """A sink that records features and moments of a run.
 
     Args:
@@ -75,15 +76,10 @@ class Observer:
         """Return whether a topic is wanted: events, and no samples."""
         return topic is Topic.EVENTS
 
-    def emit(self, output: Output) -> None:
-        """Note an event, or a change of a goal."""
-        if take := self.taker(type(output)):
-            take(output)
-
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
-        takers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
-        return takers.get(kind)
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        handlers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return handlers.get(kind)
 
     def note_disturbance(self, acted: Acted) -> None:
         """Note a disturbance, which is no event of the simulation."""
@@ -152,7 +148,7 @@ def code_of(result: Message | None) -> Any:
     return getattr(code, "val", code)
 
 
-class BatteryDraws:
+class BatteryDraws(SelectiveSink):
     """A sink that measures how much each robot draws from its battery.
 
     Args:
@@ -171,8 +167,8 @@ class BatteryDraws:
         """Return whether a topic is wanted: events."""
         return topic is Topic.EVENTS
 
-    def taker(self, kind: type) -> Callable[[Any], object] | None:
-        """Return what takes outputs of a type."""
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
         return self.emit if kind in (EventStamped, GoalChanged) else None
 
     def emit(self, output: Output) -> None:
