@@ -33,8 +33,6 @@ _MIN_WAIT: Final = 0.1
 _GRACE: Final = 3.0
 """Wall seconds that a simulator may be unreachable, as when a router is restarted."""
 _OK: Final = 1
-_REQUEST_SECONDS: Final = 60.0
-"""Wall seconds that a request may take, such as steps of a large world."""
 
 _log = logging.getLogger(__name__)
 
@@ -101,7 +99,7 @@ def call(client: Client, service: str, **request: Any) -> dict[str, Any]:
         Refused: The result is not success.
         HmrsimError: As `Client.get`.
     """
-    answer = client.get(client.keys.world(service), _REQUEST_SECONDS, payload=json.dumps(request).encode())
+    answer = client.get(client.keys.world(service), payload=json.dumps(request).encode())
     response: dict[str, Any] = json.loads(answer)
     result = response.get("result", {"result": _OK})
     if result["result"] != _OK:

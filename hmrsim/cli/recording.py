@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
-
-    Watchers = Callable[[Simulator, Pacing], Sequence[Sink]]
+    from hmrsim_zenoh.hosting.served_simulation import Watchers
 
 _WORLD: Final = "world"
 """The name on messages about the world as a whole."""

@@ -38,7 +38,6 @@ from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
-    from hmrsim.cli.recording import Watchers
     from hmrsim.cli.robot_table import TableDisplay
     from hmrsim.cli.view import View
     from hmrsim.properties import MonitorSink, Violation
@@ -46,6 +45,7 @@ if TYPE_CHECKING:
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.hosting.host import Host
+    from hmrsim_zenoh.hosting.served_simulation import Watchers
     from hmrsim_zenoh.ros2.wires import Wire
 
 _MAX_WARNINGS: Final = 5
@@ -189,7 +189,9 @@ def _display(world: str, level: int) -> TableDisplay | LogDisplay:
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:
     """Return the context of the sink that records a run, or of no sink if there is no path."""
     if path is None:
-        return nullcontext(lambda _simulator, _pacing: ())
+        from hmrsim_zenoh.hosting.served_simulation import unwatched
+
+        return nullcontext(unwatched)
     # Loads the MCAP writer, which takes 100 ms.
     from hmrsim.cli.recording import recorded
 
