@@ -229,7 +229,7 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        if taken and (taken == _COMMANDS_AT_ONCE or self._is_another):
+        if taken and (taken == _COMMANDS_AT_ONCE or self._is_interrupted):
             return
         if not lockstep.granting:
             if lockstep.over:
@@ -242,15 +242,16 @@ class Pacing:
                     return
             elif not (taken or lockstep.participates) and next(self._preparations, self) is not self:
                 return
-        if lockstep.granting and (
-            lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time())
-            or (not lockstep.granting and (inbox.waiting or lockstep.over or lockstep.ready or self._is_another))
-        ):
-            return
+        if lockstep.granting:
+            if lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()):
+                return
+            ended = not lockstep.granting
+            if ended and (inbox.waiting or lockstep.over or lockstep.ready or self._is_interrupted):
+                return
         self._stand()
 
     @property
-    def _is_another(self) -> bool:
+    def _is_interrupted(self) -> bool:
         """Whether the run ended, was reset, or got another clock during this round."""
         return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
 

@@ -227,8 +227,7 @@ class Server(SelectiveSink):
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands that come before one of a client in this process: what has changed around it."""
-        plans = self._description.plans_externally and isinstance(command, (SendGoal, Advance))
-        first = self.planner.look() if plans else []
+        first = self.planner.look() if isinstance(command, (SendGoal, Advance)) else []
         if (changes := self._interest.look()) != self._changes_reported:
             self._changes_reported = changes
             first.append(InterestChanged())
@@ -252,7 +251,7 @@ class Server(SelectiveSink):
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
-        if self._description.plans_externally and commands and isinstance(commands[0], (SendGoal, Advance)):
+        if commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]
         return commands
 
