@@ -52,7 +52,7 @@ class Session:
         self._files = files
         self._folder = folder
         self._at = folder
-        self._ports = {_PORT: _free_port(), _PAGE_PORT: _free_port()}
+        self._ports = dict(zip((_PORT, _PAGE_PORT), _free_ports(2), strict=True))
         self._names: dict[str, Any] = {"__name__": "__main__"}
         self._tests: list[str] = []
         self._output = ""
@@ -259,10 +259,13 @@ def _check_extras(requirement: str) -> None:
     assert wanted.extras <= there, f"no extra {wanted.extras - there}; there are {sorted(there)}"
 
 
-def _free_port() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return str(probe.getsockname()[1])
+def _free_ports(count: int) -> list[str]:
+    """Return free ports, all of them different: each is held until the last one is found."""
+    with contextlib.ExitStack() as held:
+        probes = [held.enter_context(socket.socket()) for _ in range(count)]
+        for probe in probes:
+            probe.bind(("127.0.0.1", 0))
+        return [str(probe.getsockname()[1]) for probe in probes]
 
 
 def _stand_in(session: Session, block: Block, _: str) -> None:
