@@ -34,6 +34,8 @@ _PAGE_PORT: Final = "7448"
 _OURS: Final = ("hmrsim", "bt-controller")
 _SHELL: Final = re.compile(r"[|&;<>$`*?~()\n]|^\w+=")
 """What only a shell understands, outside of quotes."""
+_PROGRESS = re.compile(r"^(?:searching: |reducing a failure of |[\d,]+ of [\d,]+ runs \().*\n", re.MULTILINE)
+"""What commands report of their progress every few seconds, more often on a slow machine; no page shows it."""
 _GOES_ON: Final = re.compile(r"hmrsim (?:run|view)\b")
 """Programs that go on, as in another terminal, until the page starts the next such one."""
 _QUOTED: Final = re.compile(r"'[^']*'|\"[^\"$`]*\"")
@@ -210,7 +212,7 @@ class Session:
             return 0, ""
         process = self._start(command.text)
         output, _ = process.communicate()
-        return process.returncode, self._as_shown(output)
+        return process.returncode, _PROGRESS.sub("", self._as_shown(output))
 
     def _begin(self, command: Command) -> None:
         """Start a command that goes on while others run, and wait until it has printed what the page shows."""

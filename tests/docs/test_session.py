@@ -39,6 +39,9 @@ RIGHT = {
     "another terminal": "<!-- background -->\n~~~console\n$ echo up; sleep 60\nup\n~~~\n\n~~~sh\ntrue\n~~~",
     "a stand-in": "<!-- stand in: 500 = 1 -->\n\n~~~console\n$ echo 500\n1\n~~~",
     "a test": "~~~python\ndef test_it():\n    assert True\n~~~",
+    "progress that no page shows": (
+        "~~~console\n$ printf 'searching: 3 runs\\nreducing a failure of a: 1 run\\n1 of 2 runs (50%%)\\nb\\n'\nb\n~~~"
+    ),
     "a world": "<!-- world -->\n~~~yaml\nname: a\nwaypoints: {home: [0, 0]}\n~~~",
     "an extra": "~~~sh\npip install 'hmrsim[gym]'\n~~~",
 }
