@@ -41,8 +41,8 @@ def _process(
     tracker = cache(lambda: PathTracker(robot, points))
 
     def feedback() -> dict[str, Any]:
-        speed = abs(robot.velocity()[0])
-        left = robot.distance_remaining + beyond
+        speed = abs(robot.motion.velocity()[0])
+        left = robot.motion.progress().length + beyond
         return {"distance_to_goal": left, "speed": speed, "tracking_feedback": tracker().values(speed)}
 
     report.sample(feedback)

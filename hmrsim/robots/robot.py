@@ -15,8 +15,8 @@ from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.robots.mobile_base import MobileBase
 from hmrsim.robots.power import EMPTY, Energy, Level
-from hmrsim.robots.vehicle import MobileBase
 
 if TYPE_CHECKING:
     from simpy import Event
@@ -106,7 +106,7 @@ class Robot(MobileBase):
             admission=admission,
             delays=delays,
             publisher=publisher,
-            changed=self._follow_motion if docks or "battery" in kind.components else None,
+            moved=self._follow_motion if docks or "battery" in kind.components else None,
         )
         self.planner = spec.planner
         self.tags = spec.tags

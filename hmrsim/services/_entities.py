@@ -91,7 +91,7 @@ def state_of(simulator: Simulator, entity: Entity) -> EntityState:
     """Return an entity's pose and velocity; a carried item has those of its robot."""
     robot = entity if isinstance(entity, Robot) else entity.carrier if isinstance(entity, Item) else None
     pose = robot.pose() if robot is not None else _pose(entity)
-    ahead, turning = robot.velocity() if robot is not None else (0.0, 0.0)
+    ahead, turning = robot.motion.velocity() if robot is not None else (0.0, 0.0)
     return EntityState(
         header=Header(stamp=Time.from_nanoseconds(nanoseconds(simulator.now)), frame_id="map"),
         pose=pose_message(pose),
@@ -210,7 +210,7 @@ def check_placement(simulator: Simulator, pose: Pose, base: Base | None, name: s
     radius = base.radius or 0.0
     for other in simulator.robots.values():
         room = max(SAME_PLACE, radius + other.radius)
-        if other.is_within(room, point) and other.name != name and not other.flies:
+        if other.motion.is_within(room, point) and other.name != name and not other.flies:
             raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")
     full = simulator.roster.admission.full_at(point, radius, name)
     if full is not None:

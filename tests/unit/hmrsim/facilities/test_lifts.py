@@ -77,7 +77,7 @@ class TestRides:
         run((0.0, go("first")), until=8.0)
 
         assert (0.0, 0.0) == place(run)
-        assert (0.0, 0.0) == run.simulator.robots["eve"].velocity()
+        assert (0.0, 0.0) == run.simulator.robots["eve"].motion.velocity()
         run.simulator.run()
         assert (100.0, 0.0) == place(run)
 
@@ -85,7 +85,7 @@ class TestRides:
         """A ride is no distance, but takes time."""
         run = simulate(world())
         run((0.0, go("ward")), until=1.0)
-        progress = run.simulator.robots["eve"].progress()
+        progress = run.simulator.robots["eve"].motion.progress()
 
         assert (7.0, 16.0) == (progress.length, progress.seconds)
 
