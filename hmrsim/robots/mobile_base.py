@@ -561,7 +561,7 @@ class MobileBase:
         motion, admission = self.motion, self._admission
         last = motion.final
         if admission.needed and motion.drive and self._state.needs_admission and not self.flies:
-            last = admission.sure_up_to(self, motion.drive.legs, number)
+            last = number if admission.by_legs else admission.sure_up_to(self, motion.drive.legs, number)
         if self._follows_speed:
             while number < last and motion.keeps_speed(number):
                 number += 1

@@ -120,8 +120,11 @@ class Motion:
     @property
     def elapsed(self) -> float:
         """The seconds since it began its piece; 0 while it waits to begin one."""
-        self.catch_up()
-        return self._env.now - self.began if self._drives else 0.0
+        if not self._drives:
+            return 0.0
+        if self.number != self.last:
+            self.catch_up()
+        return self._env.now - self.began
 
     def pose(self) -> Pose:
         """Return the pose now."""

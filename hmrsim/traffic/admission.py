@@ -45,6 +45,7 @@ class Admission:
     Attributes:
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
+        by_legs: Whether a vehicle asks before each leg, as rules say who may drive.
         waits: The vehicles that wait, in the order in which they began to.
     """
 
@@ -75,7 +76,7 @@ class Admission:
         self._obstructed = False
         self._lanes_change: Event | None = None
         self._places = PlaceNames(world)
-        self.needed = self._rules is not None
+        self.needed = self.by_legs = self._rules is not None
 
     @property
     def now(self) -> float:
@@ -253,10 +254,9 @@ class Admission:
     def sure_up_to(self, robot: Vehicle, legs: Sequence[Leg | None], number: int) -> int:
         """Return up to which of a drive's pieces a vehicle need not ask, from one that it may begin now.
 
-        It asks again before each leg where rules say who may drive, behind a barrier, and where there is one, or a
-        closed lane.
+        It asks again behind a barrier, and where there is one, or a closed lane.
         """
-        if self._rules is not None or self._barriers.holds(robot):
+        if self._barriers.holds(robot):
             return number
         for at in range(number + 1, len(legs)):
             leg = legs[at]
@@ -267,7 +267,7 @@ class Admission:
     def _is_in_doubt(self, leg: Leg) -> bool:
         """Return whether something other than vehicles may be in the way on a leg."""
         lane = leg.lane
-        return bool(self._barriers) if lane is None else lane in self.closures.lanes or self._barriers.on(lane)
+        return bool(self._barriers) if lane is None else lane in self.closures.lanes or lane in self._barriers.on_lanes
 
     @property
     def asking(self) -> Iterable[Vehicle]:
@@ -319,15 +319,18 @@ class Admission:
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
         """Return what blocks a leg, other than vehicles; empty if nothing does."""
-        closed = self.closures.why(leg) if self.closures.lanes else ""
-        return closed or self._barriers.why_not(robot, leg)
+        lane = leg.lane
+        closed = self.closures.why(leg) if lane in self.closures.lanes else ""
+        if closed or (lane and leg.joins is None and lane not in self._barriers.on_lanes):
+            return closed
+        return self._barriers.why_not(robot, leg)
 
     def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether a vehicle would wait in vain, so that it is to take another route."""
         lane = leg.lane
         return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
-    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
+    def kept_off(self, robot: Vehicle) -> Collection[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
         return self._barriers.kept_off(robot)
 
@@ -351,6 +354,7 @@ class Admission:
 
     def opened(self, lanes: Collection[Lane]) -> None:
         """Record that a barrier on these lanes has changed; vehicles that wait there or off the lanes request again."""
+        self._barriers.changed(lanes)
         if self._rules is not None:
             self._rules.opened()
         waits = self.waits.values()

@@ -53,7 +53,7 @@ class AdmissionControl(Protocol):
             NoRoute: No way leads there.
         """
 
-    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
+    def kept_off(self, robot: Vehicle) -> Collection[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
 
     @property

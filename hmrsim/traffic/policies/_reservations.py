@@ -46,6 +46,7 @@ class Slots:
         points: Where each spot is, by its slot.
         free: How many more vehicles may come into each slot, as far as the slots near it allow; less than 1 where it is
             full. To be read only, as it is many times a lane.
+        holders: The vehicles that hold each slot, in the order in which they came. To be read only, likewise.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class Slots:
         self.near = {**near}
         self.points: dict[int, Point] = {}
         self.free = [*capacities]
-        self._inside: list[list[Vehicle]] = [[] for _ in capacities]
+        self.holders: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
         self._watched: dict[Vehicle, Collection[int]] = {}
@@ -110,7 +111,7 @@ class Slots:
         else:
             slot = len(self.free)
             self.free.append(room)
-            self._inside.append([])
+            self.holders.append([])
         near, (x, y), reach = {**self._around(point)}, point, self._reach
         for other, at in self.points.items():
             # Most are nowhere near.
@@ -129,7 +130,7 @@ class Slots:
     def _drop_spots(self) -> None:
         """Forget unused spots: clients may send robots to any point, so spots would pile up."""
         for key, slot in [*self._spots.items()]:
-            if self._inside[slot] or self._wanted.get(slot) or self._reserved(slot):
+            if self.holders[slot] or self._wanted.get(slot) or self._reserved(slot):
                 continue
             del self._spots[key], self.points[slot]
             self._shared.discard(slot)
@@ -156,22 +157,22 @@ class Slots:
 
     def room(self, slot: int, group: Sequence[Vehicle]) -> float:
         """Return how many vehicles of a group may hold a slot while all others stay."""
-        return self.free[slot] + sum(other in group for other in self._inside[slot])
+        return self.free[slot] + sum(other in group for other in self.holders[slot])
 
     def inside(self, slot: int) -> list[Vehicle]:
         """Return the vehicles that hold a slot, in the order in which they came."""
-        return self._inside[slot]
+        return self.holders[slot]
 
     def holders_near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
         """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
         for at, away in self.near.get(slot, {}).items():
-            for other in self._inside[at]:
+            for other in self.holders[at]:
                 if touch(away, radius + other.radius):
                     yield at, other
 
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
-        return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)
+        return all((other.stands or other.waits) and idle(other) for inside in self.holders for other in inside)
 
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> list[int]:
         """Return those of some slots that a vehicle does not hold and can't have now."""
@@ -186,7 +187,7 @@ class Slots:
 
     def in_the_way(self, robot: Vehicle, slot: int) -> Sequence[Vehicle]:
         """Return the vehicles because of which one that does not hold a slot can't have it now."""
-        inside = self._inside[slot] if self.free[slot] < 1 else ()
+        inside = self.holders[slot] if self.free[slot] < 1 else ()
         return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
 
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
@@ -205,7 +206,7 @@ class Slots:
         for at, away in self.near.get(slot, {}).items():
             if slot in self._shared and at >= self._first_spot:
                 continue
-            there = [other for other in self._inside[at] if other not in moving]
+            there = [other for other in self.holders[at] if other not in moving]
             there += [other for other, slots in moving.items() if at in slots]
             for other in there:
                 if other is not robot and touch(away, robot.radius + other.radius) and not self._touches(robot, other):
@@ -229,12 +230,17 @@ class Slots:
         Returns:
             Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self.free, self._inside, self._held.get(robot, ()), self.of(leg)
+        free, inside, held, wanted = self.free, self.holders, self._held.get(robot, ()), self.of(leg)
+        crowded = False
         for slot in wanted:
-            if free[slot] < 1 and slot not in held:
+            if slot in held:
+                continue
+            if free[slot] < 1:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-        if self.near and self._waits_beside(robot, wanted, held):
+            # Most slots are near no other.
+            crowded = crowded or slot in self.near
+        if crowded and self._waits_beside(robot, wanted, held):
             return False
         for slot in wanted:
             if slot not in held:
@@ -267,13 +273,13 @@ class Slots:
         for robot, slots in moves:
             for slot in self.held(robot):
                 free[slot] += 1
-                self._inside[slot].remove(robot)
+                self.holders[slot].remove(robot)
                 left.append(slot)
             self._held[robot] = tuple(slots)
         for robot, slots in moves:
             for slot in slots:
                 free[slot] -= 1
-                self._inside[slot].append(robot)
+                self.holders[slot].append(robot)
         for slot in left:
             if waiting := self._wanted.pop(slot, None):
                 self._freed([*waiting])
@@ -298,7 +304,7 @@ class Slots:
         self._unwatch(robot)
         if self.near:
             # What is in the way may be beside them.
-            beside = [at for slot in slots for at in self.near.get(slot, ()) if self._inside[at]]
+            beside = [at for slot in slots for at in self.near.get(slot, ()) if self.holders[at]]
             slots = dict.fromkeys([*slots, *beside])
         self._watched[robot] = slots
         wanted = self._wanted
@@ -327,7 +333,7 @@ class Slots:
         for slot in slots:
             if slot not in held:
                 self.free[slot] -= 1
-                self._inside[slot].append(robot)
+                self.holders[slot].append(robot)
         for slot in held:
             if slot not in slots:
                 self._release(robot, slot)
@@ -352,6 +358,6 @@ class Slots:
 
     def _release(self, robot: Vehicle, slot: int) -> None:
         self.free[slot] += 1
-        self._inside[slot].remove(robot)
+        self.holders[slot].remove(robot)
         if self._wanted and (waiting := self._wanted.pop(slot, None)):
             self._freed([*waiting])

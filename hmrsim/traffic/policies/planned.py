@@ -149,7 +149,7 @@ class Planned(Priority):
 
     def _is_behind(self, robot: Vehicle, missing: Sequence[int]) -> bool:
         """Return whether only one vehicle is in the way, which goes on first; that is so half of the times."""
-        inside = self.slots.inside(missing[0]) if missing and not self.slots.near else ()
+        inside = self.slots.holders[missing[0]] if missing and not self.slots.near else ()
         return len(inside) == 1 and inside[0].rank < robot.rank
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
@@ -250,7 +250,7 @@ class Planned(Priority):
     def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Way]]:
         """Yield which vehicles could leave a slot by which lanes for another one; no other one can go where that is."""
         slots = self.slots
-        inside = slots.inside(slot)
+        inside = slots.holders[slot]
         if len(inside) > 1 or slots.near:
             inside = sorted({*inside, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in inside:
@@ -307,7 +307,7 @@ class Planned(Priority):
                 continue
             lane = needed[0]
             if free[lane] < 1 and lane != end and lane != place:  # noqa: PLR1714 - a tuple would be made for each
-                for other in slots.inside(lane):
+                for other in slots.holders[lane]:
                     self._note(other, lane, search)
             elif near and self._is_beside(robot, way, search):
                 continue
@@ -335,7 +335,7 @@ class Planned(Priority):
 
     def _may_clear(self, slot: int, search: _Search) -> bool:
         """Return whether there may be room in a slot, at first sight: most often one vehicle is there that stays."""
-        inside = self.slots.inside(slot)
+        inside = self.slots.holders[slot]
         if len(inside) != 1 or self.slots.free[slot] >= 1 or self.slots.near:
             return True
         other = inside[0]
@@ -350,7 +350,7 @@ class Planned(Priority):
 
     def _untie(self, robot: Vehicle) -> None:
         """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
-        cycle = waits_for_cycle(self.admission, robot)
+        cycle = waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=by_rank)

@@ -14,7 +14,7 @@ ever.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -101,7 +101,7 @@ class Priority(Reserve):
     def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
         self._lanes = admission.graph.lanes
-        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[Lane], Sequence[float]]] = {}
+        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Collection[Lane], Sequence[float]]] = {}
         self._kept_takes: dict[float, Sequence[float]] = {}
         self._max_states = settings.most_states
         self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
@@ -246,16 +246,17 @@ class Priority(Reserve):
         """Make blocking vehicles yield if they set out later, unless this is part of a resolution."""
         if self._is_seen_to(robot):
             return
-        cycle = waits_for_cycle(self.admission, robot)
+        blockers = self.admission.blockers(robot)
+        cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
             # A vehicle in the queue of a dock waits for no lane, so no other can make room for it.
             robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
             if self._is_seen_to(robot):
                 return
+            blockers = self.admission.blockers(robot)
         wait = self.admission.waits[robot]
         seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(wait.leg)))
-        blockers = self.admission.blockers(robot)
         if all(other.stands or other.waits for other in blockers):
             helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
             if helping is not None:
@@ -292,7 +293,7 @@ class Priority(Reserve):
         """
         due = wait.since + self._pause
         if self.admission.now >= due or not any(
-            not (other.stands or other.waits) for slot in seen for other in self.slots.inside(slot)
+            not (other.stands or other.waits) for slot in seen for other in self.slots.holders[slot]
         ):
             return False
         if not wait.asks:
@@ -387,7 +388,7 @@ class Priority(Reserve):
         """
         seen[slot] = None
         slots, near = self.slots, self.slots.near
-        others: Sequence[Vehicle] = slots.inside(slot)
+        others: Sequence[Vehicle] = slots.holders[slot]
         if len(others) > 1 or near:
             others = sorted({*others, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in others:
@@ -398,7 +399,7 @@ class Priority(Reserve):
                 end = way.end
                 if not occupied or (goes and first in slots.in_the_way(other, end)):
                     return [(other, way)]
-                there = slots.inside(end)
+                there = slots.holders[end]
                 if len(there) == 1 and not near and (there[0] in pushed or not self._gives_way(there[0], first)):
                     # Most often one vehicle is there that stays.
                     seen[end] = None
@@ -490,7 +491,7 @@ class Priority(Reserve):
             if not around and not sure and (states < self._max_states or not patient):
                 self._asks_later(robot)
                 return
-            cycle = [] if around else waits_for_cycle(self.admission, robot)
+            cycle = [] if around else waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
             if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
                 if any(other.rank < robot.rank for other in self.admission.asking):

@@ -146,11 +146,12 @@ class Reserve:
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
-        cycle = waits_for_cycle(self.admission, robot)
+        blockers = self.admission.blockers(robot)
+        cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
             self.resolve(cycle)
-        elif any(other.stands for other in self.admission.blockers(robot)):
+        elif any(other.stands for other in blockers):
             self.go_around(robot)
 
     def halted(self, robot: Vehicle) -> None:
@@ -229,16 +230,18 @@ class Reserve:
         self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
 
 
-def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle]:
+def waits_for_cycle(admission: AdmissionControl, robot: Vehicle, blockers: Sequence[Vehicle]) -> list[Vehicle]:
     """Return the vehicles of a cycle in which each waits for the next, *robot* first; none if it is in no such cycle.
 
     A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only where all
-    vehicles for which *robot* waits, directly or not, have to wait themselves.
+    vehicles for which *robot* waits, directly or not, have to wait themselves. *blockers* are those for which it waits
+    directly.
     """
     waits_for: dict[Vehicle, Vehicle] = {}
     todo = [robot]
     for waiting in todo:
-        blockers = admission.blockers(waiting)
+        if waiting is not robot:
+            blockers = admission.blockers(waiting)
         if not blockers or not all(admission.is_held_up(other) for other in blockers):
             return []
         for other in blockers:
