@@ -42,7 +42,8 @@ class Interest:
         reactions: The parts of the simulation that act on outputs.
         sinks: All sinks; those that are added take effect with the next `refresh`, as reactions do.
 
-    Each attribute says whether a reaction or a sink wants the `Topic` of its name.
+    Each attribute says whether a reaction or a sink wants the `Topic` of its name, and *sampled* whether any wants one
+    that is sampled between events.
     """
 
     status: bool
@@ -54,6 +55,7 @@ class Interest:
     events: bool
     motion: bool
     time: bool
+    sampled: bool
 
     def __init__(self, reactions: Sequence[Reaction], sinks: Sequence[Sink]) -> None:
         self._reactions = reactions
@@ -65,16 +67,12 @@ class Interest:
         subscribers = [*self._reactions, *self._sinks]
         for topic, name in _NAMES.items():
             setattr(self, name, True in [each.wants(topic) for each in subscribers])
+        self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
     def in_(self, topic: Topic) -> bool:
         """Return whether a topic is wanted."""
         wanted: bool = getattr(self, _NAMES[topic])
         return wanted
-
-    @property
-    def sampled(self) -> bool:
-        """Return whether a topic is wanted that is sampled between events."""
-        return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
 class Clock(Protocol):

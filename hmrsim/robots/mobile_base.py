@@ -535,61 +535,51 @@ class MobileBase:
         self.motion.follow(driven)
         if self._publisher.interest.motion:
             self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
-        if admitted or self._may_begin(0):
-            self._begin_way(0)
-
-    def _begin_way(self, number: int) -> None:
-        """Set out on a piece of the drive, and drive up to where something is to be decided."""
-        self.motion.begin(number, self._sure_up_to(number))
-        self._announce_motion()
-        self._publish_motion()
+        self._drive_on(0, admitted=admitted)
 
     def _end_way(self, _event: Event) -> None:
         """Decide what comes after the pieces that were sure."""
-        motion = self.motion
-        number = motion.last + 1
-        if number > motion.final:
+        number = self.motion.last + 1
+        if number > self.motion.final:
             self._arrive()
-        elif not self._admission.needed or self._may_begin(number):
-            motion.begin(number, self._sure_up_to(number))
-            if self._follows_speed or self._motion_change is not None:
-                self._announce_motion()
-            self._publish_motion()
+        else:
+            self._drive_on(number)
 
-    def _sure_up_to(self, number: int) -> int:
-        """Return up to which piece it drives on from one that it may drive, before something is to be decided."""
+    def _drive_on(self, number: int, *, admitted: bool = False) -> None:
+        """Drive from a piece up to where something is to be decided, if it is admitted; if not, it waits here."""
         motion, admission = self.motion, self._admission
+        if motion.drive is None:
+            raise AssertionError
         last = motion.final
-        if admission.needed and motion.drive and self._state.needs_admission and not self.flies:
+        if (admission.needed or admission.waits) and self._state.needs_admission and not self.flies:
+            leg = motion.drive.legs[number]
+            if not (admitted or leg is None or admission.admit(self, leg)):
+                self._block(number)
+                admission.decide(self)
+                return
             last = number if admission.by_legs else admission.sure_up_to(self, motion.drive.legs, number)
-        if self._follows_speed:
-            while number < last and motion.keeps_speed(number):
-                number += 1
-            return number
-        return last
+        sets_out = not motion.drives
+        motion.begin(number, self._with_speed(number, last) if self._follows_speed else last)
+        if sets_out or self._follows_speed or self._motion_change is not None:
+            self._announce_motion()
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(lambda: motion.event(self.name))
+
+    def _with_speed(self, number: int, last: int) -> int:
+        """Return up to which piece, at most the *last*, it drives on at the same mean speed."""
+        while number < last and self.motion.keeps_speed(number):
+            number += 1
+        return number
 
     def look_ahead(self) -> None:
         """Decide at the next lane that is no longer sure, as more can be in its way than when it began."""
-        if not self._state.moves:
+        motion = self.motion
+        if motion.drive is None or not self._state.moves or not self._state.needs_admission or self.flies:
             return
-        self.motion.catch_up()
-        last = self._sure_up_to(self.motion.number)
-        if last < self.motion.last:
-            self.motion.shorten(last)
-
-    def _publish_motion(self) -> None:
-        if self._publisher.interest.motion:
-            self._publisher.publish_untraced(lambda: self.motion.event(self.name))
-
-    def _may_begin(self, number: int) -> bool:
-        """Return whether it is admitted to a piece of its drive; if not, it waits here."""
-        drive = self.motion.drive
-        leg = drive.legs[number] if drive and self._state.needs_admission and not self.flies else None
-        if leg is None or self._admission.admit(self, leg):
-            return True
-        self._block(number)
-        self._admission.decide(self)
-        return False
+        motion.catch_up()
+        last = self._admission.sure_up_to(self, motion.drive.legs, motion.number)
+        if last < motion.last:
+            motion.shorten(last)
 
     def _block(self, number: int) -> None:
         """Wait to begin a piece of its drive."""
@@ -640,7 +630,7 @@ class MobileBase:
         drive = self.motion.drive
         if drive is None or drive.in_pieces or self._state is VehicleState.MANEUVER_BLOCKED:
             self._enter(VehicleEvent.RESUME)
-            self._begin_way(self.motion.number)
+            self._drive_on(self.motion.number, admitted=True)
         else:
             driven = self._driven(self.legs_ahead)
             self._enter(VehicleEvent.RESUME)

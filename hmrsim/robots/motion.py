@@ -34,13 +34,14 @@ class Motion:
     Attributes:
         rest: Where it stood before its drive.
         drive: What it drives; None when it stands.
+        drives: Whether it drives now, and does not wait to begin a piece.
         final: The number of the last piece of the drive.
         number: The number of the piece that it drives, or waits to begin; up to date after `catch_up`.
         began: When it began that piece, in simulated seconds; likewise.
         last: The number of the last piece before something is to be decided.
     """
 
-    __slots__ = ("_drives", "_end", "_ended", "_env", "_seconds", "began", "drive", "final", "last", "number", "rest")
+    __slots__ = ("_end", "_ended", "_env", "_seconds", "began", "drive", "drives", "final", "last", "number", "rest")
 
     def __init__(self, env: Environment, at: Pose, ended: Callable[[Event], None]) -> None:
         self._env = env
@@ -56,7 +57,7 @@ class Motion:
         self._abandon_end()
         self.rest = at
         self.drive: Drive | None = None
-        self._drives = False
+        self.drives = False
 
     def follow(self, drive: Drive) -> None:
         """Take a drive, and wait to begin it."""
@@ -68,7 +69,7 @@ class Motion:
         """Wait to begin a piece of the drive."""
         self._abandon_end()
         self.number = self.last = number
-        self._drives = False
+        self.drives = False
 
     def begin(self, number: int, last: int) -> None:
         """Drive some pieces, the first one from now on.
@@ -77,12 +78,13 @@ class Motion:
         of the whole simulation.
         """
         self.number, self.last, self.began = number, last, self._env.now
-        self._drives = True
+        self.drives = True
         if self._end is None:
             self._expect_end()
         else:
             self._end.callbacks = self._ended
-            self._env.schedule_at(self._end, self._ends())
+            ends = self.began + self._seconds[number] if number == last else self._ends()
+            self._env.schedule_at(self._end, ends)
 
     def shorten(self, last: int) -> None:
         """Drive no further than to the end of a piece for now."""
@@ -108,7 +110,7 @@ class Motion:
 
     def catch_up(self) -> None:
         """Record the pieces driven since the last event; at the end of a piece the vehicle is on the next."""
-        if self.number == self.last or not self._drives:
+        if self.number == self.last or not self.drives:
             return
         now, seconds, number, last = self._env.now, self._seconds, self.number, self.last
         began, ends = self.began, self.began + seconds[number]
@@ -120,7 +122,7 @@ class Motion:
     @property
     def elapsed(self) -> float:
         """The seconds since it began its piece; 0 while it waits to begin one."""
-        if not self._drives:
+        if not self.drives:
             return 0.0
         if self.number != self.last:
             self.catch_up()
@@ -143,7 +145,7 @@ class Motion:
     @property
     def piece(self) -> Piece | None:
         """The lane or the turn that is driven now; None when the vehicle stands, or waits."""
-        if self.drive is None or not self._drives:
+        if self.drive is None or not self.drives:
             return None
         self.catch_up()
         return self.drive.piece(self.number)
@@ -170,7 +172,7 @@ class Motion:
     def piece_ends(self) -> float:
         """When it begins the next piece, if no event says so; infinite otherwise."""
         self.catch_up()
-        if self.number == self.last or not self._drives:
+        if self.number == self.last or not self.drives:
             return math.inf
         return self.began + self._seconds[self.number]
 

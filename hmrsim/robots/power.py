@@ -134,8 +134,7 @@ class Energy:
     def switch(self) -> None:
         """Draw from now on what the robot needs for what it does now, or charge."""
         battery, now = self.battery, self._env.now
-        charge = battery.charge(now)
-        battery.settle(now, charge)
+        charge = battery.settle(now)
         if Level.GOOD < self.level < Level.EMPTY:
             # A level that is come up to is not published.
             self.level = min(self.level, self._level(charge))

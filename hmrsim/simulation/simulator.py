@@ -504,9 +504,9 @@ class Simulator:
         env.horizon, self._busy = until, True
         try:
             while taken < most:
-                sample, event = telemetry.next_due, env.peek()
-                due = min(sample, event) if idle or not env.idle else math.inf
-                if due > env.horizon or due == math.inf:
+                sample, event = telemetry.next_due if self.interest.sampled else math.inf, env.peek()
+                due = min(sample, event)
+                if due > env.horizon or due == math.inf or not (idle or not env.idle):
                     break
                 # Each event may bring a sample that is due before the next one; each sample may halt us.
                 if sample < event:

@@ -334,14 +334,10 @@ class Admission:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
         return self._barriers.kept_off(robot)
 
-    @property
-    def all_open(self) -> bool:
-        """Return whether all lanes are open and without barriers."""
-        return not self._obstructed
-
-    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
-        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
-        return not self._obstructed or (lane not in self.closures.lanes and self._barriers.may_pass(robot, lane))
+    def shut_to(self, robot: Vehicle) -> Collection[Lane]:
+        """Return the lanes along which a vehicle can't be moved: closed ones, and those that it can never pass."""
+        kept_off, closed = self._barriers.kept_off(robot), self.closures.lanes
+        return {*kept_off, *closed} if kept_off and closed else kept_off or closed
 
     def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
         """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open."""

@@ -56,12 +56,8 @@ class AdmissionControl(Protocol):
     def kept_off(self, robot: Vehicle) -> Collection[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
 
-    @property
-    def all_open(self) -> bool:
-        """Return whether all lanes are open and without barriers."""
-
-    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
-        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
+    def shut_to(self, robot: Vehicle) -> Collection[Lane]:
+        """Return the lanes along which a vehicle can't be moved: closed ones, and those that it can never pass."""
 
     def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
         """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.navigation.cache import Memo
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
@@ -60,9 +61,9 @@ class Group:
         # Ways with the vehicles that are in the way on them, and those on which none is but the group.
         self._found: dict[tuple[int, int], list[tuple[Way, frozenset[Vehicle]]]] = {}
         self._ways: dict[tuple[int, int], list[Way]] = {}
-        self._rooms: dict[int, float] = {}
-        self._beside: dict[tuple[int, ...], dict[int, float]] = {}
-        self._kept_hits: dict[tuple[int, ...], dict[int, float]] = {}
+        self._rooms = Memo[int, float](lambda slot: slots.room(slot, self.robots))
+        self._near = Memo(self._slots_near)
+        self._hits = Memo(self._slots_hit)
         self.add(first)
         self._into = self._ways_to_target()
 
@@ -112,13 +113,12 @@ class Group:
         place = places[i]
         # A vehicle in the middle of a lane has individual ways; elsewhere all vehicles of its kind share them.
         key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
-        known = self._ways.get(key)
-        if known is None:
+        if key not in self._ways:
             if key not in self._found:
                 self._found[key] = self._find_ways(i, place)
             members = self._members
-            known = self._ways[key] = [way for way, others in self._found[key] if others <= members]
-        return known
+            self._ways[key] = [way for way, others in self._found[key] if others <= members]
+        return self._ways[key]
 
     def _find_ways(self, i: int, place: int) -> list[tuple[Way, frozenset[Vehicle]]]:
         """Return the open ways from a place, and who else is in the way on each."""
@@ -135,9 +135,8 @@ class Group:
             found = [*self._finder.from_waypoint(place), *beside, *into]
         return [
             (way, self._others_on(robot, way))
-            for way in found
+            for way in self._finder.open(robot, found)
             if not (i and way.end in self._middles)
-            and self._finder.is_open(robot, way)
             and self._reservations.against(robot, way.slots, self.robots[0]) is None
         ]
 
@@ -150,13 +149,14 @@ class Group:
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
         """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
-        hits = self._kept_hits.get(way.slots) or self._hits(way.slots)
+        hits = self._hits[way.slots]
         found: list[int] = []
         for j, place in enumerate(places):
             if j == i:
                 continue
             if place in hits:
-                if self._stops(hits[place], place, i, j, places):
+                # Most slots have room for one.
+                if (hits[place] < 0.0 and self._rooms[place] <= 1) or self._stops(hits[place], place, i, j, places):
                     found.append(j)
             elif (j, place) in self._occupied and any(
                 at in hits and self._stops(hits[at], at, i, j, places) for at in self._occupied[j, place]
@@ -170,17 +170,16 @@ class Group:
             return self._is_full(slot, i, places)
         return self._touch(away, i, j, places)
 
-    def _hits(self, wanted: tuple[int, ...]) -> dict[int, float]:
-        """Find out how far away the slots near those of a way are; -1 for those that it needs itself."""
-        hits = self._kept_hits[wanted] = {**self._near(wanted), **dict.fromkeys(wanted, -1.0)}
-        return hits
+    def _slots_hit(self, wanted: tuple[int, ...]) -> dict[int, float]:
+        """Return how far away the slots near those of a way are; -1 for those that it needs itself."""
+        return {**self._near[wanted], **dict.fromkeys(wanted, -1.0)}
 
     def fit(self, drives: Sequence[tuple[int, Way]]) -> bool:
         """Return whether vehicles that drive at the same time have room for it, and do not touch."""
         for n, (i, way) in enumerate(drives):
-            near = self._near(way.slots)
+            near = self._near[way.slots]
             for j, other in drives[:n]:
-                if any(slot in way.slots and self._room(slot) <= 1 for slot in other.slots):
+                if any(slot in way.slots and self._rooms[slot] <= 1 for slot in other.slots):
                     return False
                 radii = self.robots[i].radius + self.robots[j].radius
                 if any(slot in near and touch(near[slot], radii) for slot in other.slots):
@@ -189,9 +188,9 @@ class Group:
 
     def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
         """Return whether a vehicle at a place would block another one, ignoring the rest of the group."""
-        near = self._near(way.slots)
+        near = self._near[way.slots]
         for slot in self.occupied(j, place):
-            if slot in way.slots and self._room(slot) <= 1:
+            if slot in way.slots and self._rooms[slot] <= 1:
                 return True
             if slot in near and touch(near[slot], self.robots[i].radius + self.robots[j].radius):
                 return True
@@ -199,7 +198,7 @@ class Group:
 
     def _is_full(self, slot: int, i: int, places: Places) -> bool:
         """Return whether the others of the group leave no room in a slot that one of them is in."""
-        room, occupied = self._room(slot), self._occupied
+        room, occupied = self._rooms[slot], self._occupied
         if room <= 1:
             return True
         inside = 0
@@ -208,27 +207,18 @@ class Group:
                 inside += slot in occupied[there] if there in occupied else slot == there[1]
         return inside >= room
 
-    def _room(self, slot: int) -> float:
-        """Return how many of the group there is room for in a slot."""
-        room = self._rooms.get(slot)
-        if room is None:
-            room = self._rooms[slot] = self._slots.room(slot, self.robots)
-        return room
-
-    def _near(self, wanted: tuple[int, ...]) -> dict[int, float]:
+    def _slots_near(self, wanted: tuple[int, ...]) -> dict[int, float]:
         """Return the slots near those of a way, and how far away each is."""
-        known = self._beside.get(wanted)
-        if known is None:
-            known = self._beside[wanted] = {}
-            for slot in wanted:
-                for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
-                    known[at] = min(away, known.get(at, away))
-        return known
+        found: dict[int, float] = {}
+        for slot in wanted:
+            for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
+                found[at] = min(away, found.get(at, away))
+        return found
 
     def _touch(self, away: float, i: int, j: int, places: Places) -> bool:
         """Return whether two vehicles would touch that do not touch already."""
         radii = self.robots[i].radius + self.robots[j].radius
         if not touch(away, radii):
             return False
-        near = self._near(self.occupied(i, places[i]))
+        near = self._near[self.occupied(i, places[i])]
         return not any(touch(near[slot], radii) for slot in self.occupied(j, places[j]) if slot in near)

@@ -247,9 +247,7 @@ class Slots:
                 free[slot] -= 1
                 inside[slot].append(robot)
         self._held[robot] = wanted
-        for slot in held:
-            if slot not in wanted:
-                self._release(robot, slot)
+        self._release(robot, held, wanted)
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...], held: tuple[int, ...]) -> bool:
@@ -334,17 +332,12 @@ class Slots:
             if slot not in held:
                 self.free[slot] -= 1
                 self.holders[slot].append(robot)
-        for slot in held:
-            if slot not in slots:
-                self._release(robot, slot)
-            elif waiting := self._wanted.pop(slot, None):
-                # A vehicle that waits for one that stays may prefer another route.
-                self._freed([*waiting])
+        # A vehicle that waits for one that stays may prefer another route.
+        self._release(robot, held, slots, stays=True)
 
     def leave(self, robot: Vehicle) -> None:
         """Release all slots of a vehicle."""
-        for slot in self._held.pop(robot, ()):
-            self._release(robot, slot)
+        self._release(robot, self._held.pop(robot, ()))
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """End the wait of a vehicle for a leg."""
@@ -356,8 +349,13 @@ class Slots:
         if robot in self._watched:
             self._unwatch(robot)
 
-    def _release(self, robot: Vehicle, slot: int) -> None:
-        self.free[slot] += 1
-        self.holders[slot].remove(robot)
-        if self._wanted and (waiting := self._wanted.pop(slot, None)):
-            self._freed([*waiting])
+    def _release(self, robot: Vehicle, held: Sequence[int], kept: Sequence[int] = (), *, stays: bool = False) -> None:
+        """Release the slots held but for those that are kept; who waits for one asks again, for all if it *stays*."""
+        for slot in held:
+            if slot not in kept:
+                self.free[slot] += 1
+                self.holders[slot].remove(robot)
+            elif not stays:
+                continue
+            if slot in self._wanted and (waiting := self._wanted.pop(slot)):
+                self._freed([*waiting])

@@ -70,15 +70,16 @@ class Ways:
             return []
         place = held[-1]
         found = self.from_waypoint(place) if place < len(self._lanes.out) else self._at(place, robot.pose().point)
-        return found if self._admission.all_open else [way for way in found if self.is_open(robot, way)]
+        return self.open(robot, found)
+
+    def open(self, robot: Vehicle, ways: list[Way]) -> list[Way]:
+        """Return those of some ways along which a vehicle can be moved: no lane is closed, or never opens for it."""
+        shut = self._admission.shut_to(robot)
+        return [way for way in ways if not (way.legs[0].lane in shut or way.legs[-1].lane in shut)] if shut else ways
 
     def is_open(self, robot: Vehicle, way: Way) -> bool:
         """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
-        for leg in way.legs:
-            lane = leg.lane
-            if lane is not None and not self._admission.may_drive(robot, lane):
-                return False
-        return True
+        return bool(self.open(robot, [way]))
 
     def _at(self, place: int, point: Point) -> list[Way]:
         """Return the ways from a place that is no waypoint, where a vehicle stands at a point."""
