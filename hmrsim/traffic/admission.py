@@ -18,7 +18,7 @@ from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
-from hmrsim.traffic.blockers import Blocker, PlaceNames, described
+from hmrsim.traffic.blockers import Blocker, described, place_names
 from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.policies import Wait, settings_of
 from hmrsim.traffic.policies import registry as policies
@@ -75,7 +75,7 @@ class Admission:
         self._rules = policy.rule(self, settings) if policy.rule else None
         self._obstructed = False
         self._lanes_change: Event | None = None
-        self._places = PlaceNames(world)
+        self._places = place_names(world)
         self.needed = self.by_legs = self._rules is not None
 
     @property

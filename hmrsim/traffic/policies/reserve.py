@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 from pydantic import Field
 
@@ -27,6 +27,7 @@ from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
+from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
@@ -64,10 +65,11 @@ class Reserve:
         self.settings = settings
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
-        lanes, reach = admission.graph.lanes, widest(admission.world)
-        capacities = _capacities(admission.world, lanes, settings)
-        # Of those with room for any number, no one has a place.
-        compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
+        lanes, layouts = admission.graph.lanes, _LAYOUTS(admission.world)
+        defaults = settings.waypoint_capacity, settings.lane_capacity
+        if defaults not in layouts:
+            layouts[defaults] = _layout(admission.world, lanes, settings)
+        reach, capacities, compared = layouts[defaults]
         around: LruCache[bytes, Mapping[int, float]] = lanes.derived(
             (slots_around, compared, reach), lambda: LruCache(_KEPT_POINTS)
         )
@@ -254,6 +256,34 @@ def waits_for_cycle(admission: AdmissionControl, robot: Vehicle, blockers: Seque
     while cycle[-1] is not robot:
         cycle.append(waits_for[cycle[-1]])
     return cycle[::-1]
+
+
+class _Layout(NamedTuple):
+    """The room that vehicles have.
+
+    Attributes:
+        reach: The greatest sum of two vehicles' radii, in the world's unit.
+        capacities: How many vehicles may hold each slot.
+        compared: The slots with room for so many; of those with room for any number, no vehicle has a place.
+    """
+
+    reach: float
+    capacities: Sequence[float]
+    compared: tuple[int, ...]
+
+
+def _layout(world: World, lanes: Lanes, settings: ReserveSettings) -> _Layout:
+    capacities = _capacities(world, lanes, settings)
+    compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
+    return _Layout(widest(world), capacities, compared)
+
+
+def _no_layouts(_world: World) -> dict[tuple[int | None, int | None], _Layout]:
+    return {}
+
+
+_LAYOUTS: Final = Derived(_no_layouts)
+"""The layouts of a world, by the capacities of waypoints and lanes that state none."""
 
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
