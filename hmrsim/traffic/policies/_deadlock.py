@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._resolution import Reservations
+    from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
 
 _MAX_SEARCHED = 6
@@ -57,7 +57,7 @@ class DeadlockResolver:
     Args:
         slots: The places of the vehicles.
         ways: Where they can go.
-        reservations: The slots that other resolutions need.
+        resolutions: The resolutions that need slots.
         movable: Whether the first vehicle may be moved for the second.
     """
 
@@ -66,13 +66,13 @@ class DeadlockResolver:
         admission: AdmissionControl,
         slots: Slots,
         ways: Ways,
-        reservations: Reservations,
+        resolutions: Resolutions,
         movable: Movable,
     ) -> None:
         self._admission = admission
         self._slots = slots
         self._ways = ways
-        self._reservations = reservations
+        self._resolutions = resolutions
         self._movable = movable
         self._around_waypoint: dict[int, tuple[Sequence[int], Sequence[int]]] = admission.graph.lanes.derived(
             DeadlockResolver, dict
@@ -116,7 +116,7 @@ class DeadlockResolver:
         return None, len(nearest) < _MAX_SEARCHED
 
     def _group(self, robot: Vehicle, target: int) -> Group:
-        return Group(self._admission, self._slots, self._ways, self._reservations, robot, target)
+        return Group(self._admission, self._slots, self._ways, self._resolutions, robot, target)
 
     def _clear_route(self, robot: Vehicle, others: Sequence[Vehicle], target: int) -> list[Step] | None:
         group = self._group(robot, target)

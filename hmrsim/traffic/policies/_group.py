@@ -11,7 +11,7 @@ from hmrsim.traffic.policies._nearness import touch
 if TYPE_CHECKING:
     from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._resolution import Reservations
+    from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
 
 _NONE: Final = frozenset["Vehicle"]()
@@ -26,7 +26,7 @@ class Group:
     Args:
         slots: The places of all vehicles.
         ways: Where vehicles can go.
-        reservations: The slots that other resolutions need.
+        resolutions: The resolutions that need slots.
         first: The vehicle that is to go on.
         target: The slot where that one is to be.
 
@@ -41,7 +41,7 @@ class Group:
         admission: AdmissionControl,
         slots: Slots,
         ways: Ways,
-        reservations: Reservations,
+        resolutions: Resolutions,
         first: Vehicle,
         target: int,
     ) -> None:
@@ -52,7 +52,7 @@ class Group:
         self._middles = {target} if slots.is_lane(target) else set()
         self._admission = admission
         self._slots = slots
-        self._reservations = reservations
+        self._resolutions = resolutions
         self._members: set[Vehicle] = set()
         self._finder = ways
         self._kind_numbers: dict[object, int] = {}
@@ -137,7 +137,7 @@ class Group:
             (way, self._others_on(robot, way))
             for way in self._finder.open(robot, found)
             if not (i and way.end in self._middles)
-            and self._reservations.against(robot, way.slots, self.robots[0]) is None
+            and self._resolutions.against(robot, way.slots, self.robots[0]) is None
         ]
 
     def _others_on(self, robot: Vehicle, way: Way) -> frozenset[Vehicle]:

@@ -84,7 +84,7 @@ class Planned(Priority):
     def __init__(self, admission: AdmissionControl, settings: PlannedSettings) -> None:
         super().__init__(admission, settings)
         if settings.one_way:
-            lanes = self._lanes
+            lanes = admission.graph.lanes
             ways = lanes.derived(against, lambda: against(lanes.ways))
             admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._turned_off: dict[Vehicle, None] = {}
@@ -114,7 +114,7 @@ class Planned(Priority):
     def blocked(self, robot: Vehicle) -> None:
         """Make a vehicle turn off, or others make room for it, unless this is part of a resolution."""
         wait = self.admission.waits.get(robot)
-        if wait is None or (self._resolutions and self._is_seen_to(robot)):
+        if wait is None or self.resolutions.see_to(robot):
             return
         leg, slots = wait.leg, self.slots.of(wait.leg)
         missing = self.slots.missing(robot, slots)
@@ -124,7 +124,7 @@ class Planned(Priority):
         long = self.admission.now - wait.since > AFTER
         if not self._goes_on(robot, slots, missing, seen, math.inf if long else _MAX_PUSHED) and long:
             self._claim_for(robot, wait, seen)
-        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+        if self.admission.waits.get(robot) is wait and robot not in self.resolutions.by_robot:
             self.slots.watch(robot, seen)
 
     def _goes_on(
@@ -159,12 +159,12 @@ class Planned(Priority):
         """
         if leg.lane is None or robot in self._turned_off:
             return False
-        held, speed = self.slots.held(robot), self._speed(robot)
-        costs = self._costs(robot, speed)
+        held = self.slots.held(robot)
+        costs, takes, speed = self.costs.of(robot)
         if costs is None or len(held) != 1 or held[0] >= len(costs):
             return False
         node = held[0]
-        here, takes = costs[node], self._takes(speed)
+        here = costs[node]
         most, found = here + leg.seconds(speed), []
         for way in self.ways.from_waypoint(node):
             legs, slots, end, number = way
@@ -180,14 +180,18 @@ class Planned(Priority):
             return False
         _, _, best = min(found, key=lambda each: each[:2])
         goal = robot.goal
-        if goal is None or self._holds_back(robot, best) or self._claim.excludes(robot, best.slots, robot.rank):
+        if (
+            goal is None
+            or self.resolutions.against_leg(robot, best)
+            or self.claim.excludes(robot, best.slots, robot.rank)
+        ):
             return False
         try:
             rest = self.admission.plan(robot, best.end, goal)
         except NoRoute:
             return False
         self._turned_off[robot] = None
-        robot.take_route(self._lanes.route([best, *rest.legs], goal))
+        robot.take_route(self.admission.graph.lanes.route([best, *rest.legs], goal))
         return True
 
     def _make_room(self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float) -> _Search | None:
@@ -281,15 +285,13 @@ class Planned(Priority):
         return (
             robot.rank > search.order
             and (robot in self.admission.waits or robot.may_yield)
-            and robot not in self._resolutions
+            and robot not in self.resolutions.by_robot
         )
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
         """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
-        speed = self._speed(robot)
-        costs = self._costs(robot, speed)
-        takes = self._takes(speed)
+        costs, takes, speed = self.costs.of(robot)
         found: list[tuple[bool, float, int, Way]] = []
         place, free = slots.held(robot)[-1], slots.free
         wait = None if robot.may_yield else self.admission.waits.get(robot)
@@ -297,7 +299,7 @@ class Planned(Priority):
             # It can only go on as it is to.
             leg, needed = wait.leg, slots.of(wait.leg)
             ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
-        elif place < len(self._lanes.out):
+        elif place < len(self.admission.graph.lanes.out):
             ways = [(way, takes[way.number]) for way in self.ways.from_waypoint(place)]
         else:
             ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]
@@ -322,8 +324,8 @@ class Planned(Priority):
         """Return whether something other than vehicles keeps a vehicle from making room by a way."""
         return (
             not self.ways.is_open(robot, way)
-            or (bool(self._resolutions) and self._reservations.against(robot, way.slots, search.first) is not None)
-            or self._claim.excludes(robot, way.slots, search.order)
+            or self.resolutions.against(robot, way.slots, search.first) is not None
+            or self.claim.excludes(robot, way.slots, search.order)
         )
 
     def _is_beside(self, robot: Vehicle, way: Way, search: _Search) -> bool:
@@ -354,7 +356,7 @@ class Planned(Priority):
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=by_rank)
-            if self._is_seen_to(robot):
+            if self.resolutions.see_to(robot):
                 return
         self._move_others(robot)
 
