@@ -41,7 +41,7 @@ def _process(
     tracker = cache(lambda: PathTracker(robot, points))
 
     def feedback() -> dict[str, Any]:
-        speed = abs(robot.motion.velocity()[0])
+        speed = abs(robot.velocity()[0])
         left = robot.motion.progress().length + beyond
         return {"distance_to_goal": left, "speed": speed, "tracking_feedback": tracker().values(speed)}
 

@@ -64,7 +64,7 @@ class Interest:
 
     def refresh(self) -> None:
         """Refresh the topics that are wanted."""
-        subscribers = [*self._reactions, *self._sinks]
+        subscribers: list[Reaction | Sink] = [*self._reactions, *self._sinks]
         for topic, name in _NAMES.items():
             setattr(self, name, True in [each.wants(topic) for each in subscribers])
         self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections

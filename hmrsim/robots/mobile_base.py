@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event
 
-from hmrsim.engine.environment import At
 from hmrsim.errors import BaseDisabled, NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
@@ -252,6 +251,10 @@ class MobileBase:
         """Return how far its center is from *point*."""
         return distance(self.motion.pose().point, point)
 
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
+        return self.motion.velocity()
+
     @property
     def speed(self) -> float:
         """The maximum speed that it can go now, in the world's unit a second."""
@@ -321,20 +324,15 @@ class MobileBase:
             if not woken.triggered:
                 woken.succeed()
 
-        # No condition of simpy: if its process were interrupted it would stay with events that may never happen.
-        until = min(self._env.now + seconds, self.motion.piece_ends)
-        over = At(self._env, until, []) if until < math.inf else None
-        events = [event for event in (self._motion_changes(), self._admission.lanes_change(), over) if event]
+        events = (self._motion_changes(), self._admission.lanes_change())
         for event in events:
             event.callbacks.append(wake)
         try:
-            yield woken
+            yield from self._env.wait(woken, min(self._env.now + seconds, self.motion.piece_ends))
         finally:
             for event in events:
                 if not event.processed:
                     event.callbacks.remove(wake)
-            if over is not None and not over.processed:
-                self._env.abandon(over)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the route from where it is straight from point to point, and what is in its way; or ""."""
@@ -421,19 +419,11 @@ class MobileBase:
     def wait_until_enabled(self, until: float) -> Generator[Any, Any, None]:
         """Wait as long as it is disabled, but only until a point of simulated time; infinity is none."""
         while self.disabled_reasons and self._env.now < until:
-            self._enabled = woken = Event(self._env)
-
-            def wake(_event: Event, woken: Event = woken) -> None:
-                if not woken.triggered:
-                    woken.succeed()
-
-            over = At(self._env, until, [wake]) if until < math.inf else None
+            self._enabled = Event(self._env)
             try:
-                yield woken
+                yield from self._env.wait(self._enabled, until)
             finally:
                 self._enabled = None
-                if over is not None and not over.processed:
-                    self._env.abandon(over)
 
     def begin_work(self) -> None:
         """Stand still until `finish_work`, and yield to no other vehicle."""

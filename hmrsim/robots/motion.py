@@ -159,7 +159,7 @@ class Motion:
         return self.drive.legs[self.number :]
 
     def velocity(self) -> tuple[float, float]:
-        """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
+        """Return the speed ahead and the turning rate, now, or their means; see `Piece.velocity`."""
         piece = self.piece
         return (0.0, 0.0) if piece is None else piece.velocity
 

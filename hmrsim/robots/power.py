@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.geometry import Point, Pose
     from hmrsim.robots.docking import DockBay
-    from hmrsim.robots.motion import Motion
 
 EMPTY: Final = Cause.BATTERY_EMPTY.value
 """The cause for which an empty battery disables its robot."""
@@ -88,9 +87,8 @@ class PoweredRobot(Protocol):
     def pose(self) -> Pose:
         """Return where it is now."""
 
-    @property
-    def motion(self) -> Motion:
-        """Where it is at any time, and how fast."""
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now."""
 
     def disable(self, cause: str, why: str) -> None:
         """Be able to do nothing until this and all other causes are gone."""
@@ -164,7 +162,7 @@ class Energy:
         robot, drain = self._robot, self.battery.settings.drain
         power = drain.of_time(moving=self._moves)
         if drain.distance and self._moves:
-            power += drain.distance * abs(robot.motion.velocity()[0])
+            power += drain.distance * abs(robot.velocity()[0])
         if drain.load:
             power += drain.load * robot.load
         if drain.actions:

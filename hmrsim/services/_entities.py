@@ -91,7 +91,7 @@ def state_of(simulator: Simulator, entity: Entity) -> EntityState:
     """Return an entity's pose and velocity; a carried item has those of its robot."""
     robot = entity if isinstance(entity, Robot) else entity.carrier if isinstance(entity, Item) else None
     pose = robot.pose() if robot is not None else _pose(entity)
-    ahead, turning = robot.motion.velocity() if robot is not None else (0.0, 0.0)
+    ahead, turning = robot.velocity() if robot is not None else (0.0, 0.0)
     return EntityState(
         header=Header(stamp=Time.from_nanoseconds(nanoseconds(simulator.now)), frame_id="map"),
         pose=pose_message(pose),

@@ -407,9 +407,11 @@ class Simulator:
 
     def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
         """Return the functions that process outputs of a type: those that act on them, then those of the sinks."""
-        acting = [(part, part.handler_for(kind)) for part in self._reactions]
-        observing = [(sink, handler_of(sink, kind)) for sink in self._sinks]
-        return [(whose, handler) for whose, handler in (*acting, *observing) if handler is not None]
+        found: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = [
+            *((part, part.handler_for(kind)) for part in self._reactions),
+            *((sink, handler_of(sink, kind)) for sink in self._sinks),
+        ]
+        return [(whose, handler) for whose, handler in found if handler is not None]
 
     def _sink_failed(self, sink: Reaction | Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):

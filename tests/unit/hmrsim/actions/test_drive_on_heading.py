@@ -58,7 +58,7 @@ def test_backwards_is_a_negative_speed(make_run):
     run = make_run(world())
     run((0.0, command("back_up", 1.0, 0.5)), until=1.0)
 
-    assert (-0.5, 0.0) == run.simulator.robots["wall_e"].motion.velocity()
+    assert (-0.5, 0.0) == run.simulator.robots["wall_e"].velocity()
 
 
 def test_it_goes_no_faster_than_the_robot_can(make_run):

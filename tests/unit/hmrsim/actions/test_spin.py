@@ -79,4 +79,4 @@ def test_odometry_tells_the_turning_rate_also_across_pi(make_run):
     turner = make_run({"robots": {"wall_e": {"at": [0, 0], "yaw": 3.0, "base": {"turning_rate": 0.5}}}})
     turner((0.0, spin(2.0)), until=1.0)
 
-    assert (0.0, 0.5) == turner.simulator.robots["wall_e"].motion.velocity()
+    assert (0.0, 0.5) == turner.simulator.robots["wall_e"].velocity()

@@ -77,7 +77,7 @@ class TestRides:
         run((0.0, go("first")), until=8.0)
 
         assert (0.0, 0.0) == place(run)
-        assert (0.0, 0.0) == run.simulator.robots["eve"].motion.velocity()
+        assert (0.0, 0.0) == run.simulator.robots["eve"].velocity()
         run.simulator.run()
         assert (100.0, 0.0) == place(run)
 

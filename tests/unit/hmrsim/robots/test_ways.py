@@ -58,7 +58,7 @@ def run_of(traffic, base, orders, *, looks=(), topics=frozenset({Topic.EVENTS}))
             for robot in run.simulator.robots.values():
                 (
                     robot.motion.progress(),
-                    robot.motion.velocity(),
+                    robot.velocity(),
                     robot.legs_ahead,
                     robot.sets_out,
                     robot.motion.to_json(),
