@@ -54,20 +54,23 @@ class Motion:
 
     def stand(self, at: Pose) -> None:
         """Stand at a pose."""
-        self._abandon_end()
+        if self._end is not None:
+            self._abandon_end()
         self.rest = at
         self.drive: Drive | None = None
         self.drives = False
 
     def follow(self, drive: Drive) -> None:
-        """Take a drive, and wait to begin it."""
+        """Take a drive, and wait to begin it; nothing may be driven now."""
         self.drive, self._seconds, self.final = drive, drive.seconds, len(drive.seconds) - 1
+        self.number = self.last = 0
         self.began = self._env.now
-        self.wait_at(0)
+        self.drives = False
 
     def wait_at(self, number: int) -> None:
         """Wait to begin a piece of the drive."""
-        self._abandon_end()
+        if self._end is not None:
+            self._abandon_end()
         self.number = self.last = number
         self.drives = False
 
@@ -104,9 +107,9 @@ class Motion:
 
     def _abandon_end(self) -> None:
         """Let nothing happen at the end of the pieces that are driven, unless that is now."""
-        if self._end is not None and self._end.callbacks is not None:
-            self._env.abandon(self._end)
-        self._end = None
+        end, self._end = self._end, None
+        if end is not None and end.callbacks is not None:
+            self._env.abandon(end)
 
     def catch_up(self) -> None:
         """Record the pieces driven since the last event; at the end of a piece the vehicle is on the next."""

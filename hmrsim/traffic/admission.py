@@ -190,7 +190,7 @@ class Admission:
         """Record that a vehicle has reached the end of its leg."""
         if robot in self.waits:
             self.forget(robot)
-        if self._obstructed:
+        if robot in self._barriers.inside:
             self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
@@ -200,7 +200,8 @@ class Admission:
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
-        self._barriers.leave(robot)
+        if robot in self._barriers.inside:
+            self._barriers.leave(robot)
         if self._rules is None or robot.flies:
             return
         self._rules.halted(robot)
@@ -245,7 +246,7 @@ class Admission:
             self.forget(robot)
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
-            if self._obstructed:
+            if leg.leads_onto in self._barriers.on_lanes or robot in self._barriers.inside:
                 self._barriers.enter(robot, leg)
             return True
         self._wait(robot, leg, why)
@@ -256,7 +257,7 @@ class Admission:
 
         It asks again behind a barrier, and where there is one, or a closed lane.
         """
-        if self._barriers.holds(robot):
+        if robot in self._barriers.inside:
             return number
         for at in range(number + 1, len(legs)):
             leg = legs[at]
@@ -427,7 +428,8 @@ class Admission:
         return wait is not None and bool(wait.why) and not self._for_good(robot, wait.leg)
 
     def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
-        self._barriers.leave(robot)
+        if robot in self._barriers.inside:
+            self._barriers.leave(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])

@@ -45,7 +45,8 @@ class Barriers:
     """The barriers of one world; each is asked on its lanes, and where a vehicle leaves the lanes, too.
 
     Attributes:
-        on_lanes: Those on each lane that has any.
+        on_lanes: Those on each lane that has any. To be read only, as it is for each lane that is driven.
+        inside: Those through which vehicles drive now. To be read only, likewise.
     """
 
     def __init__(self) -> None:
@@ -54,7 +55,7 @@ class Barriers:
         # Most barriers are for every vehicle.
         self._refusing: dict[Lane, list[Barrier]] = {}
         self._kept_off: dict[Vehicle, dict[Lane, None]] = {}
-        self._inside: dict[Vehicle, list[Barrier]] = {}
+        self.inside: dict[Vehicle, list[Barrier]] = {}
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -109,19 +110,15 @@ class Barriers:
 
     def enter(self, robot: Vehicle, leg: Leg) -> None:
         """Record that a vehicle begins a leg, and has left the barriers of the one before."""
-        if robot in self._inside:
+        if robot in self.inside:
             self.leave(robot)
         lane = leg.leads_onto
         if lane in self.on_lanes:
-            barriers = self._inside[robot] = [*self.on_lanes[lane]]
+            barriers = self.inside[robot] = [*self.on_lanes[lane]]
             for barrier in barriers:
                 barrier.enter(robot, leg)
 
-    def holds(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle drives through one."""
-        return robot in self._inside
-
     def leave(self, robot: Vehicle) -> None:
         """Record that a vehicle has reached the end of its leg or has stopped on it."""
-        for barrier in self._inside.pop(robot, ()):
+        for barrier in self.inside.pop(robot, ()):
             barrier.leave(robot)

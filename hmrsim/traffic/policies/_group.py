@@ -133,12 +133,10 @@ class Group:
             into = self._into.get(place, ())
             beside = [way for way in self._finder.to_places(place) if way.end != self.target]
             found = [*self._finder.from_waypoint(place), *beside, *into]
-        return [
-            (way, self._others_on(robot, way))
-            for way in self._finder.open(robot, found)
-            if not (i and way.end in self._middles)
-            and self._resolutions.against(robot, way.slots, self.robots[0]) is None
-        ]
+        ways = [way for way in self._finder.open(robot, found) if not (i and way.end in self._middles)]
+        if self._resolutions.by_robot:
+            ways = [way for way in ways if self._resolutions.against(robot, way.slots, self.robots[0]) is None]
+        return [(way, self._others_on(robot, way)) for way in ways]
 
     def _others_on(self, robot: Vehicle, way: Way) -> frozenset[Vehicle]:
         """Return the vehicles that are in the way of one now."""

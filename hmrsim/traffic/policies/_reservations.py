@@ -190,6 +190,15 @@ class Slots:
         inside = self.holders[slot] if self.free[slot] < 1 else ()
         return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
 
+    def blockers(self, robot: Vehicle, slots: tuple[int, ...]) -> list[Vehicle]:
+        """Return the vehicles because of which one can't have some slots now, each once."""
+        held, free, near = self._held.get(robot, ()), self.free, self.near
+        found: list[Vehicle] = []
+        for slot in slots:
+            if slot not in held and (free[slot] < 1 or slot in near):
+                found += self.in_the_way(robot, slot)
+        return [*dict.fromkeys(found)] if len(found) > 1 else found
+
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
         """Yield the vehicles that a vehicle in a slot would touch from the slots near it."""
         return (other for _, other in self._beside(robot, slot))
@@ -324,7 +333,7 @@ class Slots:
 
         Away from the waypoints it also holds its spot.
         """
-        if not slots or (len(slots) == 1 and self.is_lane(slots[0])):
+        if not slots or (len(slots) == 1 and self._waypoints <= slots[0] < self._first_spot):
             slots = (self.spot(robot.pose().point), *slots)
         held = self._held.get(robot, ())
         self._held[robot] = slots

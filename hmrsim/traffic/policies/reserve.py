@@ -125,9 +125,7 @@ class Reserve:
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
-        slots = self.slots
-        missing = slots.missing(robot, slots.of(leg))
-        return [*dict.fromkeys([other for slot in missing for other in slots.in_the_way(robot, slot)])]
+        return self.slots.blockers(robot, self.slots.of(leg))
 
     def ahead_of(self, _robot: Vehicle) -> Iterable[Vehicle]:
         """Return no vehicle: each has the right of way where it comes first."""
