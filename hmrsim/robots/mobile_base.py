@@ -144,7 +144,7 @@ class MobileBase:
         self._set_out = 0.0
         # When it was stopped last, with the run-up of the speed that it had.
         self._entry = _NEVER_STOPPED
-        # What processes wait for: that it arrives, that its motion changes, that it can be used again.
+        # Processes wait until it arrives, until its motion changes, and until it can be used again.
         self._arrived: Event | None = None
         self._motion_change: Event | None = None
         self._enabled: Event | None = None
@@ -253,7 +253,8 @@ class MobileBase:
 
     def velocity(self) -> tuple[float, float]:
         """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
-        return self.motion.velocity()
+        piece = self.motion.piece
+        return (0.0, 0.0) if piece is None else piece.velocity
 
     @property
     def speed(self) -> float:
@@ -276,14 +277,8 @@ class MobileBase:
         """The legs that it has not driven to their ends; none when it stands."""
         return [leg for leg in self.motion.legs if leg]
 
-    def _motion_changes(self) -> Event:
-        """Return the event that it next begins or ceases to move, begins a lane or a turn, or is placed elsewhere."""
-        if self._motion_change is None:
-            self._motion_change = Event(self._env)
-        return self._motion_change
-
     def _announce_motion(self) -> None:
-        """Let its robot and the processes that watch it know that its motion has changed."""
+        """Tell its robot, and the processes that watch it, that its motion has changed."""
         if self._moved is not None:
             self._moved()
         if self._motion_change is not None:
@@ -318,13 +313,15 @@ class MobileBase:
 
     def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
         """Wait until it begins another lane or turn, its motion or the open lanes change, or for some seconds."""
+        if self._motion_change is None:
+            self._motion_change = Event(self._env)
         woken = Event(self._env)
 
         def wake(_event: Event) -> None:
             if not woken.triggered:
                 woken.succeed()
 
-        events = (self._motion_changes(), self._admission.lanes_change())
+        events = (self._motion_change, self._admission.lanes_change())
         for event in events:
             event.callbacks.append(wake)
         try:
@@ -336,15 +333,7 @@ class MobileBase:
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
         """Return the route from where it is straight from point to point, and what is in its way; or ""."""
-        return self.straight_along([self.pose().point, *points])
-
-    def straight_along(self, points: Sequence[Point]) -> tuple[Route, str]:
-        """Return the route straight from the first of some points to the last, and what is in its way; or ""."""
-        return self.graph.straight_through(points, flies=self.flies)
-
-    def reach(self, point: Point) -> tuple[Point, str]:
-        """Return how far it gets straight towards *point*, and what stops it before; or ""."""
-        return self.graph.reach(self.pose().point, point, flies=self.flies)
+        return self.graph.straight_through([self.pose().point, *points], flies=self.flies)
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
         """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.

@@ -33,11 +33,11 @@ class Motion:
 
     Attributes:
         rest: Where it stood before its drive.
-        drive: What it drives; None when it stands.
+        drive: The drive that it follows; None when it stands.
         drives: Whether it drives now, and does not wait to begin a piece.
         final: The number of the last piece of the drive.
         number: The number of the piece that it drives, or waits to begin; up to date after `catch_up`.
-        began: When it began that piece, in simulated seconds; likewise.
+        began: When it began that piece, in simulated seconds; up to date after `catch_up`, too.
         last: The number of the last piece before something is to be decided.
     """
 
@@ -160,11 +160,6 @@ class Motion:
             return ()
         self.catch_up()
         return self.drive.legs[self.number :]
-
-    def velocity(self) -> tuple[float, float]:
-        """Return the speed ahead and the turning rate, now, or their means; see `Piece.velocity`."""
-        piece = self.piece
-        return (0.0, 0.0) if piece is None else piece.velocity
 
     def keeps_speed(self, number: int) -> bool:
         """Return whether the piece after one is driven at the same mean speed."""

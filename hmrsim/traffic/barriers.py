@@ -46,7 +46,7 @@ class Barriers:
 
     Attributes:
         on_lanes: Those on each lane that has any. To be read only, as it is for each lane that is driven.
-        inside: Those through which vehicles drive now. To be read only, likewise.
+        inside: Those through which vehicles drive now. To be read only, too.
     """
 
     def __init__(self) -> None:

@@ -46,7 +46,7 @@ class Slots:
         points: Where each spot is, by its slot.
         free: How many more vehicles may come into each slot, as far as the slots near it allow; less than 1 where it is
             full. To be read only, as it is many times a lane.
-        holders: The vehicles that hold each slot, in the order in which they came. To be read only, likewise.
+        holders: The vehicles that hold each slot, in the order in which they came. To be read only, too.
     """
 
     def __init__(

@@ -146,7 +146,7 @@ class Ways:
 
 
 class Costs:
-    """What ways cost vehicles on their trips, in seconds."""
+    """The costs of ways for vehicles on their trips, in seconds."""
 
     def __init__(self, admission: AdmissionControl) -> None:
         self._admission = admission
