@@ -20,8 +20,7 @@ from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
 from hmrsim.traffic.blockers import Blocker, described, place_names
 from hmrsim.traffic.lane_closures import LaneClosures
-from hmrsim.traffic.policies import Wait, settings_of
-from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.rules import Wait
 from hmrsim.traffic.wait_timeout import WaitTimeout
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
     from hmrsim.traffic.barriers import Barrier
-    from hmrsim.traffic.policies import Rules, Vehicle
+    from hmrsim.traffic.rules import Rules, Vehicle
     from hmrsim.world.model import World
 
 
@@ -39,7 +38,9 @@ class Admission:
     """The lanes of one world, and the vehicles and obstructions on them.
 
     Args:
-        world: The world, whose traffic settings must have been checked.
+        world: The world.
+        rules_of: Returns the rules of the traffic policy; None where no vehicle can block another.
+        patience: How long a vehicle waits before its goal is aborted, in seconds; None for any time.
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
@@ -55,6 +56,8 @@ class Admission:
         world: World,
         graph: WaypointGraph,
         *,
+        rules_of: Callable[[Admission], Rules | None],
+        patience: float | None,
         publisher: EventPublisher,
         ways_changed: Callable[[], None],
     ) -> None:
@@ -69,10 +72,8 @@ class Admission:
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: dict[Vehicle, None] = {}
-        policy = policies()[world.policy]
-        settings = settings_of(world)
-        self._wait_timeout = WaitTimeout(env, settings.patience, since=self._hopeless_since, expired=self._give_up)
-        self._rules = policy.rule(self, settings) if policy.rule else None
+        self._wait_timeout = WaitTimeout(env, patience, since=self._hopeless_since, expired=self._give_up)
+        self._rules = rules_of(self)
         self._obstructed = False
         self._lanes_change: Event | None = None
         self._places = place_names(world)

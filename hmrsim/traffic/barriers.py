@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies import Vehicle
+    from hmrsim.traffic.rules import Vehicle
 
 
 class Barrier(Protocol):

@@ -12,17 +12,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Protocol
 
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
 
 _MAX_SEARCHED = 6
 """Vehicles whose places are searched exhaustively: each more makes that longer by as many times as there are places."""
@@ -63,7 +64,7 @@ class DeadlockResolver:
 
     def __init__(
         self,
-        admission: AdmissionControl,
+        admission: Admission,
         slots: Slots,
         ways: Ways,
         resolutions: Resolutions,

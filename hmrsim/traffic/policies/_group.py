@@ -9,10 +9,11 @@ from hmrsim.navigation.cache import Memo
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
 
 _NONE: Final = frozenset["Vehicle"]()
 
@@ -38,7 +39,7 @@ class Group:
 
     def __init__(
         self,
-        admission: AdmissionControl,
+        admission: Admission,
         slots: Slots,
         ways: Ways,
         resolutions: Resolutions,

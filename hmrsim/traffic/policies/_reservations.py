@@ -17,8 +17,8 @@ from hmrsim.traffic.policies._nearness import touch
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import Vehicle
     from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.rules import Vehicle
 
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 

@@ -6,14 +6,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.traffic.policies._admission import by_rank
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
 
 
 class Move(NamedTuple):
@@ -91,7 +92,7 @@ class Resolutions:
         by_robot: The resolution of which each vehicle is a part, if any. To be read only.
     """
 
-    def __init__(self, admission: AdmissionControl, slots: Slots, ways: Ways, claim: Claim) -> None:
+    def __init__(self, admission: Admission, slots: Slots, ways: Ways, claim: Claim) -> None:
         self.by_robot: dict[Vehicle, Resolution] = {}
         self._admission = admission
         self._slots = slots

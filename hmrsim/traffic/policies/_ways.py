@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Edge, Foot, Lanes
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.rules import Vehicle
 
     _Legs = list[tuple[int, tuple[Leg, ...]]]
     """Legs by the waypoint to which, or from which, they lead."""
@@ -55,7 +56,7 @@ class Ways:
         slots: Where the vehicles are.
     """
 
-    def __init__(self, admission: AdmissionControl, slots: Slots) -> None:
+    def __init__(self, admission: Admission, slots: Slots) -> None:
         self._admission = admission
         self._lanes: Lanes = admission.graph.lanes
         self._slots = slots
@@ -148,7 +149,7 @@ class Ways:
 class Costs:
     """The costs of ways for vehicles on their trips, in seconds."""
 
-    def __init__(self, admission: AdmissionControl) -> None:
+    def __init__(self, admission: Admission) -> None:
         self._admission = admission
         self._limited = admission.graph.lanes.limited
         self._to_goals: dict[Vehicle, tuple[Point, float, frozenset[Lane], Collection[Lane], Sequence[float]]] = {}

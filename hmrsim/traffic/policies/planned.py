@@ -22,16 +22,17 @@ from pydantic import Field
 
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._resolution import AFTER
 from hmrsim.traffic.policies._streets import against
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
 from hmrsim.traffic.policies.reserve import waits_for_cycle
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
+    from hmrsim.traffic.rules import Vehicle
 
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
@@ -81,7 +82,7 @@ class _Search:
 class Planned(Priority):
     """Plans for a dense fleet at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: PlannedSettings) -> None:
+    def __init__(self, admission: Admission, settings: PlannedSettings) -> None:
         super().__init__(admission, settings)
         if settings.one_way:
             lanes = admission.graph.lanes

@@ -24,17 +24,18 @@ from pydantic import Field
 
 from hmrsim.diagnostics import listed
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
 from hmrsim.traffic.policies._resolution import AFTER, Claim, Resolutions
 from hmrsim.traffic.policies._ways import Costs
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, waits_for_cycle
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._resolution import Step
     from hmrsim.traffic.policies._ways import Way
+    from hmrsim.traffic.rules import Vehicle, Wait
 
     _Chain = list[tuple[Vehicle, Way]]
     """The vehicles that yield, and by which ways."""
@@ -95,7 +96,7 @@ class _Searched:
 class Priority(Reserve):
     """Priorities at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
+    def __init__(self, admission: Admission, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
         self.costs = Costs(admission)
         self._max_states = settings.most_states

@@ -23,18 +23,19 @@ from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
+from hmrsim.traffic.rules import by_rank
 from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.rules import Vehicle
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
@@ -60,7 +61,7 @@ class ReserveSettings(Settings):
 class Reserve:
     """Reservations at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: ReserveSettings) -> None:
+    def __init__(self, admission: Admission, settings: ReserveSettings) -> None:
         self.admission = admission
         self.settings = settings
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
@@ -230,7 +231,7 @@ class Reserve:
         self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
 
 
-def waits_for_cycle(admission: AdmissionControl, robot: Vehicle, blockers: Sequence[Vehicle]) -> list[Vehicle]:
+def waits_for_cycle(admission: Admission, robot: Vehicle, blockers: Sequence[Vehicle]) -> list[Vehicle]:
     """Return the vehicles of a cycle in which each waits for the next, *robot* first; none if it is in no such cycle.
 
     A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only where all
