@@ -85,7 +85,7 @@ def drive_straight(
     def rest() -> Piece | None:
         nonlocal blocked
         here = robot.pose()
-        end, blocked = robot.reach(target)
+        end, blocked = robot.graph.reach(robot.pose().point, target, flies=robot.flies)
         if distance(here.point, end) <= SAME_PLACE:
             return None
         speed = min(abs(goal.speed), robot.speed)

@@ -97,7 +97,7 @@ def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _noth
     began, recoveries = robot.now, robot.recoveries
 
     def feedback() -> dict[str, Any]:
-        pose, left, seconds = robot.progress()
+        pose, left, seconds = robot.motion.progress()
         more_left, more_seconds = ahead()
         return {
             "current_pose": robot.stamped(robot.estimated(pose)),

@@ -178,4 +178,4 @@ class RouteTracker:
         if self._near:
             to_go = min(self._radius - away, self._before_line(here, there))
         seconds = max(to_go / speed, _PERIOD)
-        return seconds if seconds < piece.duration - (self._robot.now - self._robot.began) else math.inf
+        return seconds if seconds < piece.duration - self._robot.motion.elapsed else math.inf

@@ -42,7 +42,7 @@ def _process(
 
     def feedback() -> dict[str, Any]:
         speed = abs(robot.velocity()[0])
-        left = robot.distance_remaining + beyond
+        left = robot.motion.progress().length + beyond
         return {"distance_to_goal": left, "speed": speed, "tracking_feedback": tracker().values(speed)}
 
     report.sample(feedback)

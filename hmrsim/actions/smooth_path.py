@@ -34,7 +34,7 @@ def _process(
             raise GoalAborted(SmoothPath.Result.INVALID_PATH, str(error)) from None
     poses = _smoothed(goal.path)
     if goal.check_for_collisions:
-        _, blocked = robot.straight_along([pose.point for pose in poses])
+        _, blocked = robot.graph.straight_through([pose.point for pose in poses], flies=robot.flies)
         if blocked:
             raise GoalAborted(SmoothPath.Result.SMOOTHED_PATH_IN_COLLISION, f"blocked: {blocked}")
     return SmoothPath.Result(path=path_message(robot, poses), was_completed=True)

@@ -205,7 +205,7 @@ class HostTable(RobotTable[Robot]):
         """Return the cells of a robot; read them again if the simulation's thread has changed the robot meanwhile."""
         for _ in range(_TRIES):
             try:
-                pose, remaining = robot.pose(), robot.distance_remaining
+                pose, remaining = robot.pose(), robot.motion.progress().length
             except AttributeError:
                 continue
             goal = self._host.simulator.dispatcher.goal_of(name)

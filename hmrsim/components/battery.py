@@ -172,8 +172,8 @@ class Battery:
         # Without a taper, which is never asked for then, nothing is left of it.
         return limit, max(limit - begins, 1e-300) / self.charging
 
-    def settle(self, now: float, charge: float | None = None) -> None:
-        """Update the charge by the formula, or to *charge* where the exact value is known."""
+    def settle(self, now: float, charge: float | None = None) -> float:
+        """Update the charge by the formula, or to *charge* where the exact value is known, and return it."""
         charge = self.charge(now) if charge is None else charge
         change = charge - self._charge
         if change > 0.0:
@@ -181,6 +181,7 @@ class Battery:
         else:
             self.drained -= change
         self._charge, self._since = charge, now
+        return charge
 
     def spend(self, now: float, energy: float) -> None:
         """Take so many units of energy out at once, or as many as there are."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any, Final
 
 import simpy
@@ -227,6 +227,23 @@ class Environment(_Clock):
             self._queue[:] = [entry for entry in self._queue if entry[3].callbacks is not _ABANDONED]
             heapq.heapify(self._queue)
             self._abandoned = 0
+
+    def wait(self, woken: simpy.Event, until: float) -> Generator[simpy.Event, Any, None]:
+        """Wait for an event, which is triggered at a point of simulated time if that comes first; infinity is none.
+
+        It is no condition of simpy: if its process were interrupted it would stay with events that may never happen.
+        """
+
+        def wake(_event: simpy.Event) -> None:
+            if not woken.triggered:
+                woken.succeed()
+
+        over = At(self, until, [wake]) if until < math.inf else None
+        try:
+            yield woken
+        finally:
+            if over is not None and not over.processed:
+                self.abandon(over)
 
     def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""

@@ -10,7 +10,7 @@ import heapq
 import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.outputs import EventStamped, Sampled
@@ -25,13 +25,25 @@ if TYPE_CHECKING:
 _NAMES: Final = {topic: topic.name.lower() for topic in Topic}
 
 
+class Reaction(Protocol):
+    """A part of the simulation that acts on outputs, each before the sinks observe it."""
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether the part needs a topic now."""
+
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+
+
 class Interest:
-    """The topics that a sink wants; cached, as they are read many times per event, and updated by `refresh` only.
+    """The topics that are wanted; cached, as they are read many times per event, and updated by `refresh` only.
 
     Args:
-        sinks: All sinks; sinks that are added take effect with the next `refresh`.
+        reactions: The parts of the simulation that act on outputs.
+        sinks: All sinks; those that are added take effect with the next `refresh`, as reactions do.
 
-    Each attribute says whether a sink wants the `Topic` of its name.
+    Each attribute says whether a reaction or a sink wants the `Topic` of its name, and *sampled* whether any wants one
+    that is sampled between events.
     """
 
     status: bool
@@ -43,25 +55,24 @@ class Interest:
     events: bool
     motion: bool
     time: bool
+    sampled: bool
 
-    def __init__(self, sinks: Sequence[Sink]) -> None:
+    def __init__(self, reactions: Sequence[Reaction], sinks: Sequence[Sink]) -> None:
+        self._reactions = reactions
         self._sinks = sinks
         self.refresh()
 
     def refresh(self) -> None:
-        """Refresh the topics that the sinks want."""
+        """Refresh the topics that are wanted."""
+        subscribers: list[Reaction | Sink] = [*self._reactions, *self._sinks]
         for topic, name in _NAMES.items():
-            setattr(self, name, True in [sink.wants(topic) for sink in self._sinks])
+            setattr(self, name, True in [each.wants(topic) for each in subscribers])
+        self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
     def in_(self, topic: Topic) -> bool:
-        """Return whether a sink wants a topic."""
+        """Return whether a topic is wanted."""
         wanted: bool = getattr(self, _NAMES[topic])
         return wanted
-
-    @property
-    def sampled(self) -> bool:
-        """Return whether a sink wants a topic that is sampled between events."""
-        return self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
 
 class Clock(Protocol):

@@ -512,7 +512,10 @@ class Dispatcher:
             return None
 
     def _answer(self, reply_to: Any, answer: Any) -> None:
-        if reply_to is not None:
+        if isinstance(reply_to, SimpyEvent):
+            # The script of a robot waits for it.
+            reply_to.succeed(answer)
+        elif reply_to is not None:
             self._emit(Answered(reply_to, answer))
 
     def _status(self, server: ActionServer) -> StatusChanged:

@@ -1,4 +1,4 @@
-"""Caches of navigation: a bounded one for costly values, and lazily computed sequences."""
+"""Caches of navigation: a bounded one for costly values, and lazily computed mappings and sequences."""
 
 from __future__ import annotations
 
@@ -49,6 +49,23 @@ class LruCache(Generic[K, V]):
 
 
 T = TypeVar("T")
+
+
+class Memo(dict[K, V]):
+    """The values of a function, each computed on first access: ``memo[key]``.
+
+    Args:
+        make: Computes the value of a key.
+    """
+
+    def __init__(self, make: Callable[[K], V]) -> None:
+        super().__init__()
+        self._make = make
+
+    def __missing__(self, key: K) -> V:
+        """Compute a value."""
+        value = self[key] = self._make(key)
+        return value
 
 
 class LazySequence(Generic[T]):

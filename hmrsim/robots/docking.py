@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from hmrsim.traffic.policies import Vehicle
+from hmrsim.traffic.rules import Vehicle
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

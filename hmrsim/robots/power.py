@@ -118,6 +118,8 @@ class Energy:
         self._target = 0.0
         self._observers: list[Callable[[], None]] = []
         settings = battery.settings
+        # Of one that stands, and of one that moves.
+        self._powers = settings.drain.of_time(moving=False), settings.drain.of_time(moving=True)
         self._shares = (math.inf, settings.low, settings.critical, settings.stops_below)
         battery.rebase(env.now)
         self.level = self._level(battery.charge(env.now))
@@ -132,8 +134,7 @@ class Energy:
     def switch(self) -> None:
         """Draw from now on what the robot needs for what it does now, or charge."""
         battery, now = self.battery, self._env.now
-        charge = battery.charge(now)
-        battery.settle(now, charge)
+        charge = battery.settle(now)
         if Level.GOOD < self.level < Level.EMPTY:
             # A level that is come up to is not published.
             self.level = min(self.level, self._level(charge))
@@ -161,7 +162,7 @@ class Energy:
     def _demand(self) -> float:
         """Return the units of energy a second that the robot needs."""
         robot, drain = self._robot, self.battery.settings.drain
-        power = drain.of_time(moving=self._moves)
+        power = self._powers[self._moves]
         if drain.distance and self._moves:
             power += drain.distance * abs(robot.velocity()[0])
         if drain.load:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from hmrsim.components import Settings
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
 from hmrsim.engine.internal_errors import BUGS
@@ -15,8 +17,9 @@ from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.navigation.cache import LruCache
+from hmrsim.robots.mobile_base import MobileBase
 from hmrsim.robots.power import EMPTY, Energy, Level
-from hmrsim.robots.vehicle import MobileBase
 
 if TYPE_CHECKING:
     from simpy import Event
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")
+
+_SETTINGS: Final = LruCache[tuple[type[Settings], str], Settings](256)
+"""The settings of components that were checked last, by their text: robots of one type share them, in all runs."""
 
 _NO_ERROR = Pose(0.0, 0.0)
 """The localization error of a robot that knows where it is."""
@@ -106,7 +112,7 @@ class Robot(MobileBase):
             admission=admission,
             delays=delays,
             publisher=publisher,
-            changed=self._follow_motion if docks or "battery" in kind.components else None,
+            moved=self._follow_motion if docks or "battery" in kind.components else None,
         )
         self.planner = spec.planner
         self.tags = spec.tags
@@ -150,7 +156,8 @@ class Robot(MobileBase):
         for key, settings in sorted(self._kind.components.items()):
             kind = components()[key]
             try:
-                made[key] = kind.create(kind.settings.model_validate(settings))
+                checked = partial(kind.settings.model_validate, settings)
+                made[key] = kind.create(_SETTINGS.get((kind.settings, repr(settings)), checked))
             except BUGS as bug:
                 self._errors.handle(f"component {key}", bug, self.name)
         return made

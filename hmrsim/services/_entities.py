@@ -210,7 +210,7 @@ def check_placement(simulator: Simulator, pose: Pose, base: Base | None, name: s
     radius = base.radius or 0.0
     for other in simulator.robots.values():
         room = max(SAME_PLACE, radius + other.radius)
-        if other.is_within(room, point) and other.name != name and not other.flies:
+        if other.motion.is_within(room, point) and other.name != name and not other.flies:
             raise BadPose(f"({x:g}, {y:g}) is {other.distance_to(point):.3g} from {other.name}; keep {room:g} away")
     full = simulator.roster.admission.full_at(point, radius, name)
     if full is not None:

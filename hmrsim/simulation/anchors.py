@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.events import registry as events
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
-from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
     from hmrsim.faults import Anchor
-    from hmrsim.protocol.outputs import Output
 
 
 @dataclass(slots=True)
@@ -26,14 +24,14 @@ class _Waiting:
     left: int
 
 
-class Anchors(SelectiveSink):
-    """A sink that counts the events which faults wait for; it wants nothing while none waits.
+class Anchors:
+    """Counts the events that faults wait for; a `Reaction` that wants nothing while none waits.
 
     Args:
-        changed: Called when it wants other topics than before.
+        changed: Called with these anchors when they want other topics than before.
     """
 
-    def __init__(self, changed: Callable[[], None]) -> None:
+    def __init__(self, changed: Callable[[Anchors], None]) -> None:
         self._changed = changed
         self._waiting: dict[str, dict[str, _Waiting]] = {}
 
@@ -42,7 +40,7 @@ class Anchors(SelectiveSink):
         new = anchor.kind not in self._waiting
         self._waiting.setdefault(anchor.kind, {})[name] = _Waiting(anchor, came, anchor.nth)
         if new:
-            self._changed()
+            self._changed(self)
 
     def remove(self, name: str) -> None:
         """Stop the wait of a fault; do nothing if it does not wait."""
@@ -53,7 +51,7 @@ class Anchors(SelectiveSink):
         del self._waiting[kind][name]
         if not self._waiting[kind]:
             del self._waiting[kind]
-            self._changed()
+            self._changed(self)
 
     @property
     def waits(self) -> bool:
@@ -68,12 +66,10 @@ class Anchors(SelectiveSink):
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self.emit if kind in (EventStamped, GoalChanged) else None
+        return self._count if kind in (EventStamped, GoalChanged) else None
 
-    def emit(self, output: Output) -> None:
+    def _count(self, output: GoalChanged | EventStamped) -> None:
         """Count an event for those that wait for it."""
-        if not self._waiting or not isinstance(output, (GoalChanged, EventStamped)):
-            return
         kind = GoalStatusChanged.kind if isinstance(output, GoalChanged) else output.kind
         waiting = self._waiting.get(kind, {})
         come = [(name, each) for name, each in waiting.items() if _is_meant(each.anchor, output) and _is_last(each)]

@@ -22,7 +22,6 @@ from hmrsim.events.simulation import Deleted, Teleported
 from hmrsim.geometry import METER, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.outputs import EventStamped, OrdersChanged
-from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.orders import Order, OrderState, Totals
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Alarm, Environment
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.entities import Roster
     from hmrsim.world.model import Demand as DemandSpec
     from hmrsim.world.model import World
@@ -42,8 +40,8 @@ _KEPT: Final = 1_000
 """Orders that are kept after they have ended."""
 
 
-class Demand(SelectiveSink):
-    """The orders of a run; a sink, too, so that it learns what robots do with the items.
+class Demand:
+    """The orders of a run; a `Reaction` to the events of their items.
 
     Attributes:
         open: The orders that are still to be served, by name, in the order in which they came.
@@ -128,16 +126,14 @@ class Demand(SelectiveSink):
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self.emit if kind is EventStamped else None
+        return self._note if kind is EventStamped else None
 
-    def emit(self, output: Output) -> None:
+    def _note(self, stamped: EventStamped) -> None:
         """Record an event of an order's item; its consequences are published at the end of this instant.
 
         All sinks are to know of the one before the other.
         """
-        if not isinstance(output, EventStamped):
-            return
-        event = output.event
+        event = stamped.event
         item = event.item if isinstance(event, ItemEvent) else ""
         if isinstance(event, (Deleted, Teleported)):
             item = event.entity

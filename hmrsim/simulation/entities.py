@@ -14,6 +14,7 @@ from hmrsim.protocol.goal import Cause
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.robot import Robot
 from hmrsim.traffic.admission import Admission
+from hmrsim.traffic.policies import rules_of, settings_of
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
@@ -95,7 +96,13 @@ class Roster:
             robot.retire()
         self._world, self._graph = world, graph
         self.admission = Admission(
-            self._env, world, graph, publisher=self._publisher, ways_changed=lambda: self._emit(RosterChanged())
+            self._env,
+            world,
+            graph,
+            rules_of=rules_of,
+            patience=settings_of(world).patience,
+            publisher=self._publisher,
+            ways_changed=lambda: self._emit(RosterChanged()),
         )
         self.spawned.clear()
         self.robots, self.items = {}, {}

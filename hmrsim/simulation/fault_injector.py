@@ -123,11 +123,11 @@ class FaultInjector:
 
     Args:
         errors: Handles what faults raise because of a bug.
-        listen: Called when `anchors` wants other topics than before.
+        listen: Called with `anchors` when they want other topics than before.
 
     Attributes:
         known: Those that are active or scheduled, by name.
-        anchors: The sink that hears of the events after which some of them begin.
+        anchors: Counts the events after which some of them begin.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class FaultInjector:
         publisher: EventPublisher,
         errors: InternalErrors,
         *,
-        listen: Callable[[], None],
+        listen: Callable[[Anchors], None],
     ) -> None:
         self.known: dict[str, InjectedFault] = {}
         self.anchors = Anchors(listen)

@@ -88,7 +88,7 @@ def set_state(simulator: Simulator, state: int, why: str) -> None:
 def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     """Abort all goals, and end the steps that are being made, and all faults; if asked the scripts before them."""
     if scripts:
-        simulator.end_scripts()
+        simulator.scripts.end()
     simulator.gate.halt(why)
     simulator.roster.abort(why, Cause.RESET)
     simulator.fault_injector.end()

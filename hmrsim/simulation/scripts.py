@@ -11,23 +11,19 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-import simpy
-
 from hmrsim.actions import error_of
 from hmrsim.diagnostics import shown
 from hmrsim.events.robots import ScriptEnded
 from hmrsim.goals.script_orders import Order, read_order
 from hmrsim.protocol.commands import GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.protocol.outputs import Answered
-from hmrsim.protocol.sinks import SelectiveSink
 
 if TYPE_CHECKING:
+    import simpy
+
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.protocol.answers import GoalResponse, ResultResponse
     from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 
 
@@ -61,8 +57,8 @@ class Script:
         return ScriptEnded(self.robot, len(self.orders), self.done, self.state.value, self.error)
 
 
-class Scripts(SelectiveSink):
-    """All scripts of a world; a sink, too, so that it learns of the answers to its goals.
+class Scripts:
+    """All scripts of a world.
 
     Args:
         env: The simulation's clock and events; the scripts begin at its first instant.
@@ -82,6 +78,7 @@ class Scripts(SelectiveSink):
     ) -> None:
         self._env = env
         self._submit = submit
+        self._ended = False
         self._publisher = publisher
         self.all = {
             name: Script(name, [read_order(text, world) for text in robot.script])
@@ -93,29 +90,18 @@ class Scripts(SelectiveSink):
 
     def end(self) -> None:
         """Stop all scripts, also those that wait."""
-        self._submit = lambda _command: None
+        self._ended = True
 
     @property
     def running(self) -> bool:
         """Return whether any script is still running."""
         return any(script.state is ScriptState.RUNNING for script in self.all.values())
 
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: answers come unasked."""
-        return False
-
-    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
-        """Return the function that processes outputs of a type; None to ignore them."""
-        return self.emit if kind is Answered else None
-
-    def emit(self, output: Output) -> None:
-        """Wake the script that waits for an answer."""
-        if isinstance(output, Answered) and isinstance(output.reply_to, simpy.Event):
-            output.reply_to.succeed(output.answer)
-
     def _run(self, script: Script) -> Generator[Any, Any, None]:
         for order in script.orders:
             script.error = yield from self._carry_out(script.robot, order)
+            if self._ended:
+                return
             if script.error:
                 break
             script.done += 1

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from simpy import Process
 
     from hmrsim.actions import AnyAction
+    from hmrsim.engine.subscriptions import Reaction
     from hmrsim.items import Item
     from hmrsim.protocol.commands import Command
     from hmrsim.protocol.outputs import Output, Restart
@@ -105,7 +106,7 @@ class Simulator:
 
     Args:
         world: What to run; its names must have been checked, as `load_world` does.
-        sinks: Where outputs go, in this order; the initial state is no output.
+        sinks: Observe the outputs, in this order; the initial state is no output.
         watchers: Makes further sinks, of the simulator; called when all else is made.
         actions: The actions of robots, by name; all that are installed if None.
         services: The services of the world, by name; `hmrsim.services.registry` returns all that are installed.
@@ -142,11 +143,12 @@ class Simulator:
         self._services = services
         self.env = Environment(self._event_failed)
         self.gate = Gate(self.env, settings.step_size, hindrance)
+        self._reactions: list[Reaction] = []
         self._sinks: list[Sink] = []
-        # The functions of the sinks that process outputs of a type.
-        self._handlers: dict[type, list[tuple[Sink, Callable[[Any], object]]]] = {}
-        self._fatal: tuple[Sink, BaseException] | None = None
-        self.interest = Interest(self._sinks)
+        # The functions that process outputs of a type, and whose they are.
+        self._handlers: dict[type, list[tuple[Reaction | Sink, Callable[[Any], object]]]] = {}
+        self._fatal: tuple[Reaction | Sink, BaseException] | None = None
+        self.interest = Interest(self._reactions, self._sinks)
         self.telemetry = Telemetry(self.interest)
         self._clock_published = (-1, 0.0)
         self._busy = False
@@ -186,7 +188,7 @@ class Simulator:
             leaving=self._leaving,
         )
         self.fault_injector = FaultInjector(
-            self.env, self.roster, self.chance, publisher, self._errors, listen=self._watch_anchors
+            self.env, self.roster, self.chance, publisher, self._errors, listen=self._subscribe
         )
         self.roster.fill(world, self.graph)
         self.demand = Demand(self.env, self.roster, self.chance, publisher)
@@ -198,7 +200,8 @@ class Simulator:
         self.telemetry.start("clock", Topic.CLOCK, 0.0, settings.clock_rate, lambda: self.emit(self.readings.clock()))
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
-        self._add_sinks(*sinks, *watchers(self))
+        self._sinks += [*sinks, *watchers(self)]
+        self._handlers = {}
         self._command_sinks = [sink for sink in self._sinks if hears_commands(sink)]
         self._apply(InterestChanged())
 
@@ -230,38 +233,27 @@ class Simulator:
     def begin_chance(self) -> None:
         """Begin all random numbers of the seed, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
-        self._remove_sinks(self.demand, self.fault_injector.anchors)
+        self._reactions.clear()
+        self._handlers = {}
         self.fault_injector.begin(self.world, self.seed)
         self.demand.begin(self.world)
         if self.world.demand:
             self.watch_orders()
 
     def watch_orders(self) -> None:
-        """Subscribe the demand to item events, if the world has any demand."""
-        if self.demand not in self._sinks:
-            self._add_sinks(self.demand)
-            self.interest.refresh()
+        """Subscribe the demand to the events of items."""
+        self._subscribe(self.demand)
 
-    def _watch_anchors(self) -> None:
-        """Subscribe anchored faults to events while one waits, if the world has any.
-
-        It stays among the sinks until time begins anew, as outputs may be on their way to them.
-        """
-        anchors = self.fault_injector.anchors
-        if anchors.waits and anchors not in self._sinks:
-            self._add_sinks(anchors)
+    def _subscribe(self, part: Reaction) -> None:
+        """Subscribe a part of the simulation to the outputs that it wants now, until time begins anew."""
+        if part not in self._reactions:
+            self._reactions.append(part)
+            self._handlers = {}
         self.interest.refresh()
-
-    def end_scripts(self) -> None:
-        """Stop the scripts that robots run by themselves."""
-        self.scripts.end()
-        self._remove_sinks(self.scripts)
 
     def begin_scripts(self) -> None:
         """Start the scripts that robots run by themselves."""
         self.scripts = Scripts(self.env, self.world, submit=self._apply, publisher=self.publisher)
-        if self.scripts.all:
-            self._add_sinks(self.scripts)
 
     def submit(self, command: Command, by: str = "") -> None:
         """Apply a command from outside, after all that is due at this instant; its outputs go to the sinks.
@@ -402,27 +394,26 @@ class Simulator:
         """Give an output to the sinks, unless its robot is cut off."""
         if self.dispatcher.cut_off and isinstance(output, _ROBOT_OUTPUTS) and output.robot in self.dispatcher.cut_off:
             return
-        kind = type(output)
-        handlers = self._handlers.get(kind)
-        if handlers is None:
-            asked = [(sink, handler_of(sink, kind)) for sink in self._sinks]
-            handlers = self._handlers[kind] = [(sink, handler) for sink, handler in asked if handler is not None]
-        for sink, handler in handlers:
+        try:
+            handlers = self._handlers[type(output)]
+        except KeyError:
+            handlers = self._handlers[type(output)] = self._handlers_of(type(output))
+        for whose, handler in handlers:
             try:
                 handler(output)
             except BUGS as bug:
                 # The other sinks are to have it.
-                self._sink_failed(sink, bug)
+                self._sink_failed(whose, bug)
 
-    def _add_sinks(self, *sinks: Sink) -> None:
-        self._sinks.extend(sinks)
-        self._handlers = {}
+    def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
+        """Return the functions that process outputs of a type: those that act on them, then those of the sinks."""
+        found: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = [
+            *((part, part.handler_for(kind)) for part in self._reactions),
+            *((sink, handler_of(sink, kind)) for sink in self._sinks),
+        ]
+        return [(whose, handler) for whose, handler in found if handler is not None]
 
-    def _remove_sinks(self, *sinks: Sink) -> None:
-        self._sinks[:] = [each for each in self._sinks if not any(each is sink for sink in sinks)]
-        self._handlers = {}
-
-    def _sink_failed(self, sink: Sink, bug: BaseException) -> None:
+    def _sink_failed(self, sink: Reaction | Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):
             self._errors.handle(type(sink).__name__, bug, replayed=False)
             return
@@ -435,7 +426,8 @@ class Simulator:
         if self._fatal is None:
             return
         (sink, bug), self._fatal = self._fatal, None
-        self._remove_sinks(sink)
+        self._sinks[:] = [each for each in self._sinks if each is not sink]
+        self._handlers = {}
         self._command_sinks = [each for each in self._command_sinks if each is not sink]
         raise bug
 
@@ -514,9 +506,9 @@ class Simulator:
         env.horizon, self._busy = until, True
         try:
             while taken < most:
-                sample, event = telemetry.next_due, env.peek()
-                due = min(sample, event) if idle or not env.idle else math.inf
-                if due > env.horizon or due == math.inf:
+                sample, event = telemetry.next_due if self.interest.sampled else math.inf, env.peek()
+                due = min(sample, event)
+                if due > env.horizon or due == math.inf or not (idle or not env.idle):
                     break
                 # Each event may bring a sample that is due before the next one; each sample may halt us.
                 if sample < event:

@@ -61,7 +61,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
 
 
 def _robot(robot: Robot) -> dict[str, Any]:
-    motion, battery = robot.motion(), robot.energy.battery if robot.energy else None
+    battery = robot.energy.battery if robot.energy else None
     return {
         "name": robot.name,
         "type": robot.type,
@@ -69,8 +69,8 @@ def _robot(robot: Robot) -> dict[str, Any]:
         "flies": robot.flies,
         "speed": robot.speed,
         "pose": [*robot.pose()],
-        "motion": {**motion, "began": robot.began} if motion else None,
-        "route": robot.route(),
+        "motion": robot.motion.to_json(),
+        "route": [[*leg.end] for leg in robot.legs_ahead],
         "waits": robot.waits,
         "dock": robot.dock.name if robot.dock else None,
         "ailments": dict(robot.disabled_reasons),

@@ -18,10 +18,9 @@ from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
-from hmrsim.traffic.blockers import Blocker, PlaceNames, described
+from hmrsim.traffic.blockers import Blocker, described, place_names
 from hmrsim.traffic.lane_closures import LaneClosures
-from hmrsim.traffic.policies import Wait, settings_of
-from hmrsim.traffic.policies import registry as policies
+from hmrsim.traffic.rules import Wait
 from hmrsim.traffic.wait_timeout import WaitTimeout
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
     from hmrsim.traffic.barriers import Barrier
-    from hmrsim.traffic.policies import Rules, Vehicle
+    from hmrsim.traffic.rules import Rules, Vehicle
     from hmrsim.world.model import World
 
 
@@ -39,12 +38,15 @@ class Admission:
     """The lanes of one world, and the vehicles and obstructions on them.
 
     Args:
-        world: The world, whose traffic settings must have been checked.
+        world: The world.
+        rules_of: Returns the rules of the traffic policy; None where no vehicle can block another.
+        patience: How long a vehicle waits before its goal is aborted, in seconds; None for any time.
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
+        by_legs: Whether a vehicle asks before each leg, as rules say who may drive.
         waits: The vehicles that wait, in the order in which they began to.
     """
 
@@ -54,6 +56,8 @@ class Admission:
         world: World,
         graph: WaypointGraph,
         *,
+        rules_of: Callable[[Admission], Rules | None],
+        patience: float | None,
         publisher: EventPublisher,
         ways_changed: Callable[[], None],
     ) -> None:
@@ -68,14 +72,12 @@ class Admission:
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
         self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: dict[Vehicle, None] = {}
-        policy = policies()[world.policy]
-        settings = settings_of(world)
-        self._wait_timeout = WaitTimeout(env, settings.patience, since=self._hopeless_since, expired=self._give_up)
-        self._rules = policy.rule(self, settings) if policy.rule else None
+        self._wait_timeout = WaitTimeout(env, patience, since=self._hopeless_since, expired=self._give_up)
+        self._rules = rules_of(self)
         self._obstructed = False
         self._lanes_change: Event | None = None
-        self._places = PlaceNames(world)
-        self.needed = self._rules is not None
+        self._places = place_names(world)
+        self.needed = self.by_legs = self._rules is not None
 
     @property
     def now(self) -> float:
@@ -189,7 +191,7 @@ class Admission:
         """Record that a vehicle has reached the end of its leg."""
         if robot in self.waits:
             self.forget(robot)
-        if self._obstructed:
+        if robot in self._barriers.inside:
             self._barriers.leave(robot)
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
@@ -199,7 +201,8 @@ class Admission:
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
-        self._barriers.leave(robot)
+        if robot in self._barriers.inside:
+            self._barriers.leave(robot)
         if self._rules is None or robot.flies:
             return
         self._rules.halted(robot)
@@ -244,7 +247,7 @@ class Admission:
             self.forget(robot)
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
-            if self._obstructed:
+            if leg.leads_onto in self._barriers.on_lanes or robot in self._barriers.inside:
                 self._barriers.enter(robot, leg)
             return True
         self._wait(robot, leg, why)
@@ -253,10 +256,9 @@ class Admission:
     def sure_up_to(self, robot: Vehicle, legs: Sequence[Leg | None], number: int) -> int:
         """Return up to which of a drive's pieces a vehicle need not ask, from one that it may begin now.
 
-        It asks again before each leg where rules say who may drive, behind a barrier, and where there is one, or a
-        closed lane.
+        It asks again behind a barrier, and where there is one, or a closed lane.
         """
-        if self._rules is not None or self._barriers.holds(robot):
+        if robot in self._barriers.inside:
             return number
         for at in range(number + 1, len(legs)):
             leg = legs[at]
@@ -267,7 +269,7 @@ class Admission:
     def _is_in_doubt(self, leg: Leg) -> bool:
         """Return whether something other than vehicles may be in the way on a leg."""
         lane = leg.lane
-        return bool(self._barriers) if lane is None else lane in self.closures.lanes or self._barriers.on(lane)
+        return bool(self._barriers) if lane is None else lane in self.closures.lanes or lane in self._barriers.on_lanes
 
     @property
     def asking(self) -> Iterable[Vehicle]:
@@ -319,26 +321,25 @@ class Admission:
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
         """Return what blocks a leg, other than vehicles; empty if nothing does."""
-        closed = self.closures.why(leg) if self.closures.lanes else ""
-        return closed or self._barriers.why_not(robot, leg)
+        lane = leg.lane
+        closed = self.closures.why(leg) if lane in self.closures.lanes else ""
+        if closed or (lane and leg.joins is None and lane not in self._barriers.on_lanes):
+            return closed
+        return self._barriers.why_not(robot, leg)
 
     def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
         """Return whether a vehicle would wait in vain, so that it is to take another route."""
         lane = leg.lane
         return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
-    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
+    def kept_off(self, robot: Vehicle) -> Collection[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
         return self._barriers.kept_off(robot)
 
-    @property
-    def all_open(self) -> bool:
-        """Return whether all lanes are open and without barriers."""
-        return not self._obstructed
-
-    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
-        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
-        return not self._obstructed or (lane not in self.closures.lanes and self._barriers.may_pass(robot, lane))
+    def shut_to(self, robot: Vehicle) -> Collection[Lane]:
+        """Return the lanes along which a vehicle can't be moved: closed ones, and those that it can never pass."""
+        kept_off, closed = self._barriers.kept_off(robot), self.closures.lanes
+        return {*kept_off, *closed} if kept_off and closed else kept_off or closed
 
     def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
         """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open."""
@@ -351,6 +352,7 @@ class Admission:
 
     def opened(self, lanes: Collection[Lane]) -> None:
         """Record that a barrier on these lanes has changed; vehicles that wait there or off the lanes request again."""
+        self._barriers.changed(lanes)
         if self._rules is not None:
             self._rules.opened()
         waits = self.waits.values()
@@ -427,7 +429,8 @@ class Admission:
         return wait is not None and bool(wait.why) and not self._for_good(robot, wait.leg)
 
     def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
-        self._barriers.leave(robot)
+        if robot in self._barriers.inside:
+            self._barriers.leave(robot)
         wait = self.waits[robot] = Wait(robot, leg, self._waits_since(robot, leg), why)
         if self._rules is not None:
             self._rules.stand(robot, self._rules.held(robot)[-1:])

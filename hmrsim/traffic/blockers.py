@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -61,3 +62,7 @@ class PlaceNames:
             return self._names[point]
         near = (name for at, name in self._names.items() if distance(at, point) <= SAME_PLACE)
         return next(near, f"({point[0]:g}, {point[1]:g})")
+
+
+place_names: Final = Derived(PlaceNames)
+"""Returns the names of the points of a world."""

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from simpy import Timeout
 
     from hmrsim.engine.environment import Environment
-    from hmrsim.traffic.policies import Wait
+    from hmrsim.traffic.rules import Wait
 
 
 class WaitTimeout:

@@ -9,22 +9,21 @@ stands on. A policy decides when it may have them.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
-from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
+from hmrsim.traffic.rules import Rules, Vehicle, Wait
 from hmrsim.world.derived import Derived
 
-__all__ = ["AdmissionControl", "Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "settings_of"]
+__all__ = ["Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "rules_of", "settings_of"]
 
 if TYPE_CHECKING:
-    from hmrsim.geometry import Point
-    from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.admission import Admission
     from hmrsim.world.model import World
 
 
@@ -42,61 +41,6 @@ class Settings(BaseModel):
     patience: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = 60.0
 
 
-class Rules(Protocol):
-    """A policy at work in one world."""
-
-    def held(self, robot: Vehicle) -> tuple[int, ...]:
-        """Return the slots that a vehicle holds, in the order in which it drives them."""
-
-    def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
-
-    def reset(self) -> None:
-        """Forget the past; where vehicles stand stays as it is."""
-
-    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
-
-    def leave(self, robot: Vehicle) -> None:
-        """Release all slots of a vehicle."""
-
-    def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """End the wait of a vehicle for a leg."""
-
-    def spot(self, point: Point) -> int:
-        """Return the slot of a point beside the lanes."""
-
-    def full(self, slot: int) -> bool:
-        """Return whether no other vehicle may come into a slot now."""
-
-    def inside(self, slot: int) -> Sequence[Vehicle]:
-        """Return the vehicles that hold a slot."""
-
-    def near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
-        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
-
-    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need for a leg."""
-
-    def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
-        """Return the vehicles whose turn is before that of one that waits, so that its patience does not count yet."""
-
-    def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
-        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
-
-    def halted(self, robot: Vehicle) -> None:
-        """Record that a vehicle was stopped on its leg, so that it will not arrive."""
-
-    def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
-
-    def opened(self) -> None:
-        """Record that a door opened, a cabin arrived, or a lane opened or closed."""
-
-    def blocked(self, robot: Vehicle) -> None:
-        """Resolve the wait of a vehicle that begins to wait, if that is possible."""
-
-
 @dataclass(frozen=True)
 class Policy:
     """One way to control traffic.
@@ -109,7 +53,7 @@ class Policy:
 
     name: str
     settings: type[Settings]
-    rule: Callable[[AdmissionControl, Any], Rules] | None
+    rule: Callable[[Admission, Any], Rules] | None
 
 
 @cache
@@ -124,3 +68,9 @@ def _settings(world: World) -> Settings:
 
 settings_of: Final = Derived(_settings, "traffic", "robots", "robot_types")
 """Returns the settings of a world's policy, which must have been checked."""
+
+
+def rules_of(admission: Admission) -> Rules | None:
+    """Return the rules of a world's policy at work; None where robots pass through each other."""
+    rule = registry()[admission.world.policy].rule
+    return None if rule is None else rule(admission, settings_of(admission.world))

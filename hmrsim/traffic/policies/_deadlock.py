@@ -12,17 +12,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Protocol
 
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._clearing import Clearing
 from hmrsim.traffic.policies._group import Group
 from hmrsim.traffic.policies._resolution import Move, Step
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._group import Places
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._resolution import Reservations
+    from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
 
 _MAX_SEARCHED = 6
 """Vehicles whose places are searched exhaustively: each more makes that longer by as many times as there are places."""
@@ -57,22 +58,22 @@ class DeadlockResolver:
     Args:
         slots: The places of the vehicles.
         ways: Where they can go.
-        reservations: The slots that other resolutions need.
+        resolutions: The resolutions that need slots.
         movable: Whether the first vehicle may be moved for the second.
     """
 
     def __init__(
         self,
-        admission: AdmissionControl,
+        admission: Admission,
         slots: Slots,
         ways: Ways,
-        reservations: Reservations,
+        resolutions: Resolutions,
         movable: Movable,
     ) -> None:
         self._admission = admission
         self._slots = slots
         self._ways = ways
-        self._reservations = reservations
+        self._resolutions = resolutions
         self._movable = movable
         self._around_waypoint: dict[int, tuple[Sequence[int], Sequence[int]]] = admission.graph.lanes.derived(
             DeadlockResolver, dict
@@ -96,7 +97,7 @@ class DeadlockResolver:
             return steps, steps is not None
         around = list(islice(self._around(robot, target, soon=True), _MAX_CLEARING - 1))
         others = around[:_MAX_SEARCHED]
-        found = [steps, None if sure and others == nearest else self._clear_route([robot, *around], target)]
+        found = [steps, None if sure and others == nearest else self._clear_route(robot, around, target)]
         if others != nearest:
             more, sure = self._search_nearest(robot, others, target, max_states)
             found.append(more)
@@ -106,25 +107,29 @@ class DeadlockResolver:
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
     ) -> tuple[list[Step] | None, bool]:
         """Search the places of the nearest vehicles; it is sure that there are no steps if all take part."""
-        for size in range(1, min(len(nearest), _MAX_SEARCHED - 1) + 1):
-            steps, searched = self._search(self._group([robot, *nearest[:size]], target), max_states)
+        group = self._group(robot, target)
+        for other in nearest[: _MAX_SEARCHED - 1]:
+            group.add(other)
+            steps, searched = self._search(group, max_states)
             max_states -= searched
             if steps is not None or max_states <= 0:
                 return steps, False
         return None, len(nearest) < _MAX_SEARCHED
 
-    def _group(self, robots: Sequence[Vehicle], target: int) -> Group:
-        return Group(self._admission, self._slots, self._ways, self._reservations, robots, target)
+    def _group(self, robot: Vehicle, target: int) -> Group:
+        return Group(self._admission, self._slots, self._ways, self._resolutions, robot, target)
 
-    def _clear_route(self, robots: Sequence[Vehicle], target: int) -> list[Step] | None:
-        group = self._group(robots, target)
+    def _clear_route(self, robot: Vehicle, others: Sequence[Vehicle], target: int) -> list[Step] | None:
+        group = self._group(robot, target)
+        for other in others:
+            group.add(other)
         drives = Clearing(group).find()
         if drives is None:
             return None
         at = [*group.start]
         steps: list[Step] = []
         for i, way in drives:
-            steps.append([Move(robots[i], way, at[i])])
+            steps.append([Move(group.robots[i], way, at[i])])
             at[i] = way.end
         return steps
 
@@ -136,7 +141,8 @@ class DeadlockResolver:
             if not todo:
                 return
             place = todo.popleft()
-            for other in sorted(slots.inside(place), key=by_rank):
+            inside = slots.holders[place]
+            for other in sorted(inside, key=by_rank) if inside else ():
                 if other is robot or slots.held(other)[-1] != place or (other.moves and slots.is_lane(place)):
                     continue
                 if self._movable(other, robot, soon=soon):
@@ -152,10 +158,10 @@ class DeadlockResolver:
         ends, around = self._around_place(place)
         found = [*ends]
         for slot in around:
-            if slot != place and slots.inside(slot) and slots.is_lane(slot):
+            if slot != place and slots.holders[slot] and slots.is_lane(slot):
                 found.append(slot)
             if slot in near:
-                found += [at for at in near[slot] if not slots.is_lane(at) or slots.inside(at)]
+                found += [at for at in near[slot] if not slots.is_lane(at) or slots.holders[at]]
         return found
 
     def _around_place(self, place: int) -> tuple[Sequence[int], Sequence[int]]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from hmrsim.navigation.cache import Memo
 from hmrsim.traffic.policies._nearness import touch
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._resolution import Reservations
+    from hmrsim.traffic.policies._resolution import Resolutions
     from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
+
+_NONE: Final = frozenset["Vehicle"]()
 
 Places = tuple[int, ...]
 """Where each vehicle of a group stands, by its number in the group: a waypoint, a spot, or a lane."""
@@ -23,46 +27,61 @@ class Group:
     Args:
         slots: The places of all vehicles.
         ways: Where vehicles can go.
-        reservations: The slots that other resolutions need.
-        robots: The vehicles, the one that is to go on first.
+        resolutions: The resolutions that need slots.
+        first: The vehicle that is to go on.
         target: The slot where that one is to be.
 
     Attributes:
-        robots: As given.
+        robots: The vehicles, the one that is to go on first.
         target: As given.
         start: Where they are.
     """
 
     def __init__(
         self,
-        admission: AdmissionControl,
+        admission: Admission,
         slots: Slots,
         ways: Ways,
-        reservations: Reservations,
-        robots: Sequence[Vehicle],
+        resolutions: Resolutions,
+        first: Vehicle,
         target: int,
     ) -> None:
-        self.robots = robots
+        self.robots: list[Vehicle] = []
         self.target = target
-        self.start: Places = tuple(slots.held(robot)[-1] for robot in robots)
+        self.start: Places = ()
         # The places in the middle of a lane: a vehicle stands there at first, or the first one is to be there.
-        self._middles = frozenset(filter(slots.is_lane, (*self.start, target)))
+        self._middles = {target} if slots.is_lane(target) else set()
+        self._admission = admission
         self._slots = slots
-        self._reservations = reservations
-        self._members = dict.fromkeys(robots)
+        self._resolutions = resolutions
+        self._members: set[Vehicle] = set()
         self._finder = ways
-        kinds: dict[object, int] = {}
-        self._kinds = [kinds.setdefault((robot.radius, *admission.kept_off(robot)), len(kinds)) for robot in robots]
-        self._occupied: dict[tuple[int, int], tuple[int, ...]] = {
-            (i, place): slots.held(robot)
-            for i, (robot, place) in enumerate(zip(robots, self.start, strict=True))
-            if len(slots.held(robot)) > 1 and (robot.stands or robot.waits)
-        }
-        self._into = self._ways_to_target()
+        self._kind_numbers: dict[object, int] = {}
+        self._kinds: list[int] = []
+        self._occupied: dict[tuple[int, int], tuple[int, ...]] = {}
+        # Ways with the vehicles that are in the way on them, and those on which none is but the group.
+        self._found: dict[tuple[int, int], list[tuple[Way, frozenset[Vehicle]]]] = {}
         self._ways: dict[tuple[int, int], list[Way]] = {}
-        self._rooms: dict[int, float] = {}
-        self._beside: dict[tuple[int, ...], dict[int, float]] = {}
-        self._kept_hits: dict[tuple[int, ...], dict[int, float]] = {}
+        self._rooms = Memo[int, float](lambda slot: slots.room(slot, self.robots))
+        self._near = Memo(self._slots_near)
+        self._hits = Memo(self._slots_hit)
+        self.add(first)
+        self._into = self._ways_to_target()
+
+    def add(self, robot: Vehicle) -> None:
+        """Search the places of a vehicle, too."""
+        held, kind = self._slots.held(robot), (robot.radius, *self._admission.kept_off(robot))
+        place = held[-1]
+        if len(held) > 1 and (robot.stands or robot.waits):
+            self._occupied[len(self.robots), place] = held
+        if self._slots.is_lane(place):
+            self._middles.add(place)
+        self._kinds.append(self._kind_numbers.setdefault(kind, len(self._kind_numbers)))
+        self.robots.append(robot)
+        self.start = (*self.start, place)
+        self._members.add(robot)
+        self._ways.clear()
+        self._rooms.clear()
 
     def _ways_to_target(self) -> dict[int, list[Way]]:
         """Return the ways from waypoints to the first vehicle's target, if that is no waypoint."""
@@ -95,12 +114,15 @@ class Group:
         place = places[i]
         # A vehicle in the middle of a lane has individual ways; elsewhere all vehicles of its kind share them.
         key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
-        known = self._ways.get(key)
-        if known is None:
-            known = self._ways[key] = self._find_ways(i, place)
-        return known
+        if key not in self._ways:
+            if key not in self._found:
+                self._found[key] = self._find_ways(i, place)
+            members = self._members
+            self._ways[key] = [way for way, others in self._found[key] if others <= members]
+        return self._ways[key]
 
-    def _find_ways(self, i: int, place: int) -> list[Way]:
+    def _find_ways(self, i: int, place: int) -> list[tuple[Way, frozenset[Vehicle]]]:
+        """Return the open ways from a place, and who else is in the way on each."""
         robot = self.robots[i]
         if place == self.start[i] and place in self._middles:
             found = self._finder.leaving(robot)
@@ -112,29 +134,28 @@ class Group:
             into = self._into.get(place, ())
             beside = [way for way in self._finder.to_places(place) if way.end != self.target]
             found = [*self._finder.from_waypoint(place), *beside, *into]
-        return [way for way in found if self._is_free(i, robot, way)]
+        ways = [way for way in self._finder.open(robot, found) if not (i and way.end in self._middles)]
+        if self._resolutions.by_robot:
+            ways = [way for way in ways if self._resolutions.against(robot, way.slots, self.robots[0]) is None]
+        return [(way, self._others_on(robot, way)) for way in ways]
 
-    def _is_free(self, i: int, robot: Vehicle, way: Way) -> bool:
-        """Return whether nothing but the group can be in the way of one of it."""
+    def _others_on(self, robot: Vehicle, way: Way) -> frozenset[Vehicle]:
+        """Return the vehicles that are in the way of one now."""
         slots, free, near = self._slots, self._slots.free, self._slots.near
-        if i and way.end in self._middles:
-            return False
-        for slot in way.slots:
-            # Most slots are free, and near no other.
-            for other in slots.in_the_way(robot, slot) if free[slot] < 1 or slot in near else ():
-                if other not in self._members:
-                    return False
-        return self._finder.is_open(robot, way) and self._reservations.against(robot, way.slots, self.robots[0]) is None
+        # Most slots are free, and near no other.
+        taken = [slot for slot in way.slots if free[slot] < 1 or slot in near]
+        return frozenset([other for slot in taken for other in slots.in_the_way(robot, slot)]) if taken else _NONE
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
         """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
-        hits = self._hits(way.slots)
+        hits = self._hits[way.slots]
         found: list[int] = []
         for j, place in enumerate(places):
             if j == i:
                 continue
             if place in hits:
-                if self._stops(hits[place], place, i, j, places):
+                # Most slots have room for one.
+                if (hits[place] < 0.0 and self._rooms[place] <= 1) or self._stops(hits[place], place, i, j, places):
                     found.append(j)
             elif (j, place) in self._occupied and any(
                 at in hits and self._stops(hits[at], at, i, j, places) for at in self._occupied[j, place]
@@ -148,19 +169,16 @@ class Group:
             return self._is_full(slot, i, places)
         return self._touch(away, i, j, places)
 
-    def _hits(self, wanted: tuple[int, ...]) -> dict[int, float]:
+    def _slots_hit(self, wanted: tuple[int, ...]) -> dict[int, float]:
         """Return how far away the slots near those of a way are; -1 for those that it needs itself."""
-        known = self._kept_hits.get(wanted)
-        if known is None:
-            known = self._kept_hits[wanted] = {**self._near(wanted), **dict.fromkeys(wanted, -1.0)}
-        return known
+        return {**self._near[wanted], **dict.fromkeys(wanted, -1.0)}
 
     def fit(self, drives: Sequence[tuple[int, Way]]) -> bool:
         """Return whether vehicles that drive at the same time have room for it, and do not touch."""
         for n, (i, way) in enumerate(drives):
-            near = self._near(way.slots)
+            near = self._near[way.slots]
             for j, other in drives[:n]:
-                if any(slot in way.slots and self._room(slot) <= 1 for slot in other.slots):
+                if any(slot in way.slots and self._rooms[slot] <= 1 for slot in other.slots):
                     return False
                 radii = self.robots[i].radius + self.robots[j].radius
                 if any(slot in near and touch(near[slot], radii) for slot in other.slots):
@@ -169,9 +187,9 @@ class Group:
 
     def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
         """Return whether a vehicle at a place would block another one, ignoring the rest of the group."""
-        near = self._near(way.slots)
+        near = self._near[way.slots]
         for slot in self.occupied(j, place):
-            if slot in way.slots and self._room(slot) <= 1:
+            if slot in way.slots and self._rooms[slot] <= 1:
                 return True
             if slot in near and touch(near[slot], self.robots[i].radius + self.robots[j].radius):
                 return True
@@ -179,7 +197,7 @@ class Group:
 
     def _is_full(self, slot: int, i: int, places: Places) -> bool:
         """Return whether the others of the group leave no room in a slot that one of them is in."""
-        room, occupied = self._room(slot), self._occupied
+        room, occupied = self._rooms[slot], self._occupied
         if room <= 1:
             return True
         inside = 0
@@ -188,27 +206,18 @@ class Group:
                 inside += slot in occupied[there] if there in occupied else slot == there[1]
         return inside >= room
 
-    def _room(self, slot: int) -> float:
-        """Return how many of the group there is room for in a slot."""
-        room = self._rooms.get(slot)
-        if room is None:
-            room = self._rooms[slot] = self._slots.room(slot, self.robots)
-        return room
-
-    def _near(self, wanted: tuple[int, ...]) -> dict[int, float]:
+    def _slots_near(self, wanted: tuple[int, ...]) -> dict[int, float]:
         """Return the slots near those of a way, and how far away each is."""
-        known = self._beside.get(wanted)
-        if known is None:
-            known = self._beside[wanted] = {}
-            for slot in wanted:
-                for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
-                    known[at] = min(away, known.get(at, away))
-        return known
+        found: dict[int, float] = {}
+        for slot in wanted:
+            for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
+                found[at] = min(away, found.get(at, away))
+        return found
 
     def _touch(self, away: float, i: int, j: int, places: Places) -> bool:
         """Return whether two vehicles would touch that do not touch already."""
         radii = self.robots[i].radius + self.robots[j].radius
         if not touch(away, radii):
             return False
-        near = self._near(self.occupied(i, places[i]))
+        near = self._near[self.occupied(i, places[i])]
         return not any(touch(near[slot], radii) for slot in self.occupied(j, places[j]) if slot in near)

@@ -17,8 +17,8 @@ from hmrsim.traffic.policies._nearness import touch
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import Vehicle
     from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.rules import Vehicle
 
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 
@@ -46,6 +46,7 @@ class Slots:
         points: Where each spot is, by its slot.
         free: How many more vehicles may come into each slot, as far as the slots near it allow; less than 1 where it is
             full. To be read only, as it is many times a lane.
+        holders: The vehicles that hold each slot, in the order in which they came. To be read only, too.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class Slots:
         self.near = {**near}
         self.points: dict[int, Point] = {}
         self.free = [*capacities]
-        self._inside: list[list[Vehicle]] = [[] for _ in capacities]
+        self.holders: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
         self._watched: dict[Vehicle, Collection[int]] = {}
@@ -110,7 +111,7 @@ class Slots:
         else:
             slot = len(self.free)
             self.free.append(room)
-            self._inside.append([])
+            self.holders.append([])
         near, (x, y), reach = {**self._around(point)}, point, self._reach
         for other, at in self.points.items():
             # Most are nowhere near.
@@ -129,7 +130,7 @@ class Slots:
     def _drop_spots(self) -> None:
         """Forget unused spots: clients may send robots to any point, so spots would pile up."""
         for key, slot in [*self._spots.items()]:
-            if self._inside[slot] or self._wanted.get(slot) or self._reserved(slot):
+            if self.holders[slot] or self._wanted.get(slot) or self._reserved(slot):
                 continue
             del self._spots[key], self.points[slot]
             self._shared.discard(slot)
@@ -156,22 +157,22 @@ class Slots:
 
     def room(self, slot: int, group: Sequence[Vehicle]) -> float:
         """Return how many vehicles of a group may hold a slot while all others stay."""
-        return self.free[slot] + sum(other in group for other in self._inside[slot])
+        return self.free[slot] + sum(other in group for other in self.holders[slot])
 
     def inside(self, slot: int) -> list[Vehicle]:
         """Return the vehicles that hold a slot, in the order in which they came."""
-        return self._inside[slot]
+        return self.holders[slot]
 
     def holders_near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
         """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
         for at, away in self.near.get(slot, {}).items():
-            for other in self._inside[at]:
+            for other in self.holders[at]:
                 if touch(away, radius + other.radius):
                     yield at, other
 
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
         """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
-        return all((other.stands or other.waits) and idle(other) for inside in self._inside for other in inside)
+        return all((other.stands or other.waits) and idle(other) for inside in self.holders for other in inside)
 
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> list[int]:
         """Return those of some slots that a vehicle does not hold and can't have now."""
@@ -186,8 +187,17 @@ class Slots:
 
     def in_the_way(self, robot: Vehicle, slot: int) -> Sequence[Vehicle]:
         """Return the vehicles because of which one that does not hold a slot can't have it now."""
-        inside = self._inside[slot] if self.free[slot] < 1 else ()
+        inside = self.holders[slot] if self.free[slot] < 1 else ()
         return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
+
+    def blockers(self, robot: Vehicle, slots: tuple[int, ...]) -> list[Vehicle]:
+        """Return the vehicles because of which one can't have some slots now, each once."""
+        held, free, near = self._held.get(robot, ()), self.free, self.near
+        found: list[Vehicle] = []
+        for slot in slots:
+            if slot not in held and (free[slot] < 1 or slot in near):
+                found += self.in_the_way(robot, slot)
+        return [*dict.fromkeys(found)] if len(found) > 1 else found
 
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
         """Yield the vehicles that a vehicle in a slot would touch from the slots near it."""
@@ -205,7 +215,7 @@ class Slots:
         for at, away in self.near.get(slot, {}).items():
             if slot in self._shared and at >= self._first_spot:
                 continue
-            there = [other for other in self._inside[at] if other not in moving]
+            there = [other for other in self.holders[at] if other not in moving]
             there += [other for other, slots in moving.items() if at in slots]
             for other in there:
                 if other is not robot and touch(away, robot.radius + other.radius) and not self._touches(robot, other):
@@ -229,21 +239,24 @@ class Slots:
         Returns:
             Whether it may have them; if not, nothing has changed but that it waits.
         """
-        free, inside, held, wanted = self.free, self._inside, self._held.get(robot, ()), self.of(leg)
+        free, inside, held, wanted = self.free, self.holders, self._held.get(robot, ()), self.of(leg)
+        crowded = False
         for slot in wanted:
-            if free[slot] < 1 and slot not in held:
+            if slot in held:
+                continue
+            if free[slot] < 1:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-        if self.near and self._waits_beside(robot, wanted, held):
+            # Most slots are near no other.
+            crowded = crowded or slot in self.near
+        if crowded and self._waits_beside(robot, wanted, held):
             return False
         for slot in wanted:
             if slot not in held:
                 free[slot] -= 1
                 inside[slot].append(robot)
         self._held[robot] = wanted
-        for slot in held:
-            if slot not in wanted:
-                self._release(robot, slot)
+        self._release(robot, held, wanted)
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...], held: tuple[int, ...]) -> bool:
@@ -267,13 +280,13 @@ class Slots:
         for robot, slots in moves:
             for slot in self.held(robot):
                 free[slot] += 1
-                self._inside[slot].remove(robot)
+                self.holders[slot].remove(robot)
                 left.append(slot)
             self._held[robot] = tuple(slots)
         for robot, slots in moves:
             for slot in slots:
                 free[slot] -= 1
-                self._inside[slot].append(robot)
+                self.holders[slot].append(robot)
         for slot in left:
             if waiting := self._wanted.pop(slot, None):
                 self._freed([*waiting])
@@ -298,7 +311,7 @@ class Slots:
         self._unwatch(robot)
         if self.near:
             # What is in the way may be beside them.
-            beside = [at for slot in slots for at in self.near.get(slot, ()) if self._inside[at]]
+            beside = [at for slot in slots for at in self.near.get(slot, ()) if self.holders[at]]
             slots = dict.fromkeys([*slots, *beside])
         self._watched[robot] = slots
         wanted = self._wanted
@@ -320,25 +333,20 @@ class Slots:
 
         Away from the waypoints it also holds its spot.
         """
-        if not slots or (len(slots) == 1 and self.is_lane(slots[0])):
+        if not slots or (len(slots) == 1 and self._waypoints <= slots[0] < self._first_spot):
             slots = (self.spot(robot.pose().point), *slots)
         held = self._held.get(robot, ())
         self._held[robot] = slots
         for slot in slots:
             if slot not in held:
                 self.free[slot] -= 1
-                self._inside[slot].append(robot)
-        for slot in held:
-            if slot not in slots:
-                self._release(robot, slot)
-            elif waiting := self._wanted.pop(slot, None):
-                # A vehicle that waits for one that stays may prefer another route.
-                self._freed([*waiting])
+                self.holders[slot].append(robot)
+        # A vehicle that waits for one that stays may prefer another route.
+        self._release(robot, held, slots, stays=True)
 
     def leave(self, robot: Vehicle) -> None:
         """Release all slots of a vehicle."""
-        for slot in self._held.pop(robot, ()):
-            self._release(robot, slot)
+        self._release(robot, self._held.pop(robot, ()))
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """End the wait of a vehicle for a leg."""
@@ -350,8 +358,13 @@ class Slots:
         if robot in self._watched:
             self._unwatch(robot)
 
-    def _release(self, robot: Vehicle, slot: int) -> None:
-        self.free[slot] += 1
-        self._inside[slot].remove(robot)
-        if self._wanted and (waiting := self._wanted.pop(slot, None)):
-            self._freed([*waiting])
+    def _release(self, robot: Vehicle, held: Sequence[int], kept: Sequence[int] = (), *, stays: bool = False) -> None:
+        """Release the slots held but for those that are kept; who waits for one asks again, for all if it *stays*."""
+        for slot in held:
+            if slot not in kept:
+                self.free[slot] += 1
+                self.holders[slot].remove(robot)
+            elif not stays:
+                continue
+            if slot in self._wanted and (waiting := self._wanted.pop(slot)):
+                self._freed([*waiting])

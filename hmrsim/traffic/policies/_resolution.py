@@ -6,11 +6,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
+from hmrsim.traffic.rules import by_rank
+
 if TYPE_CHECKING:
-    from hmrsim.traffic.policies._admission import Vehicle
+    from hmrsim.navigation.route import Leg
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._nearness import Near
     from hmrsim.traffic.policies._reservations import Slots
-    from hmrsim.traffic.policies._ways import Way
+    from hmrsim.traffic.policies._ways import Way, Ways
+    from hmrsim.traffic.rules import Vehicle
 
 
 class Move(NamedTuple):
@@ -74,48 +78,167 @@ class Resolution:
         self.moving.update((move.robot, move.way) for move in step)
 
 
-class Reservations:
-    """The slots that the steps of resolutions need, which others that set out later don't enter until then.
+class Resolutions:
+    """The deadlocks that are being resolved, and the slots that the steps which are left need.
+
+    Vehicles that set out later don't enter these slots until then.
 
     Args:
-        near: The slots that touch each.
+        slots: The places of the vehicles.
+        ways: Where they can go.
+        claim: Keeps vehicles out of what one needs that set out before them.
+
+    Attributes:
+        by_robot: The resolution of which each vehicle is a part, if any. To be read only.
     """
 
-    def __init__(self, near: Near) -> None:
-        self._near = near
+    def __init__(self, admission: Admission, slots: Slots, ways: Ways, claim: Claim) -> None:
+        self.by_robot: dict[Vehicle, Resolution] = {}
+        self._admission = admission
+        self._slots = slots
+        self._ways = ways
+        self._claim = claim
         self._by_slot: dict[int, list[Resolution]] = {}
+        self._awaiting: dict[Resolution, None] = {}
 
-    def add(self, resolution: Resolution) -> None:
-        """Reserve what a resolution's steps need."""
-        for slot in self._needed(resolution.steps):
-            self._by_slot.setdefault(slot, []).append(resolution)
+    def reset(self) -> None:
+        """Forget which ones wait for a door."""
+        self._awaiting.clear()
 
-    def remove(self, resolution: Resolution, steps: Iterable[Step]) -> None:
-        """Reserve what some of its steps need no longer."""
-        for slot in self._needed(steps):
-            there = self._by_slot[slot]
-            there.remove(resolution)
-            if not there:
-                del self._by_slot[slot]
-
-    def __contains__(self, slot: int) -> bool:
-        """Return whether a resolution needs a slot."""
+    def need(self, slot: int) -> bool:
+        """Return whether one needs a slot."""
         return slot in self._by_slot
-
-    def _needed(self, steps: Iterable[Step]) -> Iterator[int]:
-        return (slot for step in steps for move in step for slot in move.way.slots)
 
     def against(self, robot: Vehicle, slots: Iterable[int], first: Vehicle) -> Resolution | None:
         """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
         if not self._by_slot:
             return None
-        order, by_slot, near = first.rank, self._by_slot, self._near
+        order, by_slot, near = first.rank, self._by_slot, self._slots.near
         for slot in slots:
             for at in (slot, *near.get(slot, ())) if near else (slot,):
                 for resolution in by_slot.get(at, ()):
                     if robot not in resolution.robots and resolution.first.rank < order:
                         return resolution
         return None
+
+    def against_leg(self, robot: Vehicle, leg: Leg) -> Resolution | None:
+        """Return the resolution that needs what a vehicle wants for itself, if any."""
+        return self.against(robot, self._slots.of(leg), robot) if self._by_slot else None
+
+    def see_to(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle that waits need only wait for a resolution to go on."""
+        wait = self._admission.waits.get(robot)
+        return robot in self.by_robot or (wait is not None and self.against_leg(robot, wait.leg) is not None)
+
+    def begin(self, first: Vehicle, steps: list[Step]) -> None:
+        """Make vehicles move in steps so that the *first* one can go on."""
+        resolution = Resolution(first, steps)
+        self.by_robot.update(dict.fromkeys(resolution.robots, resolution))
+        for slot in _needed(steps):
+            self._by_slot.setdefault(slot, []).append(resolution)
+        self._go_on(resolution)
+
+    def stands(self, robot: Vehicle) -> None:
+        """Go on if a vehicle has come to where it is to move from."""
+        resolution = self.by_robot.get(robot)
+        if resolution is not None and robot not in resolution.moving:
+            self._go_on_soon(resolution)
+
+    def stays_aside(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle has yielded as a part of one; the next step begins, or all ask again."""
+        resolution = self.by_robot.get(robot)
+        if resolution is None:
+            return False
+        resolution.moving.pop(robot, None)
+        self._go_on(resolution)
+        return True
+
+    def halted(self, robot: Vehicle) -> None:
+        """Give up the one of which a vehicle is a part that was stopped: the next move would wait for it."""
+        if robot in self.by_robot:
+            self._drop(self.by_robot[robot])
+
+    def opened(self) -> None:
+        """Go on with moves that waited for a door or a lift."""
+        awaiting, self._awaiting = self._awaiting, {}
+        for resolution in awaiting:
+            if self._is_active(resolution):
+                self._go_on_soon(resolution)
+
+    def _is_active(self, resolution: Resolution) -> bool:
+        return self.by_robot.get(resolution.first) is resolution
+
+    def _go_on_soon(self, resolution: Resolution) -> None:
+        self._admission.soon(lambda: self._go_on(resolution) if self._is_active(resolution) else None)
+
+    def _go_on(self, resolution: Resolution) -> None:
+        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again."""
+        began, waits = True, False
+        while began:
+            # Where vehicles leave, the next ones may come.
+            began, waits = False, False
+            for step in resolution.ready(self._slots.near):
+                if not all(map(self._may_still_move, step)) or self._is_claimed(step, resolution.first):
+                    self._drop(resolution)
+                    return
+                if not self._may_begin(step, resolution):
+                    waits = True
+                elif self._slots.exchange([(move.robot, move.way.slots) for move in step]):
+                    began = True
+                    resolution.begin(step)
+                    self._free(resolution, [step])
+                    for move in step:
+                        self._admission.push(move.robot, move.way.legs, resolution.first)
+        self._let_go(resolution)
+        if not (resolution.moving or waits):
+            self._drop(resolution)
+
+    def _is_claimed(self, step: Step, first: Vehicle) -> bool:
+        """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
+        return any(self._claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
+
+    def _may_begin(self, step: Step, resolution: Resolution) -> bool:
+        """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
+        if not all(move.robot.may_yield for move in step):
+            return False
+        # Each is asked, so that each begins to open.
+        let = [self._admission.lets(move.robot, move.way.legs) for move in step]
+        if not all(let):
+            self._awaiting[resolution] = None
+        return all(let)
+
+    def _may_still_move(self, move: Move) -> bool:
+        """Return whether a vehicle is, or comes to, where it is to move from, and nothing is in its way for good."""
+        if not move.robot.will_yield or self._slots.held(move.robot)[-1:] != (move.start,):
+            return False
+        return self._ways.is_open(move.robot, move.way)
+
+    def _let_go(self, resolution: Resolution) -> None:
+        """Make vehicles that were held back request again."""
+        held_back = [*resolution.held_back]
+        resolution.held_back.clear()
+        self._admission.look_again(held_back)
+
+    def _free(self, resolution: Resolution, steps: Iterable[Step]) -> None:
+        """Let others enter what some steps of a resolution need no longer."""
+        for slot in _needed(steps):
+            there = self._by_slot[slot]
+            there.remove(resolution)
+            if not there:
+                del self._by_slot[slot]
+
+    def _drop(self, resolution: Resolution) -> None:
+        self._free(resolution, resolution.steps)
+        resolution.steps.clear()
+        for robot in resolution.robots:
+            self.by_robot.pop(robot, None)
+        for robot in sorted(resolution.robots, key=by_rank):
+            self._admission.try_again(robot)
+        self._let_go(resolution)
+
+
+def _needed(steps: Iterable[Step]) -> Iterator[int]:
+    return (slot for step in steps for move in step for slot in move.way.slots)
 
 
 AFTER = 20.0

@@ -1,20 +1,23 @@
-"""Ways: the moves open to vehicles where they stand, also beside the lanes and in the middle of one."""
+"""The moves open to vehicles where they stand, also beside the lanes and in the middle of one, and their costs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.navigation.cache import LruCache, exact
+from hmrsim.navigation.cache import LruCache, Memo, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Edge, Foot, Lanes
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._reservations import Slots
+    from hmrsim.traffic.rules import Vehicle
 
     _Legs = list[tuple[int, tuple[Leg, ...]]]
     """Legs by the waypoint to which, or from which, they lead."""
@@ -53,7 +56,7 @@ class Ways:
         slots: Where the vehicles are.
     """
 
-    def __init__(self, admission: AdmissionControl, slots: Slots) -> None:
+    def __init__(self, admission: Admission, slots: Slots) -> None:
         self._admission = admission
         self._lanes: Lanes = admission.graph.lanes
         self._slots = slots
@@ -70,15 +73,16 @@ class Ways:
             return []
         place = held[-1]
         found = self.from_waypoint(place) if place < len(self._lanes.out) else self._at(place, robot.pose().point)
-        return found if self._admission.all_open else [way for way in found if self.is_open(robot, way)]
+        return self.open(robot, found)
+
+    def open(self, robot: Vehicle, ways: list[Way]) -> list[Way]:
+        """Return those of some ways along which a vehicle can be moved: no lane is closed, or never opens for it."""
+        shut = self._admission.shut_to(robot)
+        return [way for way in ways if not (way.legs[0].lane in shut or way.legs[-1].lane in shut)] if shut else ways
 
     def is_open(self, robot: Vehicle, way: Way) -> bool:
         """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
-        for leg in way.legs:
-            lane = leg.lane
-            if lane is not None and not self._admission.may_drive(robot, lane):
-                return False
-        return True
+        return bool(self.open(robot, [way]))
 
     def _at(self, place: int, point: Point) -> list[Way]:
         """Return the ways from a place that is no waypoint, where a vehicle stands at a point."""
@@ -140,6 +144,48 @@ class Ways:
         for edge in self._lanes.leading_to(lane):
             part = self._lanes.part(edge, edge.leg.start, point)
             yield edge.start, Way((part,), self._slots.of(part), lane)
+
+
+class Costs:
+    """The costs of ways for vehicles on their trips, in seconds."""
+
+    def __init__(self, admission: Admission) -> None:
+        self._admission = admission
+        self._limited = admission.graph.lanes.limited
+        self._to_goals: dict[Vehicle, tuple[Point, float, frozenset[Lane], Collection[Lane], Sequence[float]]] = {}
+        # Few speeds are asked for.
+        self._by_way = Memo(admission.graph.seconds)
+
+    def of(self, robot: Vehicle) -> tuple[Sequence[float] | None, Sequence[float], float]:
+        """Return what its goal costs a vehicle from each waypoint, what each way costs it by number, and at what speed.
+
+        The first is None if it goes nowhere. The speed is any where it makes no difference, so that tables are shared.
+        """
+        speed = robot.speed if self._limited else 1.0
+        return self._to_goal(robot, speed), self._by_way[speed], speed
+
+    def forget(self, robot: Vehicle) -> None:
+        """Forget a vehicle that has left the world."""
+        self._to_goals.pop(robot, None)
+
+    def reset(self) -> None:
+        """Forget all vehicles."""
+        self._to_goals.clear()
+
+    def _to_goal(self, robot: Vehicle, speed: float) -> Sequence[float] | None:
+        goal = robot.goal
+        if goal is None:
+            return None
+        graph, known = self._admission.graph, self._to_goals.get(robot)
+        kept_off = self._admission.kept_off(robot)
+        if known and known[0] is goal and known[1] == speed and known[2] is graph.closed and known[3] == kept_off:
+            return known[4]
+        try:
+            costs = graph.seconds_to(goal, speed, kept_off)
+        except NoRoute:
+            return None
+        self._to_goals[robot] = goal, speed, graph.closed, kept_off, costs
+        return costs
 
 
 def _legs_from(lanes: Lanes, point: Point) -> _Legs:

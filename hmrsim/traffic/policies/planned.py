@@ -22,16 +22,17 @@ from pydantic import Field
 
 from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._resolution import AFTER
 from hmrsim.traffic.policies._streets import against
 from hmrsim.traffic.policies._ways import Way
 from hmrsim.traffic.policies.priority import Priority, PrioritySettings
 from hmrsim.traffic.policies.reserve import waits_for_cycle
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
+    from hmrsim.traffic.rules import Vehicle
 
 _MAX_PUSHED = 24
 """Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
@@ -81,10 +82,10 @@ class _Search:
 class Planned(Priority):
     """Plans for a dense fleet at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: PlannedSettings) -> None:
+    def __init__(self, admission: Admission, settings: PlannedSettings) -> None:
         super().__init__(admission, settings)
         if settings.one_way:
-            lanes = self._lanes
+            lanes = admission.graph.lanes
             ways = lanes.derived(against, lambda: against(lanes.ways))
             admission.graph.avoid(ways, 1.0 + settings.one_way)
         self._turned_off: dict[Vehicle, None] = {}
@@ -114,7 +115,7 @@ class Planned(Priority):
     def blocked(self, robot: Vehicle) -> None:
         """Make a vehicle turn off, or others make room for it, unless this is part of a resolution."""
         wait = self.admission.waits.get(robot)
-        if wait is None or (self._resolutions and self._is_seen_to(robot)):
+        if wait is None or self.resolutions.see_to(robot):
             return
         leg, slots = wait.leg, self.slots.of(wait.leg)
         missing = self.slots.missing(robot, slots)
@@ -124,7 +125,7 @@ class Planned(Priority):
         long = self.admission.now - wait.since > AFTER
         if not self._goes_on(robot, slots, missing, seen, math.inf if long else _MAX_PUSHED) and long:
             self._claim_for(robot, wait, seen)
-        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+        if self.admission.waits.get(robot) is wait and robot not in self.resolutions.by_robot:
             self.slots.watch(robot, seen)
 
     def _goes_on(
@@ -149,7 +150,7 @@ class Planned(Priority):
 
     def _is_behind(self, robot: Vehicle, missing: Sequence[int]) -> bool:
         """Return whether only one vehicle is in the way, which goes on first; that is so half of the times."""
-        inside = self.slots.inside(missing[0]) if missing and not self.slots.near else ()
+        inside = self.slots.holders[missing[0]] if missing and not self.slots.near else ()
         return len(inside) == 1 and inside[0].rank < robot.rank
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
@@ -159,12 +160,12 @@ class Planned(Priority):
         """
         if leg.lane is None or robot in self._turned_off:
             return False
-        held, speed = self.slots.held(robot), self._speed(robot)
-        costs = self._costs(robot, speed)
+        held = self.slots.held(robot)
+        costs, takes, speed = self.costs.of(robot)
         if costs is None or len(held) != 1 or held[0] >= len(costs):
             return False
         node = held[0]
-        here, takes = costs[node], self._takes(speed)
+        here = costs[node]
         most, found = here + leg.seconds(speed), []
         for way in self.ways.from_waypoint(node):
             legs, slots, end, number = way
@@ -180,14 +181,18 @@ class Planned(Priority):
             return False
         _, _, best = min(found, key=lambda each: each[:2])
         goal = robot.goal
-        if goal is None or self._holds_back(robot, best) or self._claim.excludes(robot, best.slots, robot.rank):
+        if (
+            goal is None
+            or self.resolutions.against_leg(robot, best)
+            or self.claim.excludes(robot, best.slots, robot.rank)
+        ):
             return False
         try:
             rest = self.admission.plan(robot, best.end, goal)
         except NoRoute:
             return False
         self._turned_off[robot] = None
-        robot.take_route(self._lanes.route([best, *rest.legs], goal))
+        robot.take_route(self.admission.graph.lanes.route([best, *rest.legs], goal))
         return True
 
     def _make_room(self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float) -> _Search | None:
@@ -250,7 +255,7 @@ class Planned(Priority):
     def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Way]]:
         """Yield which vehicles could leave a slot by which lanes for another one; no other one can go where that is."""
         slots = self.slots
-        inside = slots.inside(slot)
+        inside = slots.holders[slot]
         if len(inside) > 1 or slots.near:
             inside = sorted({*inside, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in inside:
@@ -281,15 +286,13 @@ class Planned(Priority):
         return (
             robot.rank > search.order
             and (robot in self.admission.waits or robot.may_yield)
-            and robot not in self._resolutions
+            and robot not in self.resolutions.by_robot
         )
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
         """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
-        speed = self._speed(robot)
-        costs = self._costs(robot, speed)
-        takes = self._takes(speed)
+        costs, takes, speed = self.costs.of(robot)
         found: list[tuple[bool, float, int, Way]] = []
         place, free = slots.held(robot)[-1], slots.free
         wait = None if robot.may_yield else self.admission.waits.get(robot)
@@ -297,7 +300,7 @@ class Planned(Priority):
             # It can only go on as it is to.
             leg, needed = wait.leg, slots.of(wait.leg)
             ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
-        elif place < len(self._lanes.out):
+        elif place < len(self.admission.graph.lanes.out):
             ways = [(way, takes[way.number]) for way in self.ways.from_waypoint(place)]
         else:
             ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]
@@ -307,7 +310,7 @@ class Planned(Priority):
                 continue
             lane = needed[0]
             if free[lane] < 1 and lane != end and lane != place:  # noqa: PLR1714 - a tuple would be made for each
-                for other in slots.inside(lane):
+                for other in slots.holders[lane]:
                     self._note(other, lane, search)
             elif near and self._is_beside(robot, way, search):
                 continue
@@ -322,8 +325,8 @@ class Planned(Priority):
         """Return whether something other than vehicles keeps a vehicle from making room by a way."""
         return (
             not self.ways.is_open(robot, way)
-            or (bool(self._resolutions) and self._reservations.against(robot, way.slots, search.first) is not None)
-            or self._claim.excludes(robot, way.slots, search.order)
+            or self.resolutions.against(robot, way.slots, search.first) is not None
+            or self.claim.excludes(robot, way.slots, search.order)
         )
 
     def _is_beside(self, robot: Vehicle, way: Way, search: _Search) -> bool:
@@ -335,7 +338,7 @@ class Planned(Priority):
 
     def _may_clear(self, slot: int, search: _Search) -> bool:
         """Return whether there may be room in a slot, at first sight: most often one vehicle is there that stays."""
-        inside = self.slots.inside(slot)
+        inside = self.slots.holders[slot]
         if len(inside) != 1 or self.slots.free[slot] >= 1 or self.slots.near:
             return True
         other = inside[0]
@@ -350,11 +353,11 @@ class Planned(Priority):
 
     def _untie(self, robot: Vehicle) -> None:
         """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
-        cycle = waits_for_cycle(self.admission, robot)
+        cycle = waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=by_rank)
-            if self._is_seen_to(robot):
+            if self.resolutions.see_to(robot):
                 return
         self._move_others(robot)
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import chain
 from operator import itemgetter
 from typing import TYPE_CHECKING, Annotated, Final
@@ -24,20 +23,19 @@ from typing import TYPE_CHECKING, Annotated, Final
 from pydantic import Field
 
 from hmrsim.diagnostics import listed
-from hmrsim.errors import NoRoute
 from hmrsim.traffic.policies import Policy
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._deadlock import DeadlockResolver
-from hmrsim.traffic.policies._resolution import AFTER, Claim, Reservations, Resolution
+from hmrsim.traffic.policies._resolution import AFTER, Claim, Resolutions
+from hmrsim.traffic.policies._ways import Costs
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings, waits_for_cycle
+from hmrsim.traffic.rules import by_rank
 
 if TYPE_CHECKING:
-    from hmrsim.geometry import Point
-    from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle, Wait
-    from hmrsim.traffic.policies._resolution import Move, Step
+    from hmrsim.traffic.admission import Admission
+    from hmrsim.traffic.policies._resolution import Step
     from hmrsim.traffic.policies._ways import Way
+    from hmrsim.traffic.rules import Vehicle, Wait
 
     _Chain = list[tuple[Vehicle, Way]]
     """The vehicles that yield, and by which ways."""
@@ -98,30 +96,26 @@ class _Searched:
 class Priority(Reserve):
     """Priorities at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: PrioritySettings) -> None:
+    def __init__(self, admission: Admission, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
-        self._lanes = admission.graph.lanes
-        self._kept_costs: dict[Vehicle, tuple[Point, float, frozenset[Lane], Sequence[Lane], Sequence[float]]] = {}
-        self._kept_takes: dict[float, Sequence[float]] = {}
+        self.costs = Costs(admission)
         self._max_states = settings.most_states
         self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
-        self._reservations = Reservations(self.slots.near)
-        self._resolver = DeadlockResolver(admission, self.slots, self.ways, self._reservations, self._movable)
-        self._claim = Claim(self.slots, self.freed)
-        self._resolutions: dict[Vehicle, Resolution] = {}
+        self.claim = Claim(self.slots, self.freed)
+        self.resolutions = Resolutions(admission, self.slots, self.ways, self.claim)
+        self._resolver = DeadlockResolver(admission, self.slots, self.ways, self.resolutions, self._movable)
         self._stuck: dict[Vehicle, None] = {}
-        self._awaiting: dict[Resolution, None] = {}
         self._opening: dict[Vehicle, None] = {}
         self._searched: dict[Vehicle, _Searched] = {}
 
     def is_reserved(self, slot: int) -> bool:
         """Return whether a resolution needs a slot."""
-        return slot in self._reservations
+        return self.resolutions.need(slot)
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """End the wait of a vehicle for a leg; others may enter the slots that it claimed."""
-        if robot is self._claim.holder:
-            self._claim.end()
+        if robot is self.claim.holder:
+            self.claim.end()
         super().forget(robot, leg)
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
@@ -130,48 +124,45 @@ class Priority(Reserve):
         One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
         and the next resolution could have it go back there, for ever.
         """
-        if self._claim.holder is None and not self._resolutions:
+        if self.claim.holder is None and not self.resolutions.by_robot:
             return self.slots.take(robot, leg)
         held, wanted = self.slots.held(robot), self.slots.of(leg)
         if len(held) > 1 and all(slot in held for slot in wanted):
             # The second leg of a move needs nothing that the vehicle does not have.
             return self.slots.take(robot, leg)
-        if self._claim.keeps_out(robot, wanted):
+        if self.claim.keeps_out(robot, wanted):
             return False
-        if self._resolutions:
-            if robot in self._resolutions:
-                return False
-            resolution = self._holds_back(robot, leg)
-            if resolution is not None:
-                resolution.held_back[robot] = None
-                return False
+        if robot in self.resolutions.by_robot:
+            return False
+        resolution = self.resolutions.against_leg(robot, leg)
+        if resolution is not None:
+            resolution.held_back[robot] = None
+            return False
         return self.slots.take(robot, leg)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """As `Reserve.stand`; vehicles that could not be helped before ask again, as soon as a search is due."""
         self.slots.stand(robot, slots)
-        resolution = self._resolutions.get(robot)
-        if resolution is not None and robot not in resolution.moving:
-            # It has come to where it is to move from.
-            self.admission.soon(partial(self._go_on, resolution))
+        if self.resolutions.by_robot:
+            self.resolutions.stands(robot)
         if self._stuck:
             stuck, self._stuck = self._stuck, {}
             self.admission.look_again([other for other in stuck if not self._asks_later(other)])
 
     def leave(self, robot: Vehicle) -> None:
         """As `Reserve.leave`, and forget its costs."""
-        self._claim.forget(robot)
-        self._kept_costs.pop(robot, None)
+        self.claim.forget(robot)
+        self.costs.forget(robot)
         self.slots.leave(robot)
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need, or the one for which it is moved or has to wait."""
         found = super().blockers(robot, leg)
-        resolution = None if found else self._resolutions.get(robot) or self._holds_back(robot, leg)
+        resolution = None if found else self.resolutions.by_robot.get(robot) or self.resolutions.against_leg(robot, leg)
         if resolution and resolution.first is not robot:
             return [resolution.first]
-        if not found and self._claim.holder and self._claim.excludes(robot, self.slots.of(leg), robot.rank):
-            return [self._claim.holder]
+        if not found and self.claim.holder and self.claim.excludes(robot, self.slots.of(leg), robot.rank):
+            return [self.claim.holder]
         return found
 
     def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
@@ -179,14 +170,14 @@ class Priority(Reserve):
 
         Others are moved for these first.
         """
-        resolution = self._resolutions.get(robot)
+        resolution = self.resolutions.by_robot.get(robot)
         moved = [other for other in resolution.robots if other is not robot] if resolution else []
         return moved + [other for other in self.slots.vehicles() if not other.stands and other.rank < robot.rank]
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""
-        if other in self._resolutions:
-            first = self._resolutions[other].first
+        if other in self.resolutions.by_robot:
+            first = self.resolutions.by_robot[other].first
             return f"makes room for {first.name}" if first is not other else "is about to go on"
         if other.may_yield and other.rank > robot.rank:
             return self._why_idle_stays(other, robot)
@@ -207,22 +198,10 @@ class Priority(Reserve):
             f"has nowhere to go: {' and '.join(ends)} {'is' if len(ends) == 1 else 'are'} taken by {listed([*holders])}"
         )
 
-    def _holds_back(self, robot: Vehicle, leg: Leg) -> Resolution | None:
-        """Return the resolution that needs what a vehicle wants for itself, if any."""
-        return self._reservations.against(robot, self.slots.of(leg), robot)
-
-    def _is_seen_to(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle that waits need only wait for a resolution to go on."""
-        wait = self.admission.waits.get(robot)
-        return robot in self._resolutions or (wait is not None and self._holds_back(robot, wait.leg) is not None)
-
     def opened(self) -> None:
         """Go on with moves that waited for a door or a lift; vehicles that could not be helped before ask again."""
         super().opened()
-        awaiting, self._awaiting = self._awaiting, {}
-        for resolution in awaiting:
-            if self._resolutions.get(resolution.first) is resolution:
-                self.admission.soon(partial(self._go_on, resolution))
+        self.resolutions.opened()
         stuck, self._stuck = {**self._stuck, **self._opening}, {}
         self._opening.clear()
         self.admission.look_again([*stuck])
@@ -230,34 +209,40 @@ class Priority(Reserve):
     def reset(self) -> None:
         """Forget which vehicles could not be helped, and when."""
         super().reset()
-        self._claim.end()
+        self.claim.end()
         self._stuck.clear()
-        self._awaiting.clear()
+        self.resolutions.reset()
         self._opening.clear()
         self._searched.clear()
-        self._kept_costs.clear()
+        self.costs.reset()
 
     def halted(self, robot: Vehicle) -> None:
-        """Give up the resolution of which a vehicle is a part: the next move would wait for it."""
-        if robot in self._resolutions:
-            self._drop(self._resolutions[robot])
+        """Give up the resolution of which a vehicle is a part."""
+        self.resolutions.halted(robot)
+
+    def stays_aside(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
+        return self.resolutions.stays_aside(robot)
 
     def blocked(self, robot: Vehicle) -> None:
         """Make blocking vehicles yield if they set out later, unless this is part of a resolution."""
-        if self._is_seen_to(robot):
+        if self.resolutions.see_to(robot):
             return
-        cycle = waits_for_cycle(self.admission, robot)
+        blockers = self.admission.blockers(robot)
+        cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
             # A vehicle in the queue of a dock waits for no lane, so no other can make room for it.
             robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
-            if self._is_seen_to(robot):
+            if self.resolutions.see_to(robot):
                 return
+            blockers = self.admission.blockers(robot)
         wait = self.admission.waits[robot]
         seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(wait.leg)))
-        blockers = self.admission.blockers(robot)
         if all(other.stands or other.waits for other in blockers):
-            helping = next((self._resolutions[other] for other in blockers if other in self._resolutions), None)
+            helping = next(
+                (self.resolutions.by_robot[other] for other in blockers if other in self.resolutions.by_robot), None
+            )
             if helping is not None:
                 helping.held_back[robot] = None
             elif not (
@@ -269,15 +254,15 @@ class Priority(Reserve):
         # Else one of them is on its way, or is to go on first.
         if self.admission.now - wait.since > AFTER:
             self._claim_for(robot, wait, seen)
-        if self.admission.waits.get(robot) is wait and robot not in self._resolutions:
+        if self.admission.waits.get(robot) is wait and robot not in self.resolutions.by_robot:
             self.slots.watch(robot, seen)
 
     def _claim_for(self, robot: Vehicle, wait: Wait, seen: Iterable[int]) -> None:
         """Make the waiting vehicle that set out first claim the slots it needs, until it goes on."""
-        if self.admission.waits.get(robot) is not wait or robot in self._resolutions:
+        if self.admission.waits.get(robot) is not wait or robot in self.resolutions.by_robot:
             return
-        if robot is self._claim.holder or not any(other.rank < robot.rank for other in self.admission.waits):
-            self._claim.extend(robot, [*self.slots.of(wait.leg), *seen])
+        if robot is self.claim.holder or not any(other.rank < robot.rank for other in self.admission.waits):
+            self.claim.extend(robot, [*self.slots.of(wait.leg), *seen])
 
     def _move_others(self, robot: Vehicle) -> None:
         """Search for a way out for a vehicle that can't go on, and have others move accordingly."""
@@ -292,7 +277,7 @@ class Priority(Reserve):
         """
         due = wait.since + self._pause
         if self.admission.now >= due or not any(
-            not (other.stands or other.waits) for slot in seen for other in self.slots.inside(slot)
+            not (other.stands or other.waits) for slot in seen for other in self.slots.holders[slot]
         ):
             return False
         if not wait.asks:
@@ -316,15 +301,6 @@ class Priority(Reserve):
         if wait is None or before is None or before.again is not wait:
             return False
         return self.admission.now < before.at + self._pause
-
-    def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
-        resolution = self._resolutions.get(robot)
-        if resolution is None:
-            return False
-        resolution.moving.pop(robot, None)
-        self._begin_steps(resolution)
-        return True
 
     def _push(self, robot: Vehicle, seen: dict[int, None]) -> bool:
         """Make the vehicles that block another yield, and resume it; return whether they can.
@@ -387,7 +363,7 @@ class Priority(Reserve):
         """
         seen[slot] = None
         slots, near = self.slots, self.slots.near
-        others: Sequence[Vehicle] = slots.inside(slot)
+        others: Sequence[Vehicle] = slots.holders[slot]
         if len(others) > 1 or near:
             others = sorted({*others, *slots.beside(pusher, slot)}, key=by_rank, reverse=True)
         for other in others:
@@ -398,7 +374,7 @@ class Priority(Reserve):
                 end = way.end
                 if not occupied or (goes and first in slots.in_the_way(other, end)):
                     return [(other, way)]
-                there = slots.inside(end)
+                there = slots.holders[end]
                 if len(there) == 1 and not near and (there[0] in pushed or not self._gives_way(there[0], first)):
                     # Most often one vehicle is there that stays.
                     seen[end] = None
@@ -408,35 +384,8 @@ class Priority(Reserve):
                     return [(other, way), *further]
         return None
 
-    def _speed(self, robot: Vehicle) -> float:
-        """Return the speed for which ways are compared: any where it makes no difference, so that tables are shared."""
-        return robot.speed if self._lanes.limited else 1.0
-
-    def _costs(self, robot: Vehicle, speed: float) -> Sequence[float] | None:
-        """Return how far it is to a vehicle's goal from each waypoint, in seconds; None if it goes nowhere."""
-        goal = robot.goal
-        if goal is None:
-            return None
-        graph, kept = self.admission.graph, self._kept_costs.get(robot)
-        kept_off = self.admission.kept_off(robot)
-        if kept and kept[0] is goal and kept[1] == speed and kept[2] is graph.closed and kept[3] == kept_off:
-            return kept[4]
-        try:
-            costs = graph.seconds_to(goal, speed, kept_off)
-        except NoRoute:
-            return None
-        self._kept_costs[robot] = goal, speed, graph.closed, kept_off, costs
-        return costs
-
-    def _takes(self, speed: float) -> Sequence[float]:
-        """Return how long each way counts at a speed, by its number; few speeds are asked for."""
-        takes = self._kept_takes.get(speed)
-        if takes is None:
-            takes = self._kept_takes[speed] = self.admission.graph.seconds(speed)
-        return takes
-
     def _gives_way(self, other: Vehicle, robot: Vehicle) -> bool:
-        return other.rank > robot.rank and other.may_yield and other not in self._resolutions
+        return other.rank > robot.rank and other.may_yield and other not in self.resolutions.by_robot
 
     def _refuges(
         self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]
@@ -445,10 +394,9 @@ class Priority(Reserve):
 
         The free ones come first, the best for its own goal.
         """
-        slots, near, free, resolutions = self.slots, self.slots.near, self.slots.free, self._resolutions
+        slots, near, free = self.slots, self.slots.near, self.slots.free
         wait, taken = self.admission.waits.get(robot), slots.held(pusher)
-        speed = self._speed(robot)
-        costs, takes = self._costs(robot, speed), self._takes(speed)
+        costs, takes, speed = self.costs.of(robot)
         found = []
         for way in self.ways.leaving(robot):
             legs, needed, end, number = way
@@ -460,7 +408,7 @@ class Priority(Reserve):
                 if missing:
                     seen[missing[0]] = None
                     continue
-            resolution = self._reservations.against(robot, needed, first) if resolutions else None
+            resolution = self.resolutions.against(robot, needed, first)
             if resolution is not None:
                 resolution.held_back[first] = None
                 continue
@@ -490,8 +438,8 @@ class Priority(Reserve):
             if not around and not sure and (states < self._max_states or not patient):
                 self._asks_later(robot)
                 return
-            cycle = [] if around else waits_for_cycle(self.admission, robot)
-            if cycle and not self._resolutions and self.slots.at_rest(self._goes_nowhere):
+            cycle = [] if around else waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
+            if cycle and not self.resolutions.by_robot and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
                 if any(other.rank < robot.rank for other in self.admission.asking):
                     del self._searched[robot]
@@ -505,10 +453,7 @@ class Priority(Reserve):
             # By then, others may have moved to where they block no vehicle.
             self._asks_later(robot)
             return
-        resolution = Resolution(robot, steps)
-        self._resolutions.update(dict.fromkeys(resolution.robots, resolution))
-        self._reservations.add(resolution)
-        self._begin_steps(resolution)
+        self.resolutions.begin(robot, steps)
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
         """Return whether a vehicle that stands or waits will do so until another one moves."""
@@ -518,75 +463,13 @@ class Priority(Reserve):
 
     def _movable(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
         """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""
-        if other in self._resolutions or other.rank <= robot.rank:
+        if other in self.resolutions.by_robot or other.rank <= robot.rank:
             return False
         return other.will_yield if soon else other.may_yield
 
-    def _begin_steps(self, resolution: Resolution) -> None:
-        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again."""
-        began, waits = True, False
-        while began:
-            # Where vehicles leave, the next ones may come.
-            began, waits = False, False
-            for step in resolution.ready(self.slots.near):
-                if not all(map(self._may_still_move, step)) or self._is_claimed(step, resolution.first):
-                    self._drop(resolution)
-                    return
-                if not self._may_begin(step, resolution):
-                    waits = True
-                elif self.slots.exchange([(move.robot, move.way.slots) for move in step]):
-                    began = True
-                    resolution.begin(step)
-                    self._reservations.remove(resolution, [step])
-                    for move in step:
-                        self.admission.push(move.robot, move.way.legs, resolution.first)
-        self._let_go(resolution)
-        if not (resolution.moving or waits):
-            self._drop(resolution)
-
-    def _is_claimed(self, step: Step, first: Vehicle) -> bool:
-        """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
-        return any(self._claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
-
-    def _may_begin(self, step: Step, resolution: Resolution) -> bool:
-        """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
-        if not all(move.robot.may_yield for move in step):
-            return False
-        # Each is asked, so that each begins to open.
-        let = [self.admission.lets(move.robot, move.way.legs) for move in step]
-        if not all(let):
-            self._awaiting[resolution] = None
-        return all(let)
-
-    def _may_still_move(self, move: Move) -> bool:
-        """Return whether a vehicle is, or comes to, where it is to move from, and nothing is in its way for good."""
-        if not move.robot.will_yield or self.slots.held(move.robot)[-1:] != (move.start,):
-            return False
-        return self.ways.is_open(move.robot, move.way)
-
-    def _go_on(self, resolution: Resolution) -> None:
-        """Begin the moves of a resolution that waited for a door, unless it was dropped meanwhile."""
-        if self._resolutions.get(resolution.first) is resolution:
-            self._begin_steps(resolution)
-
-    def _let_go(self, resolution: Resolution) -> None:
-        """Make vehicles that were held back request again."""
-        held_back = [*resolution.held_back]
-        resolution.held_back.clear()
-        self.admission.look_again(held_back)
-
-    def _drop(self, resolution: Resolution) -> None:
-        self._reservations.remove(resolution, resolution.steps)
-        resolution.steps.clear()
-        for robot in resolution.robots:
-            self._resolutions.pop(robot, None)
-        for robot in sorted(resolution.robots, key=by_rank):
-            self.admission.try_again(robot)
-        self._let_go(resolution)
-
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
         """Publish a deadlock once, and not each time that it is looked at."""
-        if not any(robot in self._resolutions for robot in cycle):
+        if not any(robot in self.resolutions.by_robot for robot in cycle):
             super()._publish(cycle)
 
 

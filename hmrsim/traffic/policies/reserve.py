@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 from pydantic import Field
 
@@ -23,17 +23,19 @@ from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
-from hmrsim.traffic.policies._admission import by_rank
 from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
+from hmrsim.traffic.rules import by_rank
+from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._admission import AdmissionControl, Vehicle
+    from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.rules import Vehicle
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
@@ -59,15 +61,16 @@ class ReserveSettings(Settings):
 class Reserve:
     """Reservations at work in one world."""
 
-    def __init__(self, admission: AdmissionControl, settings: ReserveSettings) -> None:
+    def __init__(self, admission: Admission, settings: ReserveSettings) -> None:
         self.admission = admission
         self.settings = settings
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
-        lanes, reach = admission.graph.lanes, widest(admission.world)
-        capacities = _capacities(admission.world, lanes, settings)
-        # Of those with room for any number, no one has a place.
-        compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
+        lanes, layouts = admission.graph.lanes, _LAYOUTS(admission.world)
+        defaults = settings.waypoint_capacity, settings.lane_capacity
+        if defaults not in layouts:
+            layouts[defaults] = _layout(admission.world, lanes, settings)
+        reach, capacities, compared = layouts[defaults]
         around: LruCache[bytes, Mapping[int, float]] = lanes.derived(
             (slots_around, compared, reach), lambda: LruCache(_KEPT_POINTS)
         )
@@ -123,9 +126,7 @@ class Reserve:
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
         """Return the vehicles that hold what one would need for a leg."""
-        slots = self.slots
-        missing = slots.missing(robot, slots.of(leg))
-        return [*dict.fromkeys([other for slot in missing for other in slots.in_the_way(robot, slot)])]
+        return self.slots.blockers(robot, self.slots.of(leg))
 
     def ahead_of(self, _robot: Vehicle) -> Iterable[Vehicle]:
         """Return no vehicle: each has the right of way where it comes first."""
@@ -146,11 +147,12 @@ class Reserve:
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
-        cycle = waits_for_cycle(self.admission, robot)
+        blockers = self.admission.blockers(robot)
+        cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
             self.resolve(cycle)
-        elif any(other.stands for other in self.admission.blockers(robot)):
+        elif any(other.stands for other in blockers):
             self.go_around(robot)
 
     def halted(self, robot: Vehicle) -> None:
@@ -229,16 +231,18 @@ class Reserve:
         self.admission.publisher.publish(lambda: Deadlock(tuple(robot.name for robot in cycle), lanes))
 
 
-def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle]:
+def waits_for_cycle(admission: Admission, robot: Vehicle, blockers: Sequence[Vehicle]) -> list[Vehicle]:
     """Return the vehicles of a cycle in which each waits for the next, *robot* first; none if it is in no such cycle.
 
     A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only where all
-    vehicles for which *robot* waits, directly or not, have to wait themselves.
+    vehicles for which *robot* waits, directly or not, have to wait themselves. *blockers* are those for which it waits
+    directly.
     """
     waits_for: dict[Vehicle, Vehicle] = {}
     todo = [robot]
     for waiting in todo:
-        blockers = admission.blockers(waiting)
+        if waiting is not robot:
+            blockers = admission.blockers(waiting)
         if not blockers or not all(admission.is_held_up(other) for other in blockers):
             return []
         for other in blockers:
@@ -251,6 +255,34 @@ def waits_for_cycle(admission: AdmissionControl, robot: Vehicle) -> list[Vehicle
     while cycle[-1] is not robot:
         cycle.append(waits_for[cycle[-1]])
     return cycle[::-1]
+
+
+class _Layout(NamedTuple):
+    """The room that vehicles have.
+
+    Attributes:
+        reach: The greatest sum of two vehicles' radii, in the world's unit.
+        capacities: How many vehicles may hold each slot.
+        compared: The slots with room for so many; of those with room for any number, no vehicle has a place.
+    """
+
+    reach: float
+    capacities: Sequence[float]
+    compared: tuple[int, ...]
+
+
+def _layout(world: World, lanes: Lanes, settings: ReserveSettings) -> _Layout:
+    capacities = _capacities(world, lanes, settings)
+    compared = tuple(slot for slot, room in enumerate(capacities) if room < math.inf)
+    return _Layout(widest(world), capacities, compared)
+
+
+def _no_layouts(_world: World) -> dict[tuple[int | None, int | None], _Layout]:
+    return {}
+
+
+_LAYOUTS: Final = Derived(_no_layouts)
+"""The layouts of a world, by the capacities of waypoints and lanes that state none."""
 
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:

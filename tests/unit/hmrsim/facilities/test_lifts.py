@@ -85,7 +85,7 @@ class TestRides:
         """A ride is no distance, but takes time."""
         run = simulate(world())
         run((0.0, go("ward")), until=1.0)
-        progress = run.simulator.robots["eve"].progress()
+        progress = run.simulator.robots["eve"].motion.progress()
 
         assert (7.0, 16.0) == (progress.length, progress.seconds)
 

@@ -525,7 +525,7 @@ class TestEnd:
 
         assert ((2.0, 2.0), 0.0) == (
             run.simulator.robots["wall_e"].pose().point,
-            run.simulator.robots["wall_e"].distance_remaining,
+            run.simulator.robots["wall_e"].motion.progress().length,
         )
 
     def test_a_bug_in_an_action_aborts_its_goal_and_leaves_the_run(self, make_run):

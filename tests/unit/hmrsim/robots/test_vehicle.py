@@ -21,7 +21,7 @@ from hmrsim.interfaces.nav2_msgs import FollowPath, NavigateToPose, Spin, Wait
 from hmrsim.navigation.motion import drive_of, spin, straight
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
-from hmrsim.robots import vehicle_body
+from hmrsim.robots import mobile_base
 from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies import registry as policies
@@ -112,14 +112,14 @@ def stage(monkeypatch):
     monkeypatch.setitem(policies(), "passive", policy)
     run = simulate(WORLD, topics=EVENTS)
     robot = run.simulator.robots["ann"]
-    seen, next_state = [], vehicle_body.next_state
+    seen, next_state = [], mobile_base.next_state
 
     def watched(state: VehicleState, event: VehicleEvent) -> VehicleState:
         after = next_state(state, event)
         seen.append((state, event))
         return after
 
-    monkeypatch.setattr(vehicle_body, "next_state", watched)
+    monkeypatch.setattr(mobile_base, "next_state", watched)
     stage = Stage(run, robot, seen)
     yield stage
     # A drive that is collected as garbage halts its vehicle, which the next test would see.

@@ -56,7 +56,13 @@ def run_of(traffic, base, orders, *, looks=(), topics=frozenset({Topic.EVENTS}))
         run.simulator.advance(at)
         if order is None:
             for robot in run.simulator.robots.values():
-                robot.progress(), robot.velocity(), robot.legs_ahead, robot.sets_out, robot.motion()
+                (
+                    robot.motion.progress(),
+                    robot.velocity(),
+                    robot.legs_ahead,
+                    robot.sets_out,
+                    robot.motion.to_json(),
+                )
         else:
             give(run, order)
     run.simulator.advance(200.0)

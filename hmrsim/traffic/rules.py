@@ -1,106 +1,19 @@
-"""The interfaces that traffic policies use: `hmrsim.traffic.admission`, its vehicles and their waits."""
+"""The interface between admission and policies: vehicles, their waits, and the rules of a policy."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Final, Protocol
 
 if TYPE_CHECKING:
-    from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.errors import GoalAborted
     from hmrsim.events.traffic import Waiting
     from hmrsim.geometry import Point, Pose
-    from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.motion import Piece
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.traffic.blockers import Blocker
-    from hmrsim.world.model import World
-
-
-class AdmissionControl(Protocol):
-    """The lanes of one world, and the vehicles that wait for them."""
-
-    @property
-    def world(self) -> World:
-        """The world in which the vehicles drive."""
-
-    @property
-    def graph(self) -> WaypointGraph:
-        """The graph of the world's lanes."""
-
-    @property
-    def publisher(self) -> EventPublisher:
-        """The publisher of events about traffic."""
-
-    @property
-    def now(self) -> float:
-        """The simulated time, in seconds."""
-
-    @property
-    def waits(self) -> Mapping[Vehicle, Wait]:
-        """The vehicles that wait, in the order in which they began to."""
-
-    @property
-    def asking(self) -> Iterable[Vehicle]:
-        """The vehicles that are about to ask again at this instant, in order."""
-
-    def plan(self, robot: Vehicle, start: Point, goal: Point) -> Route:
-        """Return the quickest route for a vehicle, without lanes that it can never pass.
-
-        Raises:
-            NoRoute: No way leads there.
-        """
-
-    def kept_off(self, robot: Vehicle) -> Sequence[Lane]:
-        """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
-
-    @property
-    def all_open(self) -> bool:
-        """Return whether all lanes are open and without barriers."""
-
-    def may_drive(self, robot: Vehicle, lane: Lane) -> bool:
-        """Return whether a vehicle can be moved along a lane: it is not closed, and what is on it opens for it."""
-
-    def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
-        """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open.
-
-        All vehicles that wait ask again when it is open.
-        """
-
-    def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
-        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
-
-    def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> Sequence[Blocker]:
-        """Return descriptions of the vehicles for which another one waits."""
-
-    def is_held_up(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle can't go on because of others."""
-
-    def waits_for_barrier(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle waits for a door or a lift that will let it pass."""
-
-    def soon(self, call: Callable[[], None]) -> None:
-        """Call a function at this instant but after what happens now."""
-
-    def look_again(self, robots: Sequence[Vehicle]) -> None:
-        """Make waiting vehicles request their legs again, at the end of this instant."""
-
-    def look_again_at(self, robot: Vehicle, at: float) -> None:
-        """Make a vehicle request again at a simulated time, in seconds, if it still waits for the same leg then."""
-
-    def try_again(self, robot: Vehicle) -> None:
-        """Make a vehicle that waits or has yielded request again, at this instant."""
-
-    def release(self, robot: Vehicle) -> None:
-        """Resume a waiting vehicle that now holds the slots of its leg."""
-
-    def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
-        """Make a vehicle yield to another by driving legs whose slots it already holds."""
-
-    def abort(self, robot: Vehicle, why: GoalAborted) -> None:
-        """Abort the motion of a waiting vehicle; its next motion starts a new wait."""
 
 
 by_rank: Final = attrgetter("rank")
@@ -239,3 +152,58 @@ class Wait:
     why: str = ""
     told: Waiting | None = None
     asks: bool = False
+
+
+class Rules(Protocol):
+    """A policy at work in one world."""
+
+    def held(self, robot: Vehicle) -> tuple[int, ...]:
+        """Return the slots that a vehicle holds, in the order in which it drives them."""
+
+    def take(self, robot: Vehicle, leg: Leg) -> bool:
+        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
+
+    def reset(self) -> None:
+        """Forget the past; where vehicles stand stays as it is."""
+
+    def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
+        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
+
+    def leave(self, robot: Vehicle) -> None:
+        """Release all slots of a vehicle."""
+
+    def forget(self, robot: Vehicle, leg: Leg) -> None:
+        """End the wait of a vehicle for a leg."""
+
+    def spot(self, point: Point) -> int:
+        """Return the slot of a point beside the lanes."""
+
+    def full(self, slot: int) -> bool:
+        """Return whether no other vehicle may come into a slot now."""
+
+    def inside(self, slot: int) -> Sequence[Vehicle]:
+        """Return the vehicles that hold a slot."""
+
+    def near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
+        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
+
+    def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
+        """Return the vehicles that hold what one would need for a leg."""
+
+    def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
+        """Return the vehicles whose turn is before that of one that waits, so that its patience does not count yet."""
+
+    def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
+        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
+
+    def halted(self, robot: Vehicle) -> None:
+        """Record that a vehicle was stopped on its leg, so that it will not arrive."""
+
+    def stays_aside(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
+
+    def opened(self) -> None:
+        """Record that a door opened, a cabin arrived, or a lane opened or closed."""
+
+    def blocked(self, robot: Vehicle) -> None:
+        """Resolve the wait of a vehicle that begins to wait, if that is possible."""

@@ -23,4 +23,4 @@ def test_a_robot_is_within_a_circle(point, expected):
     """Less than a metre away, in any direction."""
     run = simulate({"robots": {"eve": {"at": [2.0, 8.0]}}})
 
-    assert expected is run.simulator.robots["eve"].is_within(1.0, point)
+    assert expected is run.simulator.robots["eve"].motion.is_within(1.0, point)

@@ -1,0 +1,678 @@
+"""A mobile base: the activity of a vehicle, the way in which it drives, and what its robot plans and commands.
+
+It drives one lane or turn after the other, each lane when traffic admits it. There is one event where something is to
+be decided, such as whether it may drive the next lane, and none in between: where nothing can be in its way, a whole
+route is one event.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Generator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from simpy import Event
+
+from hmrsim.errors import BaseDisabled, NoRoute
+from hmrsim.events.robots import RouteTaken, Stopped
+from hmrsim.events.traffic import Rerouted
+from hmrsim.geometry import Pose, distance, turn
+from hmrsim.interfaces.nav2_msgs import FollowPath
+from hmrsim.navigation.motion import Piece
+from hmrsim.robots.motion import Motion
+from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
+
+if TYPE_CHECKING:
+    from hmrsim.engine.environment import Environment
+    from hmrsim.engine.subscriptions import EventPublisher
+    from hmrsim.errors import GoalAborted
+    from hmrsim.geometry import Point
+    from hmrsim.navigation.delays import Delays
+    from hmrsim.navigation.graph import Lane, WaypointGraph
+    from hmrsim.navigation.motion import Drive
+    from hmrsim.navigation.route import Leg, Route
+    from hmrsim.traffic.admission import Admission
+    from hmrsim.world.model import Base
+
+_NANOSECOND: Final = 1e-9
+"""What belongs to one instant, in seconds: commands come at whole nanoseconds, robots arrive in between."""
+
+_NEVER_STOPPED: Final = (-1.0, 0.0)
+"""When a vehicle was stopped, and at which run-up, if it never was."""
+
+
+class MobileBase:
+    """A base that drives, or flies; it can be stopped anywhere, and yields to others.
+
+    Its activity is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
+
+    Args:
+        speed: Its maximum speed, in the world's unit a second.
+        moved: Called whenever it begins or ceases to move; None for no call. Where a battery is drained by distance,
+            it is also called where the mean speed changes, and a way ends there.
+
+    Attributes:
+        motion: Where it is at any time.
+        graph: The graph on which it drives.
+        radius: Of its footprint; 0 if it has none.
+        flies: Whether nothing on the ground is in its way.
+        recoveries: How often it had to wait or to take another route, since the start.
+        rerouted: How often it has taken another route on this trip.
+        rank: By what vehicles are ordered: when they began their trips, in simulated seconds, those that go nowhere
+            last; then their names. It is kept up to date, as traffic compares it several times a lane.
+        speed_scale: The factor of its maximum speed.
+        disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
+    """
+
+    # More attributes than a class can share the names of among its objects: each would get a separate large table.
+    __slots__ = (
+        "_admission",
+        "_arrived",
+        "_delays",
+        "_enabled",
+        "_entry",
+        "_env",
+        "_final_yaw",
+        "_follows_speed",
+        "_motion_change",
+        "_moved",
+        "_publisher",
+        "_route",
+        "_set_out",
+        "_speed",
+        "_state",
+        "_still_since",
+        "_trip",
+        "_works",
+        "base",
+        "disabled_reasons",
+        "flies",
+        "graph",
+        "home",
+        "motion",
+        "name",
+        "radius",
+        "rank",
+        "recoveries",
+        "rerouted",
+        "speed_scale",
+        "type",
+    )
+
+    def __init__(  # noqa: PLR0913 - each is a part of its world
+        self,
+        env: Environment,
+        name: str,
+        base: Base,
+        *,
+        robot_type: str,
+        speed: float,
+        home: Pose,
+        graph: WaypointGraph,
+        admission: Admission,
+        delays: Delays,
+        publisher: EventPublisher,
+        moved: Callable[[], None] | None = None,
+    ) -> None:
+        self.name = name
+        self.type = robot_type
+        self.base = base
+        self.radius = base.radius or 0.0
+        self.flies = base.flies
+        self.home = home
+        self.graph = graph
+        self.motion = Motion(env, home, self._end_way)
+        self.recoveries = self.rerouted = 0
+        self.rank = (math.inf, name)
+        self.speed_scale = 1.0
+        self.disabled_reasons: dict[str, str] = {}
+        self._env = env
+        self._speed = speed
+        self._admission = admission
+        self._delays = delays
+        self._publisher = publisher
+        self._moved = moved
+        self._follows_speed = False
+        self._state = VehicleState.IDLE
+        self._still_since = env.now
+        self._works = False
+        # Where it is to go, and the yaw to face there, None for any.
+        self._route: Route | None = None
+        self._final_yaw: float | None = None
+        self._trip = 0
+        self._set_out = 0.0
+        # When it was stopped last, with the run-up of the speed that it had.
+        self._entry = _NEVER_STOPPED
+        # Processes wait until it arrives, until its motion changes, and until it can be used again.
+        self._arrived: Event | None = None
+        self._motion_change: Event | None = None
+        self._enabled: Event | None = None
+
+    @property
+    def now(self) -> float:
+        """The simulated time, in seconds."""
+        return self._env.now
+
+    @property
+    def state(self) -> VehicleState:
+        """The current state of the vehicle."""
+        return self._state
+
+    @property
+    def stands(self) -> bool:
+        """Return whether the vehicle stands and has nowhere to go."""
+        return self._state.stands
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the vehicle is moving."""
+        return self._state.moves
+
+    @property
+    def waits(self) -> bool:
+        """Return whether the vehicle is blocked on its route."""
+        return self._state.waits
+
+    @property
+    def sets_out(self) -> bool:
+        """Return whether the vehicle begins a lane or a turn at this very instant."""
+        if not self._state.moves:
+            return False
+        self.motion.catch_up()
+        return self._env.now < self.motion.began + _NANOSECOND
+
+    @property
+    def busy(self) -> bool:
+        """Return whether the current goal requires the vehicle to stand still."""
+        return self._state is VehicleState.WORKING
+
+    @property
+    def activity(self) -> str:
+        """A description of the current state, in words."""
+        if self.disabled:
+            return f"disabled ({self.disabled})"
+        if self.busy:
+            return "working"
+        if self.waits:
+            return "waiting"
+        return "idle" if self.stands else "driving"
+
+    @property
+    def still_since(self) -> float:
+        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works.
+
+        One that was asked to do something, but could not begin, has made none.
+        """
+        return math.inf if self._state.moves or self._state is VehicleState.WORKING else self._still_since
+
+    @property
+    def may_yield(self) -> bool:
+        """Return whether the vehicle stands and can make room for others."""
+        state, route = self._state, self._route
+        return state is VehicleState.IDLE or (state.waits and route is not None and route.goal is not None)
+
+    @property
+    def will_yield(self) -> bool:
+        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
+        if self._state.moves:
+            return self._state is VehicleState.YIELDING or (self._state.needs_admission and self.goal is not None)
+        return self.busy or self.may_yield
+
+    @property
+    def disabled(self) -> str:
+        """Why it can do nothing now; empty while it can be used."""
+        return next(iter(self.disabled_reasons.values()), "")
+
+    @property
+    def goal(self) -> Point | None:
+        """The point to which another route may lead; None if it goes nowhere, or its path is given point by point."""
+        return None if self._route is None else self._route.goal
+
+    def _enter(self, event: VehicleEvent) -> None:
+        before = self._state
+        self._state = next_state(before, event)
+        if self._state.stands is not before.stands:
+            self._update_rank()
+
+    def _update_rank(self) -> None:
+        self.rank = (math.inf if self._state.stands else self._set_out, self.name)
+
+    def _stop_progress(self) -> None:
+        """Record that the vehicle ceases to make progress, unless it has made none since its command."""
+        if self.motion.began < self._env.now:
+            self._still_since = self._env.now
+
+    def pose(self) -> Pose:
+        """Return the position of its center and its yaw, now."""
+        return self.motion.pose()
+
+    def distance_to(self, point: Point) -> float:
+        """Return how far its center is from *point*."""
+        return distance(self.motion.pose().point, point)
+
+    def velocity(self) -> tuple[float, float]:
+        """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
+        piece = self.motion.piece
+        return (0.0, 0.0) if piece is None else piece.velocity
+
+    @property
+    def speed(self) -> float:
+        """The maximum speed that it can go now, in the world's unit a second."""
+        return self._speed * self.speed_scale
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that it drives now; None when it stands, or waits."""
+        return self.motion.piece
+
+    @property
+    def next_leg(self) -> Leg | None:
+        """The leg that it drives now, or waits for; None when it stands, or turns."""
+        legs = self.motion.legs
+        return legs[0] if legs else None
+
+    @property
+    def legs_ahead(self) -> list[Leg]:
+        """The legs that it has not driven to their ends; none when it stands."""
+        return [leg for leg in self.motion.legs if leg]
+
+    def _announce_motion(self) -> None:
+        """Tell its robot, and the processes that watch it, that its motion has changed."""
+        if self._moved is not None:
+            self._moved()
+        if self._motion_change is not None:
+            self._announce_change()
+
+    def _announce_change(self) -> None:
+        event, self._motion_change = self._motion_change, None
+        if event is not None:
+            event.succeed()
+
+    def plan_to(self, goal: Point, start: Point | None = None) -> Route:
+        """Return the quickest route from where it is, or from *start*.
+
+        Raises:
+            NoRoute: The goal or *start* is outside the map or inside an obstacle, or no route leads there.
+        """
+        if not self.flies:
+            return self.plan_on_lanes(goal, start)
+        if start is not None:
+            self.graph.check_start(start)
+        return self.graph.fly(self.pose().point if start is None else start, goal)
+
+    def plan_on_lanes(self, goal: Point, start: Point | None = None) -> Route:
+        """Return the quickest route along the lanes, for a robot that flies, too.
+
+        Raises:
+            NoRoute: As `plan_to` says.
+        """
+        if start is not None:
+            self.graph.check_start(start)
+        return self._admission.plan(self, self.pose().point if start is None else start, goal)
+
+    def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
+        """Wait until it begins another lane or turn, its motion or the open lanes change, or for some seconds."""
+        if self._motion_change is None:
+            self._motion_change = Event(self._env)
+        woken = Event(self._env)
+
+        def wake(_event: Event) -> None:
+            if not woken.triggered:
+                woken.succeed()
+
+        events = (self._motion_change, self._admission.lanes_change())
+        for event in events:
+            event.callbacks.append(wake)
+        try:
+            yield from self._env.wait(woken, min(self._env.now + seconds, self.motion.piece_ends))
+        finally:
+            for event in events:
+                if not event.processed:
+                    event.callbacks.remove(wake)
+
+    def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
+        """Return the route from where it is straight from point to point, and what is in its way; or ""."""
+        return self.graph.straight_through([self.pose().point, *points], flies=self.flies)
+
+    def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
+        """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.
+
+        Raises:
+            GoalAborted: Something is in its way for too long, it can go no further, or it is disabled.
+        """
+        self._check_enabled()
+        yields = self._state.yields and route.goal is not None
+        if not yields:
+            self.halt()
+        self._route, self._final_yaw = route, final_yaw
+        self._trip += 1
+        self.rerouted, self._set_out = 0, self._env.now
+        if yields:
+            self._update_rank()
+            # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
+            self._enter(VehicleEvent.REDIRECT)
+            self._arrived = Event(self._env)
+            yield from self._arrival()
+        else:
+            yield from self._carry_out(self._driven(route.legs), VehicleEvent.SET_OUT)
+        if self.stands and final_yaw is not None and final_yaw != self.motion.rest.yaw:
+            # Without a turning rate no piece of the drive says so.
+            start, end = self.motion.rest, Pose(*self.motion.rest.point, final_yaw)
+            self.motion.stand(end)
+            self._publisher.publish_untraced(
+                lambda: Piece(start, end, 0.0, 0.0, turned=turn(start.yaw, end.yaw)).event(self.name)
+            )
+
+    def _check_enabled(self) -> None:
+        for cause, why in self.disabled_reasons.items():
+            raise BaseDisabled(FollowPath.Result.UNKNOWN, why, cause)
+
+    def perform(self, driven: Drive) -> Generator[Any, Any, None]:
+        """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
+
+        Raises:
+            BaseDisabled: It is disabled, or was meanwhile and has stopped.
+        """
+        self._check_enabled()
+        self.halt()
+        self._route = None
+        yield from self._carry_out(driven, VehicleEvent.MANEUVER)
+
+    def move_to(self, pose: Pose) -> None:
+        """Stand somewhere else at once; no goal that holds the base may be running."""
+        self.halt()
+        self.motion.stand(pose)
+        self._entry, self._still_since = _NEVER_STOPPED, self._env.now
+        self._admission.place(self)
+        self._announce_change()
+
+    def disable(self, cause: str, why: str) -> None:
+        """Stop, and be able to do nothing until this and all other causes are gone."""
+        self.disabled_reasons[cause] = why
+        if self._state.maneuvers:
+            self.give_up(BaseDisabled(FollowPath.Result.UNKNOWN, why, cause))
+        else:
+            self.halt()
+        self._enter(VehicleEvent.DISABLE)
+
+    def enable(self, cause: str) -> None:
+        """Be disabled by this cause no longer; nothing happens if it is not."""
+        if self.disabled_reasons.pop(cause, None) is not None and not self.disabled_reasons:
+            self._enter(VehicleEvent.ENABLE)
+            if self._works:
+                self._enter(VehicleEvent.WORK)
+            if self._enabled is not None and not self._enabled.triggered:
+                self._enabled.succeed()
+
+    def wait_until_enabled(self, until: float) -> Generator[Any, Any, None]:
+        """Wait as long as it is disabled, but only until a point of simulated time; infinity is none."""
+        while self.disabled_reasons and self._env.now < until:
+            self._enabled = Event(self._env)
+            try:
+                yield from self._env.wait(self._enabled, until)
+            finally:
+                self._enabled = None
+
+    def begin_work(self) -> None:
+        """Stand still until `finish_work`, and yield to no other vehicle."""
+        if not self._state.stands:
+            self.halt()
+        self._works = True
+        self._enter(VehicleEvent.WORK)
+
+    def finish_work(self) -> None:
+        """Finish the work; do nothing if the vehicle has moved on to something else."""
+        self._works = False
+        if self._state is VehicleState.WORKING:
+            self._still_since = self._env.now
+            self._enter(VehicleEvent.FINISH_WORK)
+        self._admission.became_idle(self)
+
+    def scale_speed(self, scale: float) -> None:
+        """Go at this share of its maximum speed, also on the route that it drives now."""
+        self.speed_scale = scale
+        if self._route is None or self._state.stands:
+            return
+        if self._state.waits:
+            self.motion.follow(self._driven(self.legs_ahead))
+            self._enter(VehicleEvent.RESCALE)
+            return
+        leg, here = self.next_leg, self.pose().point
+        rest = self.legs_ahead
+        at_end = leg is not None and here == leg.end
+        if at_end:
+            rest = rest[1:]
+        elif leg is not None and leg.ride:
+            rest[0] = replace(leg, ride=leg.ride - self.motion.elapsed)
+        elif leg is not None:
+            rest[0] = replace(leg, start=here, length=distance(here, leg.end))
+        if not rest:
+            # It arrives at this instant, or turns there.
+            return
+        self.motion.stand(self.pose())
+        self._enter(VehicleEvent.RESCALE)
+        self._begin(self._driven(rest), admitted=leg is not None and not at_end)
+
+    def halt(self) -> None:
+        """Stop here, wherever it was going; nothing happens if it stands."""
+        if self._state.stands:
+            return
+        leg = None if self._state.waits or self.sets_out else self.next_leg
+        motion, piece = self.motion, self.piece
+        # A drive that begins at this instant begins at this speed.
+        self._entry = self._env.now, piece.run_up(motion.elapsed) if piece else 0.0
+        motion.stand(motion.pose())
+        if self._state.moves:
+            self._stop_progress()
+        self._enter(VehicleEvent.HALT)
+        self._admission.stopped(self, leg)
+        self._announce_motion()
+        self._publisher.publish(lambda: Stopped(self.name, motion.rest.point))
+
+    def give_up(self, why: GoalAborted) -> None:
+        """Stop on its way, and fail the drive."""
+        arrived = self._arrived
+        self.halt()
+        _fail(arrived, why)
+
+    def _driven(self, legs: Sequence[Leg]) -> Drive:
+        """Return how it drives legs from where it is, and then turns to the final yaw of its trip, if any.
+
+        A base that yields leaves at once, since another one counts on its place, and turns neither before nor after.
+        """
+        yields = self._state.yields
+        if self._delays:
+            legs = [self._delays.of(leg, self.name, self.speed, self._trip) for leg in legs]
+        return self.graph.drives.drive(
+            self.motion.pose(),
+            legs,
+            None if yields or self._route is None else self._final_yaw,
+            speed=self.speed,
+            acceleration=self.base.acceleration,
+            turning_rate=None if yields else self.base.turning_rate,
+            run_up=self._entry[1] if self._entry[0] == self._env.now else 0.0,
+        )
+
+    def _carry_out(self, driven: Drive, event: VehicleEvent) -> Generator[Any, Any, None]:
+        if not driven.seconds:
+            return
+        self._enter(event)
+        self._arrived = Event(self._env)
+        self._begin(driven)
+        yield from self._arrival()
+
+    def _arrival(self) -> Generator[Any, Any, None]:
+        try:
+            yield self._arrived
+        except BaseException:
+            self.halt()
+            raise
+
+    def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
+        """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
+        self.motion.follow(driven)
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
+        self._drive_on(0, admitted=admitted)
+
+    def _end_way(self, _event: Event) -> None:
+        """Decide what comes after the pieces that were sure."""
+        number = self.motion.last + 1
+        if number > self.motion.final:
+            self._arrive()
+        else:
+            self._drive_on(number)
+
+    def _drive_on(self, number: int, *, admitted: bool = False) -> None:
+        """Drive from a piece up to where something is to be decided, if it is admitted; if not, it waits here."""
+        motion, admission = self.motion, self._admission
+        if motion.drive is None:
+            raise AssertionError
+        last = motion.final
+        if (admission.needed or admission.waits) and self._state.needs_admission and not self.flies:
+            leg = motion.drive.legs[number]
+            if not (admitted or leg is None or admission.admit(self, leg)):
+                self._block(number)
+                admission.decide(self)
+                return
+            last = number if admission.by_legs else admission.sure_up_to(self, motion.drive.legs, number)
+        sets_out = not motion.drives
+        motion.begin(number, self._with_speed(number, last) if self._follows_speed else last)
+        if sets_out or self._follows_speed or self._motion_change is not None:
+            self._announce_motion()
+        if self._publisher.interest.motion:
+            self._publisher.publish_untraced(lambda: motion.event(self.name))
+
+    def _with_speed(self, number: int, last: int) -> int:
+        """Return up to which piece, at most the *last*, it drives on at the same mean speed."""
+        while number < last and self.motion.keeps_speed(number):
+            number += 1
+        return number
+
+    def look_ahead(self) -> None:
+        """Decide at the next lane that is no longer sure, as more can be in its way than when it began."""
+        motion = self.motion
+        if motion.drive is None or not self._state.moves or not self._state.needs_admission or self.flies:
+            return
+        motion.catch_up()
+        last = self._admission.sure_up_to(self, motion.drive.legs, motion.number)
+        if last < motion.last:
+            motion.shorten(last)
+
+    def _block(self, number: int) -> None:
+        """Wait to begin a piece of its drive."""
+        self.motion.wait_at(number)
+        self._stop_progress()
+        self._enter(VehicleEvent.BLOCK)
+        self.recoveries += 1
+        self._announce_motion()
+
+    def _arrive(self) -> None:
+        motion, arrived = self.motion, self._arrived
+        if motion.drive is None or arrived is None:
+            raise AssertionError
+        motion.stand(motion.drive.end)
+        self._stop_progress()
+        self._enter(VehicleEvent.ARRIVE)
+        self._admission.arrived(self)
+        self._announce_motion()
+        if self._state is VehicleState.YIELDED:
+            self._plan_on()
+        else:
+            self._env.succeed(arrived)
+
+    def _plan_on(self) -> None:
+        """Plan the rest of its trip, if any, from where it has yielded."""
+        goal = self.goal
+        if goal is None:
+            self._enter(VehicleEvent.ARRIVE)
+        else:
+            try:
+                route = self._admission.plan(self, self.motion.rest.point, goal)
+            except NoRoute as error:
+                self.give_up(error)
+                return
+            self._route = route
+            driven = self._driven(route.legs)
+            if driven.seconds:
+                self.motion.follow(driven)
+            else:
+                # Where it has yielded is where it was going.
+                self._enter(VehicleEvent.ARRIVE)
+                if self._arrived is not None:
+                    self._arrived.succeed()
+        self._admission.yielded(self)
+
+    def go_on(self) -> None:
+        """Drive the leg for which it waits, or begin its maneuver: it is admitted now."""
+        drive = self.motion.drive
+        if drive is None or drive.in_pieces or self._state is VehicleState.MANEUVER_BLOCKED:
+            self._enter(VehicleEvent.RESUME)
+            self._drive_on(self.motion.number, admitted=True)
+        else:
+            driven = self._driven(self.legs_ahead)
+            self._enter(VehicleEvent.RESUME)
+            self._begin(driven, admitted=True)
+
+    def ask_again(self) -> None:
+        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+        if self.motion.drive is not None and self._state.waits:
+            self._enter(VehicleEvent.RESUME)
+            self._begin(self.motion.drive)
+
+    def step_back(self) -> None:
+        """Lose the right of way at the instant at which it sets out, and wait."""
+        self._block(self.motion.number)
+
+    def reroute(self, avoid: Collection[Lane]) -> bool:
+        """Take another route from where it waits, without these lanes; return whether there is one."""
+        goal = self.goal
+        if goal is None or not self._state.waits:
+            return False
+        try:
+            route = self._admission.plan(self, self.pose().point, goal, avoid)
+        except NoRoute:
+            return False
+        ahead = self.next_leg
+        if ahead is not None and route.legs and (route.legs[0].start, route.legs[0].end) == (ahead.start, ahead.end):
+            # It begins with what is in the way, where it waits in the middle of a lane.
+            return False
+        self.rerouted += 1
+        self.take_route(route)
+        return True
+
+    def take_route(self, route: Route) -> None:
+        """Take a route from where it waits; it asks for the right of way again."""
+        self._route = route
+        self.recoveries += 1
+        self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
+        # It may have to turn first, and then asks later.
+        self._admission.forget(self)
+        driven = self._driven(route.legs)
+        self._enter(VehicleEvent.REROUTE)
+        self._begin(driven)
+
+    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
+        """Yield to another vehicle by driving legs from where it stands, to which it is admitted already.
+
+        Then it goes on to where it was going, if anywhere, when the traffic policy lets it. *rerouted* says whether
+        this counts as another route.
+        """
+        here, stood, first = self.pose().point, self._state.stands, legs[0]
+        self._enter(VehicleEvent.YIELD)
+        if stood:
+            self._route, self._arrived = None, Event(self._env)
+        self.motion.stand(self.motion.rest)
+        self.rerouted += rerouted
+        if here != first.start:
+            # It stands beside the waypoint, as after backing up.
+            first = replace(first, start=here, length=distance(here, first.end))
+        self._begin(self._driven([first, *legs[1:]]), admitted=True)
+
+
+def _fail(arrived: Event | None, why: GoalAborted) -> None:
+    if arrived is not None and not arrived.triggered:
+        arrived.fail(why)
+        # It may have no goal, as when it yields.
+        arrived.defused = True

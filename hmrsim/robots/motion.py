@@ -1,0 +1,195 @@
+"""The motion of a vehicle: where it stands, or what it drives, as functions of time.
+
+There is one event where something is to be decided, such as whether the vehicle may drive the next lane, and none in
+between: where nothing can be in its way, a whole route is one event.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from hmrsim.engine.environment import At
+from hmrsim.geometry import distance
+from hmrsim.navigation.motion import Piece, Progress
+
+if TYPE_CHECKING:
+    from simpy import Event
+
+    from hmrsim.engine.environment import Environment
+    from hmrsim.events.robots import MotionBegan
+    from hmrsim.geometry import Point, Pose
+    from hmrsim.navigation.motion import Drive
+    from hmrsim.navigation.route import Leg
+
+
+class Motion:
+    """A vehicle at rest, or on a drive: in one of its pieces, or where it waits to begin one.
+
+    Args:
+        at: Where it stands at first.
+        ended: Called when the pieces that it has begun are driven.
+
+    Attributes:
+        rest: Where it stood before its drive.
+        drive: The drive that it follows; None when it stands.
+        drives: Whether it drives now, and does not wait to begin a piece.
+        final: The number of the last piece of the drive.
+        number: The number of the piece that it drives, or waits to begin; up to date after `catch_up`.
+        began: When it began that piece, in simulated seconds; up to date after `catch_up`, too.
+        last: The number of the last piece before something is to be decided.
+    """
+
+    __slots__ = ("_end", "_ended", "_env", "_seconds", "began", "drive", "drives", "final", "last", "number", "rest")
+
+    def __init__(self, env: Environment, at: Pose, ended: Callable[[Event], None]) -> None:
+        self._env = env
+        self._ended = [ended]
+        self._end: At | None = None
+        self._seconds: Sequence[float] = ()
+        self.number = self.last = self.final = 0
+        self.began = 0.0
+        self.stand(at)
+
+    def stand(self, at: Pose) -> None:
+        """Stand at a pose."""
+        if self._end is not None:
+            self._abandon_end()
+        self.rest = at
+        self.drive: Drive | None = None
+        self.drives = False
+
+    def follow(self, drive: Drive) -> None:
+        """Take a drive, and wait to begin it; nothing may be driven now."""
+        self.drive, self._seconds, self.final = drive, drive.seconds, len(drive.seconds) - 1
+        self.number = self.last = 0
+        self.began = self._env.now
+        self.drives = False
+
+    def wait_at(self, number: int) -> None:
+        """Wait to begin a piece of the drive."""
+        if self._end is not None:
+            self._abandon_end()
+        self.number = self.last = number
+        self.drives = False
+
+    def begin(self, number: int, last: int) -> None:
+        """Drive some pieces, the first one from now on.
+
+        Its one event is scheduled anew each time, past the process that drives: with many robots that is half the work
+        of the whole simulation.
+        """
+        self.number, self.last, self.began = number, last, self._env.now
+        self.drives = True
+        if self._end is None:
+            self._expect_end()
+        else:
+            self._end.callbacks = self._ended
+            ends = self.began + self._seconds[number] if number == last else self._ends()
+            self._env.schedule_at(self._end, ends)
+
+    def shorten(self, last: int) -> None:
+        """Drive no further than to the end of a piece for now."""
+        self._abandon_end()
+        self.last = last
+        self._expect_end()
+
+    def _expect_end(self) -> None:
+        self._end = At(self._env, self._ends(), self._ended)
+
+    def _ends(self) -> float:
+        """Return when the last piece ends, in simulated seconds."""
+        at = self.began
+        for seconds in self._seconds[self.number : self.last + 1]:
+            at += seconds
+        return at
+
+    def _abandon_end(self) -> None:
+        """Let nothing happen at the end of the pieces that are driven, unless that is now."""
+        end, self._end = self._end, None
+        if end is not None and end.callbacks is not None:
+            self._env.abandon(end)
+
+    def catch_up(self) -> None:
+        """Record the pieces driven since the last event; at the end of a piece the vehicle is on the next."""
+        if self.number == self.last or not self.drives:
+            return
+        now, seconds, number, last = self._env.now, self._seconds, self.number, self.last
+        began, ends = self.began, self.began + seconds[number]
+        while ends <= now and number < last:
+            number += 1
+            began, ends = ends, ends + seconds[number]
+        self.number, self.began = number, began
+
+    @property
+    def elapsed(self) -> float:
+        """The seconds since it began its piece; 0 while it waits to begin one."""
+        if not self.drives:
+            return 0.0
+        if self.number != self.last:
+            self.catch_up()
+        return self._env.now - self.began
+
+    def pose(self) -> Pose:
+        """Return the pose now."""
+        if self.drive is None:
+            return self.rest
+        elapsed = self.elapsed
+        return self.drive.pose(self.number, elapsed)
+
+    def progress(self) -> Progress:
+        """Return the pose now, and how far the vehicle still has to go; nothing is left when it stands."""
+        if self.drive is None:
+            return Progress(self.rest)
+        elapsed = self.elapsed
+        return self.drive.progress(self.number, elapsed)
+
+    @property
+    def piece(self) -> Piece | None:
+        """The lane or the turn that is driven now; None when the vehicle stands, or waits."""
+        if self.drive is None or not self.drives:
+            return None
+        self.catch_up()
+        return self.drive.piece(self.number)
+
+    @property
+    def legs(self) -> Sequence[Leg | None]:
+        """The legs of the pieces that are not driven to their ends, the present one first; None for a turn."""
+        if self.drive is None:
+            return ()
+        self.catch_up()
+        return self.drive.legs[self.number :]
+
+    def keeps_speed(self, number: int) -> bool:
+        """Return whether the piece after one is driven at the same mean speed."""
+        drive = self.drive
+        return drive is not None and drive.piece(number).velocity == drive.piece(number + 1).velocity
+
+    @property
+    def piece_ends(self) -> float:
+        """When it begins the next piece, if no event says so; infinite otherwise."""
+        self.catch_up()
+        if self.number == self.last or not self.drives:
+            return math.inf
+        return self.began + self._seconds[self.number]
+
+    def is_within(self, room: float, point: Point) -> bool:
+        """Return whether the vehicle is less than *room* away from *point*; quick if it stands somewhere else."""
+        here = self.pose().point
+        return abs(here[0] - point[0]) < room and abs(here[1] - point[1]) < room and distance(here, point) < room
+
+    def event(self, robot: str) -> MotionBegan:
+        """Return the event that a robot begins its piece, with all that it drives before an event."""
+        if self.drive is None:
+            raise AssertionError
+        first, *further = (self.drive.piece(number) for number in range(self.number, self.last + 1))
+        return first.event(robot, further)
+
+    def to_json(self) -> dict[str, Any] | None:
+        """Return the piece that is driven now and those after it, as an observer sees them; None when it stands."""
+        if self.piece is None:
+            return None
+        fields = self.event("").to_json()
+        del fields["robot"]
+        return {**fields, "began": self.began}
