@@ -141,7 +141,7 @@ class Lockstep(SelectiveSink):
     def join(self, command: Join, wall: float) -> None:
         """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
         name, participants = command.name, self._participants
-        there = participants.get(name)
+        there = participants.by_name.get(name)
         if there is None:
             participants.add(name, wall, command.token)
             waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
@@ -155,7 +155,7 @@ class Lockstep(SelectiveSink):
     def leave(self, command: Leave) -> None:
         """Remove a participant on its own request."""
         name = command.participant
-        if not self._participants.get(name):
+        if not self._participants.by_name.get(name):
             self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         _log.info("sim %.3f | participant %s has left", self._simulator.now, name)
@@ -167,7 +167,7 @@ class Lockstep(SelectiveSink):
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}"
         error = f"{self.lost}; join again"
-        participant = self._participants.get(name)
+        participant = self._participants.by_name.get(name)
         if participant is not None:
             self._stop_waiting(participant)
             for reply_to in participant.drop_request():
@@ -200,7 +200,7 @@ class Lockstep(SelectiveSink):
             name: Who is stalled.
             until: Simulated seconds; it may be stalled for longer already.
         """
-        if participant := self._participants.get(name):
+        if participant := self._participants.by_name.get(name):
             participant.stall(until, self._next)
             self._reconsider()
 
@@ -231,19 +231,19 @@ class Lockstep(SelectiveSink):
     def advance(self, command: Advance, wall: float) -> None:
         """Take a participant's request to advance; a repeated request gets the same answer."""
         name, epoch = command.participant, command.epoch
-        participant = self._participants.get(name)
+        participant, following = self._participants.by_name.get(name), self.epoch + self.granting
         if participant is None:
             self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         request = participant.request
         if request is not None and request.epoch == epoch:
             participant.askers.append(command.reply_to)
-        elif participant.last is not None and participant.last[0] == epoch != self._next:
+        elif participant.last is not None and participant.last[0] == epoch != following:
             self._simulator.answer(command.reply_to, participant.last[1])
-        elif request is None and epoch in (self._next, participant.behind):
+        elif request is None and epoch in (following, participant.behind):
             participant.ask(command, wall)
         else:
-            text = f"epoch {epoch} is not the current one, which is {self._next}"
+            text = f"epoch {epoch} is not the current one, which is {following}"
             if request is not None:
                 text = f"epoch {request.epoch} is being waited for; its answer says which is next"
             self._refuse(command.reply_to, "epoch", epoch, text)
@@ -262,7 +262,8 @@ class Lockstep(SelectiveSink):
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
         self.granting, self._woken = True, False
-        self._submit_changes()
+        if self._participants.changes:
+            self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
             if participant.state.begins:
@@ -277,7 +278,8 @@ class Lockstep(SelectiveSink):
         for participant, request in asked:
             if request.commands:
                 self._apply(participant, request)
-        self._conditions.refresh()
+        if self._conditions.changed:
+            self._conditions.refresh()
 
     def _limit_grant(self) -> None:
         """Set the horizon of the grant, and the kinds of events that end it, from the requests of the participants."""
@@ -389,7 +391,8 @@ class Lockstep(SelectiveSink):
         if self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
-        self._sort_events()
+        if "feedback" in self._kinds:
+            self._sort_events()
         asked = [each for each in self._participants.all if each.state is State.GRANTED]
         sampled = self._sampled(asked)
         for participant in asked:
@@ -406,15 +409,15 @@ class Lockstep(SelectiveSink):
         if reason == "until" and request.until > now and stamp(request.until) == stamp(now):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = request.until
-        wanted = kinds_wanted(request)
+        wanted = participant.kinds if participant.state is State.GRANTED else kinds_wanted(request)
         events = tuple([each for each in (*participant.missed, *self._events) if each[0] in wanted])
         if sampled and "feedback" in request.report - request.wake:
             events = (*events, *sampled)
         accepted = tuple([slot.answer for slot in participant.slots])
-        met = self._conditions.take_met(participant.name)
+        met = self._conditions.take_met(participant.name) if self._conditions.met else ()
         granted = Granted(self.epoch, now, reason, accepted, events, met, self._over)
         self._stop_waiting(participant)
-        for reply_to in participant.answer(granted):
+        for reply_to in participant.answer(request.epoch, granted):
             self._simulator.answer(reply_to, granted)
 
     def end(self, why: str, reason: str) -> None:
@@ -435,11 +438,12 @@ class Lockstep(SelectiveSink):
             self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
         self._submit_kept()
         self._simulator.stop(reason)
-        self._sort_events()
+        if "feedback" in self._kinds:
+            self._sort_events()
         for participant in asked:
             self._answer(participant, "end")
 
-    def tell_end(self, command: Advance) -> None:
+    def report_end(self, command: Advance) -> None:
         """Answer a participant that asks to advance after the end of the run."""
         wanted = kinds_wanted(command)
         events = tuple(each for each in self._events if each[0] in wanted)
@@ -468,7 +472,7 @@ class Lockstep(SelectiveSink):
             self._forget_events()
 
     def _remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
-        participant = self._participants.get(name)
+        participant = self._participants.by_name.get(name)
         if participant and participant.request is not None:
             self._answer(participant, "end")
         self._participants.remove(name, change, why, error=error)
@@ -531,9 +535,13 @@ class Lockstep(SelectiveSink):
             self._halt()
 
     def _note_change(self, change: GoalChanged) -> None:
-        if change.robot not in self._simulator.dispatcher.updates.late:
+        dispatcher = self._simulator.dispatcher
+        # Every goal changes several times, and most participants wait for its result alone.
+        relevant = change.result is not None or "status" in self._kinds or change.robot in dispatcher.cut_off
+        if relevant and change.robot not in dispatcher.updates.late:
             self._note_news(change)
-        self._follow(change)
+        if self._conditions.watched:
+            self._conditions.emit(change)
 
     def _note_news(self, change: GoalChanged) -> None:
         """Record a change of a goal when participants may know it."""
@@ -586,8 +594,6 @@ class Lockstep(SelectiveSink):
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""
-        if "feedback" not in self._kinds:
-            return
         ordered: list[Told] = []
         for (kind, _), group in itertools.groupby(self._events, key=lambda event: event[:2]):
             found = list(group)

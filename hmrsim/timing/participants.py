@@ -176,14 +176,15 @@ class Participant:
     def begin(self) -> Advance:
         """Return the request whose commands are applied now."""
         self.state = TRANSITIONS[self.state, Event.BEGIN]
-        request = self._open
+        if (request := self.request) is None:
+            raise AssertionError(f"{self.name} has not asked to advance")
         self.behind, self.kinds = None, kinds_wanted(request)
         return request
 
-    def answer(self, granted: Granted) -> list[Any]:
-        """Take its answer, and return the senders to give it to."""
+    def answer(self, epoch: int, granted: Granted) -> list[Any]:
+        """Take the answer to its request for an epoch, and return the senders to give it to."""
         self.state = TRANSITIONS[self.state, Event.ANSWER]
-        self.last = (self._open.epoch, granted)
+        self.last = (epoch, granted)
         askers, self.askers = self.askers, []
         self.request, self.behind = None, None
         self.slots, self.missed = [], []
@@ -210,12 +211,6 @@ class Participant:
         askers, self.askers, self.request = self.askers, [], None
         return askers
 
-    @property
-    def _open(self) -> Advance:
-        if self.request is None:
-            raise AssertionError(f"{self.name} is {self.state.value}, and has asked for nothing")
-        return self.request
-
 
 @dataclass(slots=True)
 class _Expected:
@@ -234,20 +229,22 @@ class Participants:
 
     Attributes:
         all: The participants, in the order of their names.
+        by_name: The same, to be looked up.
         missing: Those that have yet to join for the first time; a number in place of names that are not known.
         awaited: Who is to join now, by name.
+        changes: The changes of participation since the last call of `take_changes`.
     """
 
     def __init__(self, awaited: int | Collection[str]) -> None:
         self._wanted = awaited
         self.all: list[Participant] = []
         self.awaited: list[str] = []
-        self._here: dict[str, Participant] = {}
+        self.by_name: dict[str, Participant] = {}
         self._known: dict[str, None] = {}
         self._gone: dict[str, str] = {}
         self._goals: dict[str, int] = {}
         self._tokens: dict[str, None] = {}
-        self._changes: list[Participation] = []
+        self.changes: list[Participation] = []
         self._expected: dict[str, _Expected] = {}
         self._kept: dict[str, None] = {}
         self.missing = self._missing()
@@ -262,21 +259,17 @@ class Participants:
         """The names of those that time waits for, as they have yet to ask; from any thread."""
         return [each.name for each in list(self.all) if each.state is State.THINKING]
 
-    def get(self, name: str) -> Participant | None:
-        """Return the participant of a name; None if there is none."""
-        return self._here.get(name)
-
     def why_unknown(self, name: str) -> str:
         """Return why there is no participant of a name."""
         return self._gone.get(name) or f"no participant {name!r}; join first"
 
     def add(self, name: str, since: float, joined_with: str = "") -> None:
         """Add a participant; its name must be free."""
-        participant = self._here[name] = Participant(name, since, name in self._tokens, joined_with)
+        participant = self.by_name[name] = Participant(name, since, name in self._tokens, joined_with)
         bisect.insort(self.all, participant, key=lambda each: each.name)
         self._known[name] = None
         self._gone.pop(name, None)
-        self._changes.append(Participation(name, "joined"))
+        self.changes.append(Participation(name, "joined"))
         self.missing = self._missing()
         self.expect_no_more(name)
 
@@ -286,13 +279,13 @@ class Participants:
         *change* says how it left, as in `Participation`; *error* is the error for its later requests, empty for the
         one that says to join first.
         """
-        self.all.remove(self._here.pop(name))
+        self.all.remove(self.by_name.pop(name))
         if error:
             self._gone[name] = error
         if change == "left":
             # The loss of its token may be reported after it has joined again with another token.
             self._tokens.pop(name, None)
-        self._changes.append(Participation(name, change, why))
+        self.changes.append(Participation(name, change, why))
         self.expect_no_more(name)
         if name in self._kept:
             self._expected[name] = _Expected(0.0, lambda: None, due=True)
@@ -300,12 +293,12 @@ class Participants:
 
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
-        changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
+        changes, self.changes = sorted(self.changes, key=lambda change: change.participant), []
         return changes
 
     def lost_token(self, name: str, *, alive: bool) -> bool:
         """Record whether a liveliness token is there; return whether a participant has lost its token."""
-        participant = self._here.get(name)
+        participant = self.by_name.get(name)
         if alive:
             self._tokens[name] = None
             if participant:

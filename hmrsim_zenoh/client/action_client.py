@@ -6,7 +6,7 @@ import logging
 import threading
 from collections.abc import Callable, Mapping
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from hmrsim.actions import F, G, R
 from hmrsim.diagnostics import shown
@@ -29,16 +29,22 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
+class Participating(Protocol):
+    """The part of a `Client` that its action clients use."""
+
+    @property
+    def lockstep(self) -> Lockstep | None:
+        """The client's participation in lockstep; None where simulated time moves by itself."""
+
+
 class ActionClient(Generic[G, R, F]):
     """Sends one robot goals of one action; `Client.action_client` makes it."""
 
-    def __init__(
-        self, link: Link, lockstep: Callable[[], Lockstep | None], robot: str, action: Action[G, R, F]
-    ) -> None:
+    def __init__(self, client: Participating, link: Link, robot: str, action: Action[G, R, F]) -> None:
         self.robot = robot
         self.action = action
+        self._client = client
         self._link = link
-        self._lockstep = lockstep
         self._target = ActionTarget(robot, action)
         self._lock = threading.Lock()
         self._listening: dict[str, GoalExchange[R, F]] = {}
@@ -76,7 +82,7 @@ class ActionClient(Generic[G, R, F]):
             ValueError: *goal_id* is no goal id.
             TypeError: *goal* is of another action.
         """
-        exchange = self._exchange(self._lockstep(), goal, goal_id, on_feedback, on_change)
+        exchange = self._exchange(self._client.lockstep, goal, goal_id, on_feedback, on_change)
         exchange.start(adopt=adopt, read_result=read_result)
         return exchange
 
@@ -97,7 +103,7 @@ class ActionClient(Generic[G, R, F]):
         Raises:
             ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
         """
-        lockstep = self._lockstep()
+        lockstep = self._client.lockstep
         exchange = self._exchange(lockstep, goal, goal_id, on_feedback, on_change)
         if lockstep:
             exchange.start(read_result=read_result)
@@ -147,7 +153,7 @@ class ActionClient(Generic[G, R, F]):
             RequestTimeout: It does not answer.
         """
         self._link.check_open()
-        lockstep = self._lockstep()
+        lockstep = self._client.lockstep
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
             lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
@@ -170,7 +176,8 @@ class ActionClient(Generic[G, R, F]):
 
     def _forget(self, exchange: GoalExchange[R, F]) -> None:
         self._link.leave(exchange)
-        self._listening.pop(exchange.goal_id, None)
+        if self._listening:
+            self._listening.pop(exchange.goal_id, None)
 
     def _listen(self, exchange: GoalExchange[R, F], lockstep: Lockstep | None) -> None:
         self._listening[exchange.goal_id] = exchange

@@ -211,7 +211,7 @@ class Client:
         # All callers share one client, which subscribes to feedback once.
         known = self._action_clients.get((robot, action.name))
         if known is None or known.action is not action:
-            known = ActionClient(self._link, lambda: self.lockstep, robot, action)
+            known = ActionClient(self, self._link, robot, action)
             self._action_clients[robot, action.name] = known
         return known
 
@@ -229,8 +229,9 @@ class Client:
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
             Unreachable, RequestTimeout: There is one, and it does not say for a minute which clock it has.
         """
-        if self._lockstep is not None and self._lockstep.takes_part:
-            return self._lockstep
+        lockstep = self._lockstep
+        if lockstep is not None and lockstep.takes_part:
+            return lockstep
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
                 self._lockstep.close()

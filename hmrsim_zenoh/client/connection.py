@@ -7,7 +7,6 @@ at the server's. Nothing else in the client knows which, or what JSON looks like
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
 from pydantic_core import ValidationError
@@ -32,17 +31,17 @@ Answer = Any
 back, and the effect of the command is unknown."""
 
 
-@dataclass(frozen=True)
 class ActionTarget:
-    """An action of a robot."""
+    """An action of a robot.
 
-    robot: str
-    action: Action[Any, Any, Any]
+    Attributes:
+        name: The name of the action in ROS.
+    """
 
-    @property
-    def name(self) -> str:
-        """The name of the action in ROS."""
-        return f"/{self.robot}/{self.action.name}"
+    def __init__(self, robot: str, action: Action[Any, Any, Any]) -> None:
+        self.robot = robot
+        self.action = action
+        self.name = f"/{robot}/{action.name}"
 
 
 class ReadInfo(NamedTuple):

@@ -170,8 +170,10 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def _on_accepted(self, status: GoalStatus) -> None:
         if self._accept(status):
             self._pause = _FIRST_PAUSE
-            self._ask_result()
-            self._cancel_if_due()
+            if not self._result_asked:
+                self._ask_result()
+            if self._cancel_wanted:
+                self._cancel_if_due()
 
     def _patience_from_now(self) -> float:
         return time.monotonic() + self._link.acknowledge_timeout

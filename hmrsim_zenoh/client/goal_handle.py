@@ -182,11 +182,11 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._done or self._accepted:
                 return False
             self._accepted = True
-            self._raise_status(GoalStatus.ACCEPTED)
-            # The status of a duplicate; if the goal has ended, get_result reports it together with the result.
-            self._raise_status(status)
+            # A duplicate may have got further; if it has ended, get_result reports the status with the result.
+            self._raise_status(GoalStatus.ACCEPTED if status.terminal else status)
             self._note_change()
-        self._deliver()
+        if self._mail:
+            self._deliver()
         return True
 
     def _progress(self, status: GoalStatus) -> bool:
@@ -219,7 +219,8 @@ class GoalHandle(ABC, Generic[R, F]):
             self._result = result
             self._done = True
             self._note_change()
-        self._deliver()
+        if self._mail:
+            self._deliver()
         return True
 
     def _fail(self, error: Exception, *, rejected: bool = False, status: GoalStatus | None = None) -> bool:

@@ -99,10 +99,11 @@ class Link:
         Raises:
             ClientClosed: The link is closed already.
         """
-        self.check_open()
-        self.presence.start()
+        if not self.presence.started:
+            self.check_open()
+            self.presence.start()
         with self._lock:
-            # Checked again: closing fails only the goals that are tracked by then.
+            # Closing fails only the goals that are tracked by then.
             self.check_open()
             self._goals[goal] = None
 

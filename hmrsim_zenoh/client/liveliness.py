@@ -20,6 +20,9 @@ class Presence:
     """Follows the simulator's token and reports when it has been gone for longer than the grace period.
 
     The grace period covers router restarts. Nothing is queried or subscribed before `start`.
+
+    Attributes:
+        started: Whether the token is followed.
     """
 
     def __init__(
@@ -38,6 +41,7 @@ class Presence:
         self._on_gone = on_gone
         self._changed = threading.Condition()
         self._starting = threading.Lock()
+        self.started = False
         self._subscriber: zenoh.Subscriber[None] | None = None
         self._asked = False
         self._alive = False
@@ -76,6 +80,7 @@ class Presence:
                 self._subscriber = self._session.liveliness().declare_subscriber(self._token, handler, history=True)
             except zenoh.ZError:
                 raise ClientClosed("the client is closed") from None
+            self.started = True
 
     def alive(self, timeout: float) -> bool:
         """Return whether the token is there; the first call queries for at most *timeout* seconds."""
@@ -96,7 +101,7 @@ class Presence:
     def close(self) -> None:
         """Stop following the token."""
         with self._starting:
-            subscriber, self._subscriber = self._subscriber, None
+            subscriber, self._subscriber, self.started = self._subscriber, None, False
         if subscriber is not None:
             subscriber.undeclare()
 

@@ -56,7 +56,7 @@ class LoopbackHost:
     ) -> None:
         self._reason = "the simulation has ended"
         self._begun = self._ended = False
-        self._exchange = Exchange(self._run)
+        self._exchange = Exchange(self._run, self._has_messages)
         self._session = open_session(self._exchange)
         self._served = ServedSimulation(
             Wiring(
@@ -133,9 +133,10 @@ class LoopbackHost:
         self._commands = LocalCommands(self._exchange, server)
         return self._commands
 
-    def _run(self, again: bool) -> None:  # noqa: FBT001 - as the exchange calls it
-        if again and not self._served.server.inbox.waiting:
-            return
+    def _has_messages(self) -> bool:
+        return self._served.server.inbox.waiting
+
+    def _run(self) -> None:
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
             self._served.finish(self._reason)
@@ -172,7 +173,7 @@ class LocalInbox(QueryInbox):
     def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
         """Add a query."""
         reader = reader or self._reader
-        if self._closed:
+        if self.closed:
             reader.refuse(query)
         else:
             self._queries.append((reader, query))
@@ -183,7 +184,7 @@ class LocalInbox(QueryInbox):
         Raises:
             SimulationStopped: The inbox is closed.
         """
-        if self._closed:
+        if self.closed:
             raise SimulationStopped("the simulation has ended")
         self._commands.append(command)
 

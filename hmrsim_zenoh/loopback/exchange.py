@@ -64,16 +64,17 @@ class Exchange:
     """The declarations of all sessions of a process, and the messages that wait for delivery.
 
     Args:
-        run: Runs the simulation until it needs a message to continue. Its argument says whether it ran just before, so
-            that only a message could make a difference.
+        run: Runs the simulation until it needs a message to continue.
+        has_messages: Returns whether the simulation has a message to process.
 
     Attributes:
         version: Changes with each declaration.
     """
 
-    def __init__(self, run: Callable[[bool], None]) -> None:
+    def __init__(self, run: Callable[[], None], has_messages: Callable[[], bool]) -> None:
         self.version = 0
         self._run = run
+        self._has_messages = has_messages
         self._declared: dict[Kind, list[Declaration]] = {kind: [] for kind in Kind}
         self._matching: dict[tuple[Kind, str], list[Declaration]] = {}
         self._waiting: deque[Callable[[], object]] = deque()
@@ -117,7 +118,19 @@ class Exchange:
     def settle(self) -> None:
         """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs."""
         again = False
-        while self._has_run(again=again):
+        while True:
+            with self._lock:
+                if self._running:
+                    # A callback of the simulation itself.
+                    break
+                if not again or self._has_messages():
+                    self._running = True
+                    try:
+                        self._run()
+                    finally:
+                        self._running = False
+            if not self._waiting:
+                break
             again = True
             while self._waiting:
                 try:
@@ -129,7 +142,8 @@ class Exchange:
                     call()
                 except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("a callback failed")
-        self.notify()
+        if self._settling:
+            self.notify()
 
     def wait_while(self, holds: Callable[[], bool]) -> None:
         """Block the calling thread while a condition holds; it is evaluated only while the simulation pauses."""
@@ -148,22 +162,8 @@ class Exchange:
 
     def notify(self) -> None:
         """Wake the threads in `wait_while`."""
-        if self._settling:
-            with self._settled:
-                self._settled.notify_all()
-
-    def _has_run(self, *, again: bool) -> bool:
-        """Run the simulation, and return whether there are messages to deliver."""
-        with self._lock:
-            if self._running:
-                # A callback of the simulation itself.
-                return False
-            self._running = True
-            try:
-                self._run(again)
-            finally:
-                self._running = False
-        return bool(self._waiting)
+        with self._settled:
+            self._settled.notify_all()
 
     def _take_back(self, kind: Kind, declaration: Declaration) -> None:
         with self._lock:

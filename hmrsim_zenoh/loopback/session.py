@@ -14,8 +14,8 @@ from hmrsim_zenoh.loopback.exchange import Kind
 if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
-Submit = Callable[[Any, Callable[[Any], object]], None]
-"""Receives a command of a client, and the callback for its answer."""
+Submit = Callable[["LoopbackSession", Any, Callable[[Any], object]], None]
+"""Receives a session, a command of its client, and the callback for the answer."""
 
 
 def open_session(
@@ -36,13 +36,14 @@ class LoopbackSession:
 
     Attributes:
         exchange: The exchange.
+        error: The error with which the session was cut off, so that it receives nothing; None if it was not.
     """
 
     def __init__(self, exchange: Exchange, submit: Submit | None, waits: Callable[[], bool] | None) -> None:
         self.exchange = exchange
         self._take = submit
         self._waits = waits
-        self._error: BaseException | None = None
+        self.error: BaseException | None = None
         self._number = exchange.number()
         self._tokens: list[Token] = []
         self._declared: list[Declaration] = []
@@ -65,7 +66,7 @@ class LoopbackSession:
         """
         if self._closed:
             return
-        self._closed, self._error = True, error
+        self._closed, self.error = True, error
         for declared in self._declared:
             declared.undeclare()
         for token in self._tokens:
@@ -94,9 +95,9 @@ class LoopbackSession:
             self._check()
         if self._take is None:
             raise zenoh.ZError("the session is the simulator's own")
-        self._take(command, self._heard(then))
-        if self._error is not None:
-            raise self._error
+        self._take(self, command, then)
+        if self.error is not None:
+            raise self.error
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
         """Publish a sample."""
@@ -185,12 +186,12 @@ class LoopbackSession:
         self._check_cut()
 
     def _check_cut(self) -> None:
-        if self._error is not None:
-            raise self._error
+        if self.error is not None:
+            raise self.error
 
     def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
         """Return a callback that ignores its message once the session was cut off."""
-        return lambda item: take(item) if self._error is None else None
+        return lambda item: take(item) if self.error is None else None
 
 
 class Liveliness:

@@ -80,7 +80,7 @@ class ChannelInbox(QueryInbox):
 
     def arrived(self) -> int:
         """Return the number of queries that have arrived: what is found out now is true for each of them."""
-        if not self._closed:
+        if not self.closed:
             while len(self._queries) < _BATCH and self._receive():
                 pass
         return self.taken + len(self._queries)
@@ -98,7 +98,7 @@ class ChannelInbox(QueryInbox):
         """Add a query from another channel; by default it is decoded as those on the inbox's own key expression."""
         reader = reader or self._reader
         with self._changed:
-            taken = len(self._queries) < self._max_waiting and not self._closed
+            taken = len(self._queries) < self._max_waiting and not self.closed
             if taken:
                 self._queries.append((reader, query))
                 self._changed.notify()
@@ -116,12 +116,12 @@ class ChannelInbox(QueryInbox):
         if self._forwarder is None:
             self._forwarder = self._start_forwarder(self._channel, self._reader)
         with self._changed:
-            self._changed.wait_for(lambda: self.waiting or self._closed, timeout)
+            self._changed.wait_for(lambda: self.waiting or self.closed, timeout)
 
     def close(self) -> None:
         """Accept no more commands and wake the simulation thread; `poll` still returns the queries in the channel."""
         with self._changed:
-            if self._closed:
+            if self.closed:
                 return
             super().close()
         try:
@@ -144,14 +144,14 @@ class ChannelInbox(QueryInbox):
         """Block on the channel, without a timeout."""
         self._asleep = True
         try:
-            if not (self._commands or self._queries or self._closed):
+            if not (self._commands or self._queries or self.closed):
                 self._receive(block=True)
         finally:
             self._asleep = False
 
     def _wake(self) -> None:
         """Wake the simulation thread if it blocks on the channel, by a query on the wakeup key."""
-        if self._asleep and not self._closed:
+        if self._asleep and not self.closed:
             handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(lambda _reply: None, indirect=False)
             try:
                 self._session.get(self._wakeup_key, handler, timeout=1.0)
@@ -177,7 +177,7 @@ class ChannelInbox(QueryInbox):
         if self._forwarder is not None:
             return False
         try:
-            query = self._channel.recv() if block or self._closed else self._channel.try_recv()
+            query = self._channel.recv() if block or self.closed else self._channel.try_recv()
         except zenoh.ZError:
             # It is closed, and all of it was taken.
             return False

@@ -20,21 +20,17 @@ class Losses:
 
     Attributes:
         watching: Whether answers to requests that come now may get lost.
+        active: Whether any request or answer may ever have been lost or repeated.
     """
 
     def __init__(self) -> None:
-        self.watching = False
+        self.watching = self.active = False
         self._answers = 0
         self._requests = 0
 
-    @property
-    def active(self) -> bool:
-        """Whether anything may be lost or repeated."""
-        return self.watching or self._requests > 0
-
     def watch(self) -> None:
         """Prepare to lose answers to requests that come from now on."""
-        self.watching = True
+        self.watching = self.active = True
 
     def lose_answers(self, count: int) -> None:
         """Lose the next answers, also to requests that have come since `watch`."""
@@ -43,10 +39,11 @@ class Losses:
     def repeat_requests(self, count: int) -> None:
         """Let the next requests come twice; only the answers to the first of both arrive."""
         self._requests += count
+        self.active = True
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
-        if not (self.watching or self._requests):
+        if not self.active:
             return (query,)
         payload = query.payload
         if payload is None or not payload.to_bytes():

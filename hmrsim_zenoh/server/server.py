@@ -227,7 +227,9 @@ class Server(SelectiveSink):
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands that come before one of a client in this process: what has changed around it."""
-        first = self.planner.look() if isinstance(command, (SendGoal, Advance)) else []
+        first: list[AnyCommand] = []
+        if self._description.plans_externally and isinstance(command, (SendGoal, Advance)):
+            first += self.planner.look()
         if (changes := self._interest.look()) != self._changes_reported:
             self._changes_reported = changes
             first.append(InterestChanged())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import to_json
@@ -60,7 +60,6 @@ class Description:
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
-        self._plans_externally: bool | None = None
         self._view: tuple[World | None, bytes] = (None, b"")
 
     @property
@@ -73,16 +72,15 @@ class Description:
         """Whether time may pass faster than the wall's."""
         return self._hurries()
 
-    @property
+    @cached_property
     def plans_externally(self) -> bool:
         """Whether a robot drives the paths of an external planner."""
-        if self._plans_externally is None:
-            self._plans_externally = any(robot.planner == "external" for robot in self._simulator.robots.values())
-        return self._plans_externally
+        return any(robot.planner == "external" for robot in self._simulator.robots.values())
 
     def forget(self) -> None:
         """Drop the cached descriptions."""
-        self._info = self._route_graph = self._plans_externally = None
+        self._info = self._route_graph = None
+        self.__dict__.pop("plans_externally", None)
 
     @property
     def serves(self) -> dict[str, list[str]]:

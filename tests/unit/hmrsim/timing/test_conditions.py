@@ -373,7 +373,7 @@ class TestWatching:
         watched.watch("nurse", battery(AT_MOST, 1.0))
         watched.unwatch("nurse", "low")
 
-        assert () == watched.met
+        assert {} == watched.met
 
     def test_only_its_own_participant_is_told(self):
         """Time stops for all."""
