@@ -156,11 +156,11 @@ class ActionClient(Generic[G, R, F]):
         lockstep = self._client.lockstep
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
-            lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
+            lockstep.send(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
             return
         self._link.presence.start()
         answers = SimpleQueue[Answer]()
-        self._link.connection.cancel(self._target, all_goals, answers.put, timeout=PATIENCE)
+        self._link.connection.send(self._target, all_goals, answers.put, timeout=PATIENCE)
         try:
             answer = answers.get(timeout=PATIENCE)
         except Empty:

@@ -6,7 +6,10 @@ at the server's. Nothing else in the client knows which, or what JSON looks like
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
 from pydantic_core import ValidationError
@@ -21,10 +24,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import Denied
 
 M = TypeVar("M", bound=Message)
+T = TypeVar("T")
 
 PATIENCE: Final = 60.0
 """Wall seconds for an answer on a busy machine, unless the caller gives others; that nobody is there, or any more, is
 noticed before."""
+
+_LOOK: Final = 1.0
+"""The longest wait in wall seconds."""
 
 Answer = Any
 """The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
@@ -61,6 +68,9 @@ class Ask(NamedTuple):
     response: type[Message]
 
 
+GoalCommand = Union["SendGoal", "CancelGoal", "GetResult"]
+"""A command about the goals of one action."""
+
 Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
 """A request that blocks the calling thread until its answer arrives."""
 
@@ -84,42 +94,35 @@ class Call(Protocol):
 class Commands(Protocol):
     """The receiver of a goal handle's commands: a connection, or lockstep, which sends them with the next advance.
 
-    *then* receives the answer, once.
-
     Attributes:
         ordered: Whether commands arrive in the order in which they are sent.
     """
 
     ordered: bool
 
-    def send_goal(
-        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Send a goal; its message may be plain values, which the simulator checks. Answered by `GoalResponse`."""
-
-    def cancel(
-        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Cancel goals; answered by `CancelResponse`."""
-
-    def get_result(
+    def send(
         self,
         target: ActionTarget,
-        command: GetResult,
+        command: GoalCommand,
         then: Callable[[Answer], None],
         *,
         timeout: float,
         read: bool = True,
+        ended: bool = False,
     ) -> None:
-        """Ask for a result, which may come much later; answered by `ResultResponse`.
+        """Send a goal, cancel goals, or ask for a result, which may come much later.
 
-        Unless it is to be *read*, the result of a goal that succeeds is None.
+        Answered by `GoalResponse`, `CancelResponse` or `ResultResponse`. The message of a goal may be plain values,
+        which the simulator checks.
+
+        Args:
+            target: The action of the goals.
+            command: The command.
+            then: Receives the answer, once.
+            timeout: Wall seconds for the answer.
+            read: Whether to read the result of a goal that succeeded; if not, it is None.
+            ended: Whether the goal whose result is wanted is known to have ended.
         """
-
-    def look_up(
-        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Ask for the result of a goal that has ended before."""
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action."""
@@ -176,8 +179,22 @@ class Connection(Commands, Protocol):
     def close(self) -> None:
         """Unsubscribe all listeners."""
 
-    def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+    def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied; None if access control allows it, or there is none."""
+
+
+def take_within(queue: SimpleQueue[T], timeout: float) -> T:
+    """Return the next item of a queue.
+
+    Raises:
+        Empty: There is none within *timeout* wall seconds.
+    """
+    limit = time.monotonic() + timeout
+    # Ctrl-C may not interrupt a wait that begins at the same moment, so that each wait is a short one.
+    while (left := limit - time.monotonic()) > _LOOK:
+        with suppress(Empty):
+            return queue.get(timeout=_LOOK)
+    return queue.get(timeout=max(0.0, left))
 
 
 def message_of(kind: type[M], value: object) -> M:

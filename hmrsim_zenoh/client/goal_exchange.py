@@ -145,7 +145,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         self._sends += 1
         timeout = min(patience, _ONE_TRY)
-        self._commands.send_goal(self._target, self._command, self._on_goal_answer, timeout=timeout)
+        self._commands.send(self._target, self._command, self._on_goal_answer, timeout=timeout)
 
     def _on_goal_answer(self, answer: Answer) -> None:
         if answer is None:
@@ -181,7 +181,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
         # The goal may have been accepted all the same; a goal without a client should not go on.
-        self._commands.cancel(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
+        self._commands.send(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
         self.fail(
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
         )
@@ -194,11 +194,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             accepted = bool(self._accepted)
         command = GetResult(self._target.robot, self._target.action.name, self._goal_id)
         then = partial(self._on_result_answer, accepted)
-        if self._ended_before is None:
-            read = self._read_result
-            self._commands.get_result(self._target, command, then, timeout=_FOR_EVER, read=read)
-        else:
-            self._commands.look_up(self._target, command, then, timeout=_FOR_EVER)
+        read, ended = self._read_result, self._ended_before is not None
+        self._commands.send(self._target, command, then, timeout=_FOR_EVER, read=read or ended, ended=ended)
 
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
         with self._lock:
@@ -265,7 +262,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _send_cancel(self) -> None:
         if not self._done:
-            self._commands.cancel(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
+            self._commands.send(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
 
     def _on_cancel_answer(self, answer: Answer) -> None:
         if self._done:

@@ -1,7 +1,7 @@
 """A client's participation in lockstep: requests go with the next advance, and events come with its grant.
 
-A goal handle sees an ordinary transport, which answers ``send_goal``, ``cancel_goal`` and ``get_result``. Simulated
-time stands still while no thread waits: a thread that waits for a condition advances time until it holds.
+A goal handle sends its commands as over any connection. Simulated time stands still while no thread waits: a thread
+that waits for a condition advances time until it holds.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.answers import ResultResponse
-from hmrsim.protocol.commands import CancelGoal
+from hmrsim.protocol.commands import CancelGoal, GetResult
 from hmrsim.protocol.conditions import Unwatch
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
@@ -29,10 +29,9 @@ from hmrsim_zenoh.client.threads import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import GetResult, SendGoal
     from hmrsim.protocol.outputs import GoalChanged, Granted
     from hmrsim_zenoh.client.conditions import Condition
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, GoalCommand, Listener
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.participant import Kind, Kinds
 
@@ -120,42 +119,30 @@ class Lockstep:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
 
-    def send_goal(
-        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Send a goal with the next advance; *timeout* does not count, as time stands still."""
-        if not self._give(target, command, then):
-            self._connection.send_goal(target, command, then, timeout=timeout)
-
-    def cancel(
-        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Cancel goals with the next advance; *timeout* does not count."""
-        if not self._give(target, command, then):
-            self._connection.cancel(target, command, then, timeout=timeout)
-
-    def get_result(
+    def send(
         self,
         target: ActionTarget,
-        command: GetResult,
+        command: GoalCommand,
         then: Callable[[Answer], None],
         *,
         timeout: float,
         read: bool = True,
+        ended: bool = False,
     ) -> None:
-        """Register for the event with a goal's result."""
+        """Send a command with the next advance, or wait for the event that reports a result.
+
+        The timeout does not count, as time stands still.
+        """
         with self._lock:
             if not self.over:
-                self._results.setdefault(command.goal_id, []).append(then)
+                if isinstance(command, GetResult) and not ended:
+                    self._results.setdefault(command.goal_id, []).append(then)
+                elif self._secured and (denial := self._connection.denial(target, command)):
+                    self._undelivered.append(partial(then, denial))
+                else:
+                    self._queue.append((command, then, target))
                 return
-        self._connection.get_result(target, command, then, timeout=timeout, read=read)
-
-    def look_up(
-        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Request the result of a goal that ended before, without an event to come; the next advance ends at once."""
-        if not self._give(target, command, then):
-            self._connection.look_up(target, command, then, timeout=timeout)
+        self._connection.send(target, command, then, timeout=timeout, read=read, ended=ended)
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action; time stops at feedback while the listener wants it."""
@@ -164,19 +151,6 @@ class Lockstep:
                 self._listeners[target.robot, target.action.name] = target, listener
                 return
         self._connection.listen(target, listener)
-
-    def _give(
-        self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult, then: Callable[[Answer], None]
-    ) -> bool:
-        """Queue a command for the next advance; return whether there will be one."""
-        with self._lock:
-            if self.over:
-                return False
-            if self._secured and (denial := self._connection.denial(target, command)):
-                self._undelivered.append(partial(then, denial))
-            else:
-                self._queue.append((command, then, target))
-        return True
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         """Advance time until a condition holds; return whether it does.
@@ -321,7 +295,7 @@ class Lockstep:
                 continue
             if isinstance(command, CancelGoal):
                 canceled += 1
-                self._connection.cancel(target, command, answered.put, timeout=_LAST_WORDS)
+                self._connection.send(target, command, answered.put, timeout=_LAST_WORDS)
             else:
                 then(RequestError("the client was closed before the goal could be sent"))
         with suppress(Empty):

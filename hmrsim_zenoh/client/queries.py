@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 from pydantic_core import to_json
 
+from hmrsim_zenoh.client.connection import take_within
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError
 
 if TYPE_CHECKING:
@@ -24,9 +24,6 @@ Reply = bytes | RequestError | None
 _TIMED_OUT: Final = b"Timeout"
 
 _JSON: Final = "application/json"
-
-_LOOK: Final = 1.0
-"""Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
 
 
 class QueryCall:
@@ -63,15 +60,11 @@ class QueryCall:
 
     def wait(self, timeout: float) -> bool:
         """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
-        limit = time.monotonic() + timeout
-        while not self._ended:
-            left = max(0.0, limit - time.monotonic())
+        if not self._ended:
             try:
-                reply = self._replies.get(timeout=min(left, _LOOK))
+                reply = take_within(self._replies, timeout)
             except Empty:
-                if left <= _LOOK:
-                    return False
-                continue
+                return False
             self._ended = True
             body = None if reply is None else body_of(reply)
             self.answer = self._silence() if body is None else self._decode(body)
