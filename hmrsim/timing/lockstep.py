@@ -51,6 +51,9 @@ _log = logging.getLogger(__name__)
 _ENDED: Final = "the simulation has ended"
 """The default reason for the end of a run."""
 
+_FINAL: Final = (Refused, ResultResponse, bytes)
+"""The answers to commands without an event to follow."""
+
 
 class Lockstep(SelectiveSink):
     """Grants time to participants; a sink of the simulation, so that it receives the events they wait for.
@@ -66,6 +69,7 @@ class Lockstep(SelectiveSink):
         epoch: The next grant.
         granting: Whether time is being granted just now.
         lost: Which participant was dropped last, and why; empty if none was.
+        ended: Why the run has ended; empty while it goes on.
     """
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
@@ -77,7 +81,7 @@ class Lockstep(SelectiveSink):
         self._env = simulator.env
         self._gate = simulator.gate
         self._end = until
-        self._over = ""
+        self.ended = ""
         self._participants = Participants(awaited)
         self._conditions = Conditions(simulator, self._note_met)
         # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
@@ -108,12 +112,12 @@ class Lockstep(SelectiveSink):
 
     @property
     def participates(self) -> bool:
-        """Whether there is a participant."""
+        """Return whether there is a participant."""
         return bool(self._participants.all)
 
     @property
     def thinks(self) -> bool:
-        """Whether a participant has yet to ask to advance."""
+        """Return whether a participant has yet to ask to advance."""
         return bool(self._participants.thinking)
 
     @property
@@ -124,13 +128,13 @@ class Lockstep(SelectiveSink):
 
     @property
     def expects(self) -> bool:
-        """Whether time moves, or waits, because of a participant that is absent or stalled."""
+        """Return whether time moves, or waits, because of a participant that is absent or stalled."""
         there = self._participants
         return there.later or bool(there.awaited) or any(each.state.stalled for each in there.all)
 
     @property
     def over(self) -> bool:
-        """Whether the simulated time has reached the end of the run."""
+        """Return whether the simulated time has reached the end of the run."""
         return self._end < math.inf and stamp(self._env.now) >= stamp(self._end)
 
     @property
@@ -250,7 +254,7 @@ class Lockstep(SelectiveSink):
 
     @property
     def ready(self) -> bool:
-        """Whether a grant may begin: all expected participants have joined, and every participant has asked for it."""
+        """Return whether a grant may begin: all expected participants have joined, and each has asked to advance."""
         there = self._participants
         if self.granting or there.missing or there.awaited or self._gate.limit <= self._env.now:
             return False
@@ -292,7 +296,7 @@ class Lockstep(SelectiveSink):
 
     @property
     def _has_news(self) -> bool:
-        """Whether an event is pending that wakes a participant, or a participant has to join first."""
+        """Return whether an event is pending that wakes a participant, or a participant has to join first."""
         if self._participants.awaited:
             return True
         if self._events and any(kind in self._wake for kind, _, _ in self._events):
@@ -415,7 +419,7 @@ class Lockstep(SelectiveSink):
             events = (*events, *sampled)
         accepted = tuple([slot.answer for slot in participant.slots])
         met = self._conditions.take_met(participant.name) if self._conditions.met else ()
-        granted = Granted(self.epoch, now, reason, accepted, events, met, self._over)
+        granted = Granted(self.epoch, now, reason, accepted, events, met, self.ended)
         self._stop_waiting(participant)
         for reply_to in participant.answer(request.epoch, granted):
             self._simulator.answer(reply_to, granted)
@@ -429,9 +433,9 @@ class Lockstep(SelectiveSink):
             why: The reason for the end of the run.
             reason: The message in the results of the active goals.
         """
-        if self._over:
+        if self.ended:
             return
-        self._over, self.granting = why, False
+        self.ended, self.granting = why, False
         self._participants.expect_nobody()
         asked = [each for each in self._participants.all if each.request is not None]
         for name in self.participants:
@@ -447,7 +451,7 @@ class Lockstep(SelectiveSink):
         """Answer a participant that asks to advance after the end of the run."""
         wanted = kinds_wanted(command)
         events = tuple(each for each in self._events if each[0] in wanted)
-        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self._over or _ENDED)
+        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self.ended or _ENDED)
         self._simulator.answer(command.reply_to, granted)
 
     def dismiss(self, why: str) -> None:
@@ -529,7 +533,7 @@ class Lockstep(SelectiveSink):
 
     def _fill(self, slot: Slot, answer: Any) -> None:
         slot.answer = answer
-        if slot.wakes and not _goes_on(answer):
+        if slot.wakes and (isinstance(answer, _FINAL) or not getattr(answer, "accepted", True)):
             # It counts as the result: no later event could wake the participant that sent the command.
             slot.woke = True
             self._halt()
@@ -611,8 +615,3 @@ class Lockstep(SelectiveSink):
 
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
-
-
-def _goes_on(answer: Any) -> bool:
-    """Return whether a command has an effect of which an event will tell."""
-    return not isinstance(answer, (Refused, ResultResponse, bytes)) and getattr(answer, "accepted", True)

@@ -148,7 +148,7 @@ class Pacing:
 
     @property
     def over(self) -> bool:
-        """Whether the run has ended, or ends after this instant."""
+        """Return whether the run has ended, or ends after this instant."""
         return self._over
 
     def finish_instant(self) -> None:
@@ -211,7 +211,7 @@ class Pacing:
 
     @property
     def hurries(self) -> bool:
-        """Whether simulated time may run faster than wall time."""
+        """Return whether simulated time may run faster than wall time."""
         return self.clock == LOCKSTEP or not 0.0 < self.real_time_factor <= 1.0
 
     @property
@@ -242,16 +242,17 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        if taken and (taken == _COMMANDS_AT_ONCE or self._is_interrupted):
+        interrupted = self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
+        if taken and (taken == _COMMANDS_AT_ONCE or interrupted):
             return
         if not lockstep.granting and self._begins(prepares=not taken):
             return
         if lockstep.granting:
             while lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()):
-                if inbox.waiting or not lockstep.granting or self._is_interrupted:
+                if inbox.waiting or not lockstep.granting or self._over:
                     return
             ended = not lockstep.granting
-            if ended and (inbox.waiting or lockstep.over or lockstep.ready or self._is_interrupted):
+            if ended and (inbox.waiting or lockstep.ended or lockstep.ready or self._over):
                 return
         self._stand()
 
@@ -266,11 +267,6 @@ class Pacing:
             # Commands that the start of a goal caused, such as an intervention, come before time moves.
             return self._inbox.waiting
         return prepares and not lockstep.participates and next(self._preparations, self) is not self
-
-    @property
-    def _is_interrupted(self) -> bool:
-        """Whether the run ended, was reset, or got another clock during this round."""
-        return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
 
     def _free_round(self) -> None:
         simulator = self._simulator
@@ -321,7 +317,10 @@ class Pacing:
 
     def _wait(self, timeout: float | None) -> None:
         self._idle = True
-        self._publish_state()
+        if self._simulator.interest.time:
+            self._publish_state()
+        else:
+            self._last_state = None
         for call in self._on_wait:
             call()
         self._inbox.wait(timeout)
@@ -406,10 +405,7 @@ class Pacing:
             self._on_lag(self.lag)
 
     def _publish_state(self) -> None:
-        """Publish the time state, if it has changed and has a subscriber."""
-        if not self._simulator.interest.time:
-            self._last_state = None
-            return
+        """Publish the time state, if it has changed."""
         state = self.state
         # Time and epoch change always.
         if self._last_state is None or state._replace(now=0.0, epoch=0) != self._last_state:

@@ -137,7 +137,7 @@ class Slot:
 
 @dataclass(slots=True, eq=False)
 class Participant:
-    """A participant.
+    """A participant in lockstep.
 
     Attributes:
         since: When it last got an answer, by the watchdog's clock.
@@ -200,7 +200,7 @@ class Participant:
             slot.wakes = slot.woke = False
 
     def resume(self, wall: float | None) -> None:
-        """End its stall."""
+        """End the stall of the participant."""
         self.state = TRANSITIONS[self.state, Event.RESUME]
         self.stalled_until = math.inf
         if wall is not None:
@@ -347,7 +347,7 @@ class Participants:
 
     @property
     def later(self) -> bool:
-        """Whether time may move without any request, because a participant is expected later."""
+        """Return whether time may move without any request, because a participant is expected later."""
         return any(not each.due for each in self._expected.values())
 
     @property

@@ -283,7 +283,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         if self._lockstep is None:
             return condition() or super()._wait(condition, timeout)
         limit = None if timeout is None else time.monotonic() + timeout
-        if self._lockstep.drive(condition, timeout, at_once=at_once):
+        if self._lockstep.drive(condition, timeout, until=self._lockstep.now if at_once else math.inf):
             return True
         return super()._wait(condition, None if limit is None else limit - time.monotonic())
 

@@ -98,7 +98,7 @@ class Lockstep:
 
     @property
     def lost(self) -> bool:
-        """Whether the client was dropped, or the simulator is gone; the client may then join again."""
+        """Return whether the client was dropped, or the simulator is gone; the client may then join again."""
         return self._error is not None
 
     def look_at_time(self) -> None:
@@ -152,7 +152,7 @@ class Lockstep:
                 return
         self._connection.listen(target, listener)
 
-    def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+    def drive(self, condition: Callable[[], bool], timeout: float | None, *, until: float = math.inf) -> bool:
         """Advance time until a condition holds; return whether it does.
 
         It does not if that takes more than *timeout* wall seconds, or lockstep is over.
@@ -160,13 +160,29 @@ class Lockstep:
         Args:
             condition: The condition to wait for.
             timeout: Wall seconds; None for no limit.
-            at_once: Whether to apply the pending commands without advancing time.
+            until: Simulated seconds of each advance at most; if they have passed, pending commands are still applied.
 
         Raises:
             Idle: The condition can't become true.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: As above.
         """
-        return self._drive(condition, timeout, self.now if at_once else math.inf)
+        timeout, met = math.inf if timeout is None else timeout, False
+
+        def ends() -> bool:
+            # As `_ended`, which is not called as this happens twice for each goal.
+            nonlocal met
+            if met := condition():
+                return True
+            if self._error is not None:
+                raise self._error
+            return self.over
+
+        self._untils.append(until)
+        try:
+            self._turns.run(partial(self._step, time.monotonic() + timeout), ends, timeout, again=True)
+        finally:
+            self._untils.remove(until)
+        return met or condition()
 
     def drive_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> float:
         """Advance time until a condition holds, by so many simulated seconds at most; return how many are left.
@@ -176,7 +192,7 @@ class Lockstep:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
         """
         end = self.now + sim_timeout
-        self._drive(lambda: condition() or self.now >= end, timeout, min(end, _LATEST))
+        self.drive(lambda: condition() or self.now >= end, timeout, until=min(end, _LATEST))
         return end - self.now
 
     def sleep(self, seconds: float) -> bool:
@@ -191,7 +207,7 @@ class Lockstep:
         if not 0 <= end < _LATEST:
             raise ValueError(f"{seconds} s is no time to sleep for; it is {begin} s now")
         # Time went back: the simulation was reset, and the old deadline is void.
-        return self._drive(lambda: not begin <= self.now < end, None, end)
+        return self.drive(lambda: not begin <= self.now < end, None, until=end)
 
     def advance(
         self,
@@ -261,7 +277,7 @@ class Lockstep:
         takes_back = [self.watch(each, partial(_note_end, ended, each)) for each in conditions]
         end = math.inf if until is None else until
         try:
-            self._drive(lambda: bool(ended) or self.now >= end, timeout, end)
+            self.drive(lambda: bool(ended) or self.now >= end, timeout, until=end)
         finally:
             for take_back in takes_back:
                 take_back()
@@ -301,24 +317,6 @@ class Lockstep:
         with suppress(Empty):
             for _ in range(canceled):
                 answered.get(timeout=_LAST_WORDS)
-
-    def _drive(self, condition: Callable[[], bool], timeout: float | None, until: float) -> bool:
-        timeout = math.inf if timeout is None else timeout
-        self._untils.append(until)
-
-        def ends() -> bool:
-            # As `_ended`, which is not called as this happens twice for each goal.
-            if condition():
-                return True
-            if self._error is not None:
-                raise self._error
-            return self.over
-
-        try:
-            self._turns.run(partial(self._step, time.monotonic() + timeout), ends, timeout, again=True)
-        finally:
-            self._untils.remove(until)
-        return condition()
 
     def _ended(self) -> bool:
         """Return whether lockstep is over.
