@@ -188,7 +188,7 @@ class ActionClient(Generic[G, R, F]):
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a goal whose feedback matters."""
+        """Return whether there is a goal whose feedback matters."""
         return bool(self._listening)
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:

@@ -82,7 +82,7 @@ class AsyncClient:
         return self
 
     async def __aexit__(self, *_error: object) -> None:
-        """Disconnect from the simulator."""
+        """Leave lockstep and disconnect from the simulator."""
         stops = self._time.stops
         self._time.close()
         if self._given is not None:

@@ -151,7 +151,7 @@ class AsyncTime:
 
     @property
     def stops(self) -> bool:
-        """Whether time stops for conditions, as in lockstep."""
+        """Return whether time stops for conditions, as in lockstep."""
         return self._lockstep is not None and not self._lockstep.over
 
     def wait(self) -> Waiting:

@@ -93,8 +93,8 @@ class Client:
             options: Where to connect, and the prefix of all keys; None for what the environment says, or for the
                 defaults with a *session*; see `SessionOptions.from_environment`.
             clock: Whether to take part in lockstep, where time waits for the client; ``auto`` follows the simulator.
-            name: The participant's name, unique within a simulator. What the variable ``HMRSIM_NAME_SUFFIX`` says is
-                added to it, by which the same program can be run twice.
+            name: The participant's name, unique within a simulator. The value of the environment variable
+                ``HMRSIM_NAME_SUFFIX`` is appended, so that the same program can be run twice.
             session: A session to borrow.
             acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
             grace: Wall seconds for which the simulator may be unreachable, as when a router is restarted.
@@ -141,7 +141,7 @@ class Client:
 
     @property
     def alive(self) -> bool:
-        """Whether the simulator is alive; the first call waits for an answer."""
+        """Return whether the simulator is alive; the first call waits for an answer."""
         return not self._link.closed and self._link.presence.alive(self._timeout)
 
     @property

@@ -133,7 +133,7 @@ class Listener(Protocol):
 
     @property
     def wanted(self) -> bool:
-        """Whether the listener has a goal that needs feedback."""
+        """Return whether the listener has a goal that needs feedback."""
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
         """Process the feedback of a goal."""
@@ -177,7 +177,7 @@ class Connection(Commands, Protocol):
         """
 
     def close(self) -> None:
-        """Unsubscribe all listeners."""
+        """Unsubscribe all listeners; the session stays open."""
 
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied; None if access control allows it, or there is none."""

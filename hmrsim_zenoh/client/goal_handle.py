@@ -73,12 +73,12 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def accepted(self) -> bool | None:
-        """Whether the goal was accepted; None until that is known."""
+        """Return whether the goal was accepted; None until that is known."""
         return self._accepted
 
     @property
     def adopted(self) -> bool:
-        """Whether the simulator knew the goal already and the handle only follows it; see `ActionClient.send_goal`."""
+        """Return whether the handle follows a goal that the simulator knew already; see `ActionClient.send_goal`."""
         return self._found is not None
 
     @property
@@ -108,7 +108,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def done(self) -> bool:
-        """Whether the goal is final: terminal, rejected or failed."""
+        """Return whether the goal is final: terminal, rejected or failed."""
         return self._done
 
     def wait_accepted(self, timeout: float | None = None) -> None:

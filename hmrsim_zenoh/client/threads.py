@@ -110,7 +110,7 @@ class SingleFlight:
 
     @property
     def held(self) -> bool:
-        """Whether it is the calling thread's turn."""
+        """Return whether it is the calling thread's turn."""
         return self._who == threading.get_ident()
 
     def run(

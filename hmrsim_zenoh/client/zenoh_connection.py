@@ -143,7 +143,7 @@ class _Ports:
 
 
 class ZenohConnection:
-    """A `Connection` over Zenoh."""
+    """A `Connection` to a simulator over Zenoh."""
 
     ordered = False
     in_process = False
@@ -424,7 +424,7 @@ def _event(sent: _GrantedEvent) -> tuple[str, int, GoalChanged | FeedbackSent]:
     stamp = sent.stamp.to_nanoseconds()
     if sent.kind == "feedback":
         return sent.kind, stamp, FeedbackSent(sent.robot, sent.action, sent.goal_id, sent.feedback or {})
-    # It becomes a message where somebody waits for it, who knows its type.
+    # The client that waits for the result knows its type, and makes it a message.
     result: Any = sent.result
     status = status_of(sent.status)
     change = GoalChanged(stamp, sent.robot, sent.action, sent.goal_id, status, None, result, sent.cause)

@@ -1,4 +1,4 @@
-"""Commands of clients in the simulator's own process: they go to its inbox as they are, and answers come back so."""
+"""Commands of clients in the simulator's process: they go to its inbox as objects; the answers come back as objects."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
-from hmrsim_zenoh.server.decode_conditions import WatchRequest, condition
-from hmrsim_zenoh.server.decode_time import read_goal
+from hmrsim_zenoh.server.decode_time import WatchRequest, condition, read_goal
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, unreadable, unreadable_at
 from hmrsim_zenoh.wire.texts import check_texts_of
 
@@ -53,7 +52,7 @@ class _Pending:
 
 
 class LocalCommands(SelectiveSink):
-    """Takes the commands of all clients of a process; a sink of the simulation, for the answers.
+    """Receives the commands of all clients of a process; a sink of the simulation, which emits the answers.
 
     Args:
         exchange: Delivers the answers while the simulation does not run.
@@ -83,12 +82,16 @@ class LocalCommands(SelectiveSink):
                 )
             else:
                 command = self._checked(command, pending, "goal_info.goal_id", "goal_id")
-                self._put(command, repeated=disturbed and losses.comes_twice())
+                for each in self._server.before(command):
+                    self._inbox.put(each)
+                self._inbox.put(command)
+                if disturbed and losses.comes_twice():
+                    self._inbox.put(command._replace(reply_to=None))
         except UnreadableError as error:
             self._exchange.deliver(pending.take, _error(error))
         except SimulationStopped:
             self._exchange.deliver(pending.take, self._refusal(command))
-        self._exchange.settle()
+        self._exchange.settle(resume=True)
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: answers are sent regardless of topics."""
@@ -103,13 +106,6 @@ class LocalCommands(SelectiveSink):
         if type(pending) is _Pending:
             lost = pending.may_be_lost and self._losses.lost()
             self._exchange.deliver(pending.take, None if lost else _for_client(answered.answer))
-
-    def _put(self, command: ClientCommand, *, repeated: bool) -> None:
-        for each in self._server.before(command):
-            self._inbox.put(each)
-        self._inbox.put(command)
-        if repeated:
-            self._inbox.put(command._replace(reply_to=None))
 
     def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
         """Return the answer to a command after the end of the run; None once the server is gone."""

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class Kind(Enum):
-    """A kind of declaration."""
+    """A kind of declaration of a session."""
 
     __hash__ = object.__hash__
     """Enum's own is written in Python."""
@@ -48,16 +48,16 @@ class Declaration:
         key_expr: str,
         call: Callable[[Any], object],
         owner: object,
-        take_back: Callable[[Declaration], None],
+        take_back: Callable[[Declaration], bool],
     ) -> None:
         self.key_expr = zenoh.KeyExpr(key_expr)
         self.call = call
         self.owner = owner
         self._take_back = take_back
 
-    def undeclare(self) -> None:
-        """Withdraw the declaration; a second call has no effect."""
-        self._take_back(self)
+    def undeclare(self) -> bool:
+        """Withdraw the declaration; return whether it was in force."""
+        return self._take_back(self)
 
 
 class Exchange:
@@ -115,15 +115,18 @@ class Exchange:
         """Call a function with an item once the simulation pauses."""
         self._waiting.append(partial(call, item))
 
-    def settle(self) -> None:
-        """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs."""
-        again = False
+    def settle(self, *, resume: bool = False) -> None:
+        """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs.
+
+        Args:
+            resume: Whether to run the simulation even if it has no message to process.
+        """
         while True:
             with self._lock:
                 if self._running:
                     # A callback of the simulation itself.
                     break
-                if not again or self._has_messages():
+                if resume or self._has_messages():
                     self._running = True
                     try:
                         self._run()
@@ -131,7 +134,7 @@ class Exchange:
                         self._running = False
             if not self._waiting:
                 break
-            again = True
+            resume = False
             while self._waiting:
                 try:
                     call = self._waiting.popleft()
@@ -165,11 +168,13 @@ class Exchange:
         with self._settled:
             self._settled.notify_all()
 
-    def _take_back(self, kind: Kind, declaration: Declaration) -> None:
+    def _take_back(self, kind: Kind, declaration: Declaration) -> bool:
         with self._lock:
-            if declaration in self._declared[kind]:
+            found = declaration in self._declared[kind]
+            if found:
                 self._declared[kind].remove(declaration)
                 self._note_change()
+            return found
 
     def _note_change(self) -> None:
         self.version += 1

@@ -42,12 +42,11 @@ from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.server.decode import Requests
-from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import Reader
-from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
-from hmrsim_zenoh.server.replies import PendingExecution, PendingReply
+from hmrsim_zenoh.server.replies import TIME_STATE, PendingExecution, PendingReply, encoded
+from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.wildcards import servers_own
@@ -56,8 +55,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command
     from hmrsim.protocol.outputs import Output
     from hmrsim.settings.run import RunSettings
-    from hmrsim_zenoh.server.inbox import InboxMaker
-    from hmrsim_zenoh.server.interest import InterestMaker
+    from hmrsim_zenoh.server.inbox import QueryInbox
+    from hmrsim_zenoh.server.interest import Interest
     from hmrsim_zenoh.server.world_info import Description
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -76,7 +75,7 @@ _OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic
 """The topics on which a goal's events are published as soon as it is accepted."""
 
 _UNHEARD: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
-"""The outputs that nobody hears without a subscriber."""
+"""The outputs that are dropped without a subscriber."""
 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
@@ -91,8 +90,8 @@ class Server(SelectiveSink):
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        inbox: Makes the inbox of queries.
-        interest: Makes the detection of subscribers.
+        inbox: The kind of the inbox of queries.
+        interest: The kind of the detection of subscribers.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
@@ -109,8 +108,8 @@ class Server(SelectiveSink):
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
-        inbox: InboxMaker,
-        interest: InterestMaker,
+        inbox: type[QueryInbox],
+        interest: type[Interest[Topic | str]],
     ) -> None:
         self._session = session
         self._submit = submit
@@ -161,7 +160,7 @@ class Server(SelectiveSink):
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
             OrdersChanged: lambda _output: self._put_fixed("demand"),
-            # It is for participants in lockstep; others are told by status and answers.
+            # For participants in lockstep: other clients get the status and the answers.
             GoalTold: lambda _output: None,
             # Clients learn of it from the clock and from the event that follows.
             TimeRestarted: lambda _output: None,
@@ -200,7 +199,7 @@ class Server(SelectiveSink):
             self._put(self._key_of(self.keys.world(topic)), payload(), mime, reliable=True)
 
     def close(self) -> None:
-        """Accept no more queries; the simulation thread wakes and ends."""
+        """Close the inbox, so that the simulation thread wakes and ends."""
         self.inbox.close()
 
     def join(self) -> None:
@@ -217,16 +216,13 @@ class Server(SelectiveSink):
         self.close()
         self._finishing = True
         while (command := self.inbox.poll()) is not None:
-            if isinstance(command, SendGoal):
-                refusal = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
-                answer(command.reply_to, refusal)
-            elif isinstance(command, CallService):
-                answer(command.reply_to, Refused("", None, _ENDED))
+            if isinstance(command, (SendGoal, CallService)):
+                answer(command.reply_to, self.refusal_of(command))
             else:
                 submit(command)
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
-        """Return the commands that come before one of a client in this process: what has changed around it."""
+        """Return the commands to process before one of a client in this process: changes of planner and subscribers."""
         first: list[AnyCommand] = []
         if self._description.plans_externally and isinstance(command, (SendGoal, Advance)):
             first += self.planner.look()
@@ -236,11 +232,11 @@ class Server(SelectiveSink):
         return first
 
     def info(self) -> dict[str, Any]:
-        """Return what the simulator says of itself, in plain values of the caller's own."""
+        """Return the description of the simulator as plain values, which the caller may modify."""
         return self._description.info_values()
 
     def refusal_of(self, command: object) -> GoalResponse | Refused:
-        """Return the answer to a command of a client in this process after the end."""
+        """Return the answer to a command that comes after the end."""
         if isinstance(command, SendGoal):
             return self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
         return Refused("", None, _ENDED)
@@ -253,20 +249,20 @@ class Server(SelectiveSink):
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
-        if commands and isinstance(commands[0], (SendGoal, Advance)):
+        if self._description.plans_externally and commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]
         return commands
 
     def _look(self) -> None:
-        """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
+        """Report new subscribers to the simulation, if the current query arrived after the last look."""
         if self.inbox.taken > self._looked:
             self._looked = self.inbox.arrived()
             self._report(self._interest.look())
 
     def _look_for_goals(self) -> None:
-        """Likewise of a goal's topics: a client that subscribes and then sends it must see all of it.
+        """Report new subscribers of a goal's topics: a client that subscribes and then sends a goal must see all of it.
 
-        In real time subscribers of other topics are soon noticed anyway.
+        In real time the subscribers of other topics are noticed soon enough.
         """
         if self._description.hurries:
             self._look()
@@ -283,7 +279,7 @@ class Server(SelectiveSink):
         self._roster_changed = True
 
     def _settle(self, query: zenoh.Query | None = None) -> None:
-        """Serve the current robots, unless the next query changes them again: each time takes time for all robots."""
+        """Serve the current robots, unless the next query changes them again: it takes time for each robot."""
         if self._roster_changed and (query is None or not _CHANGES_ROSTER.search(str(query.key_expr))):
             self._roster_changed = False
             self._on_roster()
@@ -434,7 +430,7 @@ class Server(SelectiveSink):
         return self._topic_keys[topic]
 
     def _undeclare(self, *keys: zenoh.KeyExpr | str) -> None:
-        """Undeclare keys that are not used any more: Zenoh would keep them."""
+        """Undeclare unused keys, which Zenoh would keep."""
         for key in keys:
             if isinstance(key, zenoh.KeyExpr):
                 with suppress(zenoh.ZError):
