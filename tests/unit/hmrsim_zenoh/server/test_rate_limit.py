@@ -1,4 +1,4 @@
-"""Feedback of a goal is thinned out for people's eyes, and its last is never lost."""
+"""The rate limit of feedback, which never drops a goal's last one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 
 @pytest.fixture
 def passed(monkeypatch: pytest.MonkeyPatch) -> object:
-    """Return a function that says of (wall time, goal, whether it is the last) what passes."""
+    """Return a function that returns which of (wall time, goal, whether it is the last) pass."""
 
     def play(*sent: tuple[float, str, bool]) -> list[bool]:
         thinned, found = FeedbackLimiter(), []
@@ -24,7 +24,7 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> object:
 
 
 def test_twenty_a_wall_second(passed):
-    """What comes sooner than a twentieth of a wall second after the last that passed does not pass."""
+    """Feedback within a twentieth of a wall second after the last that passed is dropped."""
     assert [True, False, False, True] == passed(
         (1.0, "a", False), (1.02, "a", False), (1.04, "a", False), (1.06, "a", False)
     )
