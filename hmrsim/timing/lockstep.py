@@ -38,7 +38,7 @@ from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
 from hmrsim.timing.conditions import Conditions
-from hmrsim.timing.participants import NO_KINDS, Participants, Slot, State, Told, kinds_wanted
+from hmrsim.timing.participants import NO_KINDS, Participants, Reported, Slot, State, kinds_wanted
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance
@@ -83,24 +83,24 @@ class Lockstep(SelectiveSink):
         self._end = until
         self.ended = ""
         self._participants = Participants(awaited)
-        self._conditions = Conditions(simulator, self._note_met)
+        self._conditions = Conditions(simulator, self._on_condition_met)
         # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
         # The events since the last grant, of the kinds that any participant wants.
-        self._events: list[Told] = []
+        self._events: list[Reported] = []
         self._kinds = NO_KINDS
         # Changes of goals of robots that clients can't reach.
         self._withheld: list[GoalChanged] = []
-        self._noting: dict[type, Callable[[Any], None]] = {
-            Answered: self._note_answer,
-            GoalChanged: self._note_change,
-            GoalTold: lambda told: self._note_news(told.change),
-            FeedbackSent: self._note_feedback,
+        self._handlers: dict[type, Callable[[Any], None]] = {
+            Answered: self._on_answer,
+            GoalChanged: self._on_goal_changed,
+            GoalTold: lambda told: self._record_change(told.change),
+            FeedbackSent: self._on_feedback,
             TimeRestarted: lambda restarted: self._participants.shift(restarted.ended / NANOSECONDS),
-            RosterChanged: self._note_roster,
-            PlanWanted: self._note_plan,
+            RosterChanged: self._on_roster_changed,
+            PlanWanted: self._on_plan_wanted,
             Sampled: self._follow,
             EventStamped: self._follow,
         }
@@ -221,7 +221,7 @@ class Lockstep(SelectiveSink):
         self._reconsider()
 
     def expect_no_more(self, name: str) -> None:
-        """Do not wait for a participant that was expected."""
+        """Stop expecting a participant."""
         self._participants.expect_no_more(name)
 
     def keep(self, name: str) -> None:
@@ -249,7 +249,7 @@ class Lockstep(SelectiveSink):
         else:
             text = f"epoch {epoch} is not the current one, which is {following}"
             if request is not None:
-                text = f"epoch {request.epoch} is being waited for; its answer says which is next"
+                text = f"epoch {request.epoch} is pending; its answer says which epoch is next"
             self._refuse(command.reply_to, "epoch", epoch, text)
 
     @property
@@ -404,7 +404,7 @@ class Lockstep(SelectiveSink):
             self._answer(participant, reason, sampled)
         self._forget_events()
 
-    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Told] = ()) -> None:
+    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Reported] = ()) -> None:
         """Answer one participant; time waits for its next request."""
         request = participant.request
         if request is None:
@@ -514,7 +514,7 @@ class Lockstep(SelectiveSink):
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self._noting.get(kind)
+        return self._handlers.get(kind)
 
     def _follow(self, output: Output) -> None:
         if self._conditions.watched:
@@ -527,7 +527,7 @@ class Lockstep(SelectiveSink):
         if changed:
             self._simulator.submit(InterestChanged())
 
-    def _note_answer(self, answered: Answered) -> None:
+    def _on_answer(self, answered: Answered) -> None:
         if type(answered.reply_to) is Slot:
             self._fill(answered.reply_to, answered.answer)
 
@@ -538,47 +538,47 @@ class Lockstep(SelectiveSink):
             slot.woke = True
             self._halt()
 
-    def _note_change(self, change: GoalChanged) -> None:
+    def _on_goal_changed(self, change: GoalChanged) -> None:
         dispatcher = self._simulator.dispatcher
         # Every goal changes several times, and most participants wait for its result alone.
         relevant = change.result is not None or "status" in self._kinds or change.robot in dispatcher.cut_off
         if relevant and change.robot not in dispatcher.updates.late:
-            self._note_news(change)
+            self._record_change(change)
         if self._conditions.watched:
             self._conditions.emit(change)
 
-    def _note_news(self, change: GoalChanged) -> None:
+    def _record_change(self, change: GoalChanged) -> None:
         """Record a change of a goal when participants may know it."""
         if change.robot in self._simulator.dispatcher.cut_off:
             self._withheld.append(change)
             return
         if "status" in self._kinds:
-            self._note("status", change.stamp, change)
+            self._record_event("status", change.stamp, change)
         if change.result is not None and "result" in self._kinds:
-            self._note("result", change.stamp, change)
+            self._record_event("result", change.stamp, change)
 
-    def _note_feedback(self, feedback: FeedbackSent) -> None:
+    def _on_feedback(self, feedback: FeedbackSent) -> None:
         if "feedback" in self._kinds:
-            self._note("feedback", stamp(self._simulator.now), feedback)
+            self._record_event("feedback", stamp(self._simulator.now), feedback)
         self._follow(feedback)
 
-    def _note_roster(self, _changed: RosterChanged) -> None:
+    def _on_roster_changed(self, _changed: RosterChanged) -> None:
         """Record the withheld changes of goals of robots that are connected again."""
         withheld, self._withheld = self._withheld, []
         for change in withheld:
-            self._note_news(change)
+            self._record_change(change)
         self._conditions.follow()
 
-    def _note_plan(self, _wanted: PlanWanted) -> None:
+    def _on_plan_wanted(self, _wanted: PlanWanted) -> None:
         if self.granting:
             self._simulator.halt()
 
-    def _note(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
+    def _record_event(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
         self._events.append((kind, at, event))
         if self.granting and not self._woken and kind in self._wake:
             self._halt()
 
-    def _note_met(self) -> None:
+    def _on_condition_met(self) -> None:
         if self.granting and not self._woken and self._has_news:
             self._halt()
 
@@ -588,7 +588,7 @@ class Lockstep(SelectiveSink):
         self._horizon = self._env.now
         self._simulator.halt()
 
-    def _sampled(self, asked: Iterable[Participant]) -> list[Told]:
+    def _sampled(self, asked: Iterable[Participant]) -> list[Reported]:
         """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
         for each in asked:
             if each.request and each.request.report and "feedback" in each.request.report - each.request.wake:
@@ -598,7 +598,7 @@ class Lockstep(SelectiveSink):
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""
-        ordered: list[Told] = []
+        ordered: list[Reported] = []
         for (kind, _), group in itertools.groupby(self._events, key=lambda event: event[:2]):
             found = list(group)
             if kind == "feedback":

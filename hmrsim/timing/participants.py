@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, GetResult
     from hmrsim.protocol.outputs import Granted
 
-Told = tuple[str, int, GoalChanged | FeedbackSent]
+Reported = tuple[str, int, GoalChanged | FeedbackSent]
 """An event that a grant reports: its kind, its time in nanoseconds, and the output."""
 
 NO_KINDS: Final[frozenset[str]] = frozenset()
@@ -44,7 +44,7 @@ class State(Enum):
     """The state of a participant: which side waits for the other.
 
     Attributes:
-        stalled: Whether time goes on without it.
+        stalled: Whether time moves without it.
         begins: Whether its commands are applied when the next grant begins.
     """
 
@@ -151,7 +151,7 @@ class Participant:
         last: Its last epoch, and the grant of that epoch.
         kinds: The kinds of events that it asked for last.
         missed: The events of grants that it did not get, as it is stalled.
-        behind: The epoch that it may ask for though there have been later ones; None if there is none.
+        behind: An earlier epoch that it may still ask for; None if it may not.
     """
 
     name: str
@@ -165,7 +165,7 @@ class Participant:
     slots: list[Slot] = field(default_factory=list)
     last: tuple[int, Granted] | None = None
     kinds: frozenset[str] = NO_KINDS
-    missed: list[Told] = field(default_factory=list)
+    missed: list[Reported] = field(default_factory=list)
     behind: int | None = None
 
     def ask(self, request: Advance, wall: float) -> None:
@@ -276,8 +276,8 @@ class Participants:
     def remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         """Remove a participant, and wait for it at once if it is to be kept.
 
-        *change* says how it left, as in `Participation`; *error* is the error for its later requests, empty for the
-        one that says to join first.
+        *change* is how it left, as in `Participation`. *error* is the error for its later requests; empty for the
+        default, which asks to join first.
         """
         self.all.remove(self.by_name.pop(name))
         if error:
@@ -297,7 +297,7 @@ class Participants:
         return changes
 
     def lost_token(self, name: str, *, alive: bool) -> bool:
-        """Record whether a liveliness token is there; return whether a participant has lost its token."""
+        """Record whether a liveliness token exists; return whether a participant has lost its token."""
         participant = self.by_name.get(name)
         if alive:
             self._tokens[name] = None
@@ -317,22 +317,22 @@ class Participants:
         return number
 
     def expect(self, name: str, at: float, on_due: Callable[[], None]) -> None:
-        """Expect that a participant joins at some time, which waits for that from then on; *on_due* is called then.
+        """Expect a participant to join at some time: time waits for it from then on.
 
         Args:
             name: The participant that joins; empty to continue from there without one.
             at: When; infinite for never.
-            on_due: Must not change who is expected.
+            on_due: Called at that time; it must not change the expected participants.
         """
         self._expected[name] = _Expected(at, on_due)
 
     def expect_no_more(self, name: str) -> None:
-        """Do not wait for a participant that was expected."""
+        """Stop expecting a participant."""
         if self._expected.pop(name, None):
             self._note_awaited()
 
     def keep(self, name: str) -> None:
-        """Expect a participant again at once whenever it goes."""
+        """Expect a participant to join again at once whenever it leaves."""
         self._kept[name] = None
 
     def expect_nobody(self) -> None:

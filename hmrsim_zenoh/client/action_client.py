@@ -63,10 +63,10 @@ class ActionClient(Generic[G, R, F]):
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
 
         Args:
-            goal: What to do; plain values are not checked here, but by the simulator.
+            goal: The goal as a message, or as plain values, which the simulator checks.
             goal_id: 32 hex digits, hyphens optional; generated if not given.
             adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
-                that was killed and restarted finds its goal. The handle says that it was *adopted*; its *error* is
+                that was killed and restarted finds its goal. The handle is *adopted* then; its *error* is
                 a `ResultExpired` if the goal ended so long ago that its result is no longer kept.
             read_result: Whether to read the result of a goal that succeeds; if not, its *result_message* is None.
             on_feedback: Called for each feedback, never after the goal is done.
@@ -79,7 +79,7 @@ class ActionClient(Generic[G, R, F]):
             ClientClosed: The client was closed.
             Dropped: The simulator goes on without this client.
             RequestError: The simulator refuses this participant.
-            ValueError: *goal_id* is no goal id.
+            ValueError: *goal_id* is not a valid goal id.
             TypeError: *goal* is of another action.
         """
         exchange = self._exchange(self._client.lockstep, goal, goal_id, on_feedback, on_change)
@@ -97,8 +97,8 @@ class ActionClient(Generic[G, R, F]):
     ) -> GoalHandle[R, F]:
         """Send a goal as `send_goal` does, in one query instead of two, and return its handle.
 
-        That takes three quarters of the time where the goal itself takes none. A robot whose own server does not know
-        `execute` is sent the goal by `send_goal`. In lockstep there is no difference.
+        For a goal that ends at once, that takes three quarters of the time. If a robot's own server does not support
+        `execute`, the goal is sent as by `send_goal`. In lockstep there is no difference.
 
         Raises:
             ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
@@ -143,14 +143,14 @@ class ActionClient(Generic[G, R, F]):
     def cancel_all(self) -> None:
         """Cancel all goals of the action, also those of other clients, and wait for the answer.
 
-        In lockstep it returns at once: the wish goes along when time goes on, behind the goals that were sent before.
+        In lockstep it returns at once; the request goes with the next advance, after goals that were sent before.
 
         Raises:
             ClientClosed: The client was closed.
             SimulatorNotFound, SimulatorGone: No simulator is there.
-            Dropped: It goes on without us.
-            RequestError: It answers with an error, or does not want us to take part.
-            RequestTimeout: It does not answer.
+            Dropped: The simulator goes on without this client.
+            RequestError: The simulator answers with an error, or refuses this participant.
+            RequestTimeout: The simulator does not answer.
         """
         self._link.check_open()
         lockstep = self._client.lockstep

@@ -27,8 +27,7 @@ M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 
 PATIENCE: Final = 60.0
-"""Wall seconds for an answer on a busy machine, unless the caller gives others; that nobody is there, or any more, is
-noticed before."""
+"""Wall seconds to wait for an answer by default; an absent simulator is noticed earlier."""
 
 _LOOK: Final = 1.0
 """The longest wait in wall seconds."""
@@ -79,7 +78,7 @@ class Call(Protocol):
     """A request for whose answer one thread waits.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     answer: Answer
@@ -161,7 +160,7 @@ class Connection(Commands, Protocol):
         """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
 
     def call(self, command: Asked, *, timeout: float) -> Call:
-        """Send a command for whose answer a thread waits; those about time as `hmrsim.protocol.time` says."""
+        """Send a command for whose answer a thread waits; see `hmrsim.protocol.time` for answers about time."""
 
     def token(self) -> str:
         """Return a text that no other connection has."""

@@ -1,6 +1,6 @@
 """The requests that keep a goal handle up to date over a transport that may lose any of them.
 
-Zenoh delivers at most once, and a missing reply tells nothing. So the client generates the goal id and sends the goal
+Zenoh delivers at most once, and a missing reply means nothing. So the client generates the goal id and sends the goal
 again with the same id; a duplicate then counts as accepted. A get_result request whose reply was lost is repeated.
 The client requests the result right after the goal, before the goal is accepted, which saves a round trip.
 By ``execute`` both are one query; what it does not bring is requested as above.
@@ -180,7 +180,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
-        # The goal may have been accepted all the same; a goal without a client should not go on.
+        # The goal may have been accepted nevertheless, and should not run without a client.
         self._commands.send(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
         self.fail(
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
@@ -227,7 +227,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self.fail(error)
 
     def _take_end(self, answer: ResultResponse) -> Exception | None:
-        """End with a result; return why it can't be read, if that is so."""
+        """End with a result; return the error if it can't be read."""
         result: R | None = None
         if self._read_result or answer.status is not GoalStatus.SUCCEEDED:
             try:
@@ -277,7 +277,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._cancel_refused()
         elif answer.goals_canceling:
             self._progress(GoalStatus.CANCELING)
-        # Otherwise the goal has ended, is canceling or is unknown: its result will tell.
+        # Otherwise the goal has ended, is canceling or is unknown, and its result will show which.
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         if self._lockstep is None:

@@ -257,9 +257,9 @@ class GoalHandle(ABC, Generic[R, F]):
             mail: tuple[Callable[[Any], object], object] | None = self._mail.popleft()
         try:
             while mail is not None:
-                callback, told = mail
+                callback, news = mail
                 try:
-                    callback(told)
+                    callback(news)
                 except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
                 with self._lock:

@@ -169,7 +169,7 @@ class Link:
 
     @property
     def unseen(self) -> str:
-        """Why there may be no simulator, and what would do."""
+        """A possible reason why no simulator was found, and a remedy."""
         token = self.keys.alive()
         if self.queries.enclave is None:
             return f"there is no token {token!r}; start `hmrsim run WORLD`, or check --connect and --prefix"

@@ -25,7 +25,7 @@ class LocalCall:
     """A request whose answer has usually arrived when the call returns.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     def __init__(self) -> None:
@@ -115,7 +115,7 @@ class LocalConnection:
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Show that a participant is there; return what takes that back."""
+        """Declare the liveliness token of a participant; return a function that undeclares it."""
         try:
             token = self._session.liveliness().declare_token(self._keys.participant(name))
         except zenoh.ZError:

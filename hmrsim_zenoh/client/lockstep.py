@@ -102,7 +102,7 @@ class Lockstep:
         return self._error is not None
 
     def look_at_time(self) -> None:
-        """Ask for the time, which may have gone back; nothing happens while an advance is pending, which will tell."""
+        """Ask for the time, which may have gone back, unless the answer to a pending advance will report it."""
         if self._turns.held:
             self._look_at_time()
         else:
@@ -205,7 +205,7 @@ class Lockstep:
         begin = self.now
         end = begin + seconds
         if not 0 <= end < _LATEST:
-            raise ValueError(f"{seconds} s is no time to sleep for; it is {begin} s now")
+            raise ValueError(f"can't sleep for {seconds} s; it is {begin} s now")
         # Time went back: the simulation was reset, and the old deadline is void.
         return self.drive(lambda: not begin <= self.now < end, None, until=end)
 
@@ -375,7 +375,7 @@ class Lockstep:
         return grant is not None
 
     def _deliver(self, grant: Granted) -> None:
-        """Run the callbacks of a grant. Only its acceptance, the first of them, makes that the next one is taken."""
+        """Run the callbacks of a grant; the first one accepts it, so that the next advance may be requested."""
         applied = self._sent[: len(grant.accepted)]
         idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
         calls: list[Callable[[], None]] = [partial(self._accept, grant, idle=idle)]

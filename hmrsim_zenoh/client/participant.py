@@ -64,7 +64,7 @@ class Participant:
 
         Raises:
             NameTaken: Another participant has this name.
-            RequestError: The simulator refuses this participant; the text says why.
+            RequestError: The simulator refuses this participant, for the reason in the text.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         self._link.enter(self)
@@ -134,13 +134,13 @@ class Participant:
             self.epoch, self.now = state.epoch, state.now
 
     def leave(self) -> None:
-        """Leave, and tell the simulator if it is there."""
+        """Leave, and report that to the simulator."""
         if self._withdraw is not None:
             self._connection.call(Leave(self.name), timeout=_LAST_WORDS).wait(_LAST_WORDS)
         self.close()
 
     def close(self) -> None:
-        """Leave without telling the simulator."""
+        """Leave without a request to the simulator."""
         self._link.leave(self)
         withdraw, self._withdraw = self._withdraw, None
         if withdraw is not None and not self._link.closed:
@@ -217,7 +217,7 @@ def check_name(name: str) -> None:
     """
     if not _NAME.fullmatch(name):
         raise ValueError(
-            f"{name!r} is no participant's name; letters, digits and underscores are expected, no digit first"
+            f"{name!r} is not a valid participant name; expected letters, digits and underscores, no digit first"
         )
 
 

@@ -37,7 +37,7 @@ class QueryCall:
         silence: Returns the answer if nothing comes back.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Queries:
         self.broken = False
 
     def note_closed(self) -> None:
-        """Note that the session was closed by its owner."""
+        """Record that the session was closed by its owner."""
         self.broken = True
 
     def ask(
@@ -159,7 +159,7 @@ class Queries:
         return call
 
     def listen(self, key: str, on_payload: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call a function in Zenoh's thread for each payload on a key; return what ends that.
+        """Call a function in Zenoh's thread for each payload on a key; return a function that ends it.
 
         Raises:
             ClientClosed: The session is closed.
@@ -229,7 +229,7 @@ class _Once:
 
 
 def body_of(reply: zenoh.Reply) -> Reply:
-    """Return what a reply says."""
+    """Return the payload or the error of a reply."""
     if (sample := reply.ok) is not None:
         payload, attachment = sample.payload.to_bytes(), sample.attachment
         if attachment is None:

@@ -268,7 +268,7 @@ class ZenohConnection:
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Declare the liveliness token of a participant; return what takes it back."""
+        """Declare the liveliness token of a participant; return a function that undeclares it."""
         try:
             token = self._queries.session.liveliness().declare_token(self._keys.participant(name))
         except zenoh.ZError:

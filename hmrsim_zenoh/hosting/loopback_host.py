@@ -33,7 +33,7 @@ class LoopbackHost:
     have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
 
     Args:
-        settings: The clock is lockstep, whatever they say.
+        settings: The settings of the run, except that its clock is lockstep.
         prefix: The prefix of all keys.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.

@@ -93,7 +93,7 @@ class Exchange:
         """Add a declaration.
 
         Raises:
-            zenoh.ZError: *key_expr* is none.
+            zenoh.ZError: *key_expr* is not a valid key expression.
         """
         declaration = Declaration(key_expr, call, owner, partial(self._take_back, kind))
         with self._lock:

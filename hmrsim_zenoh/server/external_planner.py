@@ -70,7 +70,7 @@ class Planner:
     def look(self) -> list[AnyCommand]:
         """Return the commands that precede a goal: a planner may have appeared just before it.
 
-        Where no robot needs a planner goals are not held up, as Zenoh takes its time to say whether there is one.
+        Without a robot that needs a planner, goals need not wait until Zenoh has found one.
         """
         if not self._wanted():
             return []

@@ -229,5 +229,5 @@ def test_a_closed_client_can_not_join(simulator):
 @pytest.mark.parametrize("name", ["", "7of9", "a/b", "a*", "nurse station"])
 def test_a_name_is_one_word(name):
     """It is part of a key."""
-    with pytest.raises(ValueError, match="is no participant's name"):
+    with pytest.raises(ValueError, match="is not a valid participant name"):
         check_name(name)

@@ -220,7 +220,7 @@ class TestOne:
         steps.simulator.gate.limit = 0.0
         steps.ask("alone", 0, 5.0)
 
-        assert "epoch 0 is being waited for" in steps.advance("alone", 1, 5.0).message
+        assert "epoch 0 is pending" in steps.advance("alone", 1, 5.0).message
 
 
 class TestSeveral:

@@ -161,7 +161,7 @@ def test_a_battery_that_is_not_charged_is_not_waited_for():
 
         with pytest.raises(NotCharging, match=r"'mocha' does not charge: its battery is at 5\d\.\d%"):
             await asyncio.gather(mocha.wait_until_charged(), leave())
-        with pytest.raises(ValueError, match="2 is no share of a capacity"):
+        with pytest.raises(ValueError, match="2 is not a share of a capacity"):
             await mocha.wait_until_charged(2)
 
     played(play, LOW)
@@ -264,7 +264,7 @@ def test_feedback_is_told():
 @pytest.mark.parametrize("seconds", [-1, float("nan"), float("inf")])
 def test_what_is_no_time_is_refused(seconds):
     async def play(client):
-        with pytest.raises(ValueError, match="no time to sleep for"):
+        with pytest.raises(ValueError, match="can't sleep for"):
             await client.sleep(seconds)
 
     played(play)

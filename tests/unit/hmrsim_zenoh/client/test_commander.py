@@ -90,7 +90,7 @@ def test_a_charge_that_does_not_come():
         chai.wait(6)
         with pytest.raises(NotCharging, match="'chai' does not charge"):
             chai.wait_until_charged(1.0)
-        with pytest.raises(ValueError, match=r"-0.1 is no share of a capacity; expected a number from 0 to 1"):
+        with pytest.raises(ValueError, match=r"-0.1 is not a share of a capacity; expected a number from 0 to 1"):
             chai.wait_until_charged(-0.1)
         with pytest.raises(RequestError, match="no robot 'wally'; there are: mocha, latte, chai"):
             run.commander("wally").battery()
