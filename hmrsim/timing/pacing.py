@@ -312,7 +312,8 @@ class Pacing:
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""
-        self._simulator.settle()
+        if self._simulator.interest.clock:
+            self._simulator.settle()
         self._wait(None)
 
     def _wait(self, timeout: float | None) -> None:
