@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -134,7 +134,6 @@ class Server(SelectiveSink):
             timestamp=session.new_timestamp,
             policy=description.policy,
         )
-        self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = inbox(
             session,
             servers_own(keys.everything()),
@@ -177,11 +176,17 @@ class Server(SelectiveSink):
             servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
+    @cached_property
+    def _requests(self) -> Requests:
+        """The decoder of queries, which is made for the first one: clients of this process send none."""
+        return self._read_by(self.keys, serves=self._description.serves)
+
     def follow(self) -> None:
         """Serve the current robots and publish the latched topics to their subscribers."""
         serves = self._description.serves
         before, self.keys = self.keys, replace(self.keys, aliases=self._description.aliases)
-        self._requests = self._read_by(self.keys, serves=serves)
+        if "_requests" in self.__dict__:
+            self._requests = self._read_by(self.keys, serves=serves)
         for known in (self._feedback_keys, self._status_keys):
             again = before.aliases != self.keys.aliases
             for target in [target for target in known if again or target[0] not in serves]:
