@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
@@ -44,7 +43,7 @@ from hmrsim.services import registry as all_services
 from hmrsim_zenoh.server.decode import Requests
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import Reader
-from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
+from hmrsim_zenoh.server.publisher import FeedbackLimiter, Publisher
 from hmrsim_zenoh.server.replies import TIME_STATE, PendingExecution, PendingReply, encoded
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
@@ -76,8 +75,6 @@ _OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic
 
 _UNHEARD: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
 """The outputs that are dropped without a subscriber."""
-
-_BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
 class Server(SelectiveSink):
@@ -111,19 +108,15 @@ class Server(SelectiveSink):
         inbox: type[QueryInbox],
         interest: type[Interest[Topic | str]],
     ) -> None:
-        self._session = session
         self._submit = submit
         self._description = description
-        self._declares = len(description.serves) <= MAX_TOKENS
         self.keys = keys
         self._actions = all_actions()
         self._limiter = FeedbackLimiter()
         # The queries that await feedback, by robot, action and goal id.
         self._followed: dict[tuple[str, str, str], PendingExecution] = {}
-        # The key of each topic, by the topic's name.
-        self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
-        self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
-        self._topic_keys: dict[str, zenoh.KeyExpr | str] = {}
+        self._goal_keys: dict[tuple[str, str, Verb], list[str]] = {}
+        self._publisher = Publisher(session, declares=len(description.serves) <= MAX_TOKENS)
         self._fixed = description.latched
         self._read_by = partial(
             Requests,
@@ -187,13 +180,9 @@ class Server(SelectiveSink):
         before, self.keys = self.keys, replace(self.keys, aliases=self._description.aliases)
         if "_requests" in self.__dict__:
             self._requests = self._read_by(self.keys, serves=serves)
-        for known in (self._feedback_keys, self._status_keys):
-            again = before.aliases != self.keys.aliases
-            for target in [target for target in known if again or target[0] not in serves]:
-                self._undeclare(*known.pop(target))
-        there = {*serves, WORLD}
-        for topic in [topic for topic in self._topic_keys if self.keys.owner(topic) not in there]:
-            self._undeclare(self._topic_keys.pop(topic))
+        there, renamed = {*serves, WORLD}, before.aliases != self.keys.aliases
+        self._goal_keys.clear()
+        self._publisher.forget(lambda key: renamed or self.keys.owner(key) not in there)
         for topic in self._fixed:
             self._put_fixed(topic)
 
@@ -201,7 +190,7 @@ class Server(SelectiveSink):
         """Publish a latched topic of the world if it has subscribers."""
         mime, payload = self._fixed[topic]
         if self._interest.in_key(self.keys.world(topic)):
-            self._put(self._key_of(self.keys.world(topic)), payload(), mime, reliable=True)
+            self._publisher.put(self.keys.world(topic), payload(), mime, reliable=True)
 
     def close(self) -> None:
         """Close the inbox, so that the simulation thread wakes and ends."""
@@ -371,7 +360,7 @@ class Server(SelectiveSink):
                 self._interest_changed()
         if event.goal is not None and self._interest[_LOG]:
             accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
-            self._put(self._key_of(self.keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
+            self._publisher.put(self.keys.world(_LOG), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
     def _put_event(self, event: GoalChanged | EventStamped) -> None:
@@ -382,14 +371,14 @@ class Server(SelectiveSink):
             return
         payload = encoding.event_payload(event)
         for topic in ("events",) * watched + (_LOG,) * logged:
-            self._put(self._key_of(self.keys.world(topic)), payload, encoding.EVENT, reliable=True)
+            self._publisher.put(self.keys.world(topic), payload, encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
         self._settle()
         if self._interest[Topic.STATUS]:
             payload = encoding.status_array(event)
-            for key in self._keys_of(self._status_keys, event, Verb.STATUS):
-                self._put(key, payload, encoding.STATUS, reliable=True)
+            for key in self._keys_of(event, Verb.STATUS):
+                self._publisher.put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
         self._settle()
@@ -398,8 +387,8 @@ class Server(SelectiveSink):
             return
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
-        for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK) if listened else ():
-            self._put(key, payload, mime)
+        for key in self._keys_of(event, Verb.FEEDBACK) if listened else ():
+            self._publisher.put(key, payload, mime)
         if query:
             query.send(payload, mime)
 
@@ -407,55 +396,18 @@ class Server(SelectiveSink):
         self._settle()
         if not self._interest[event.topic]:
             return
-        key = self._key_of(self.keys.topic(event.robot or WORLD, event.topic.value))
-        self._put(key, encoding.message(event.message), encoding.of_message(event.message))
+        key = self.keys.topic(event.robot or WORLD, event.topic.value)
+        self._publisher.put(key, encoding.message(event.message), encoding.of_message(event.message))
 
     def _emit_time(self, event: TimeState) -> None:
-        self._put(self._key_of(self.keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
+        self._publisher.put(self.keys.world(Topic.TIME.value), encoded(event)[0], TIME_STATE, reliable=True)
 
-    def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
-        """Publish; a best-effort message is dropped when a subscriber is slow."""
-        try:
-            self._session.put(key, payload, encoding=mime, congestion_control=_BLOCK if reliable else _DROP)
-        except zenoh.ZError as error:
-            _log.debug("publishing on %s: %s", key, error)
-
-    def _keys_of(
-        self, known: dict[tuple[str, str], list[zenoh.KeyExpr | str]], event: StatusChanged | FeedbackSent, verb: Verb
-    ) -> list[zenoh.KeyExpr | str]:
+    def _keys_of(self, event: StatusChanged | FeedbackSent, verb: Verb) -> list[str]:
         """Return the keys of one verb of a robot's action, one for each of its names."""
-        target = (event.robot, event.action)
-        if target not in known:
-            known[target] = [self._declared(self.keys.action(*name, verb)) for name in self.keys.names(*target)]
-        return known[target]
-
-    def _key_of(self, topic: str) -> zenoh.KeyExpr | str:
-        if topic not in self._topic_keys:
-            self._topic_keys[topic] = self._declared(topic)
-        return self._topic_keys[topic]
-
-    def _undeclare(self, *keys: zenoh.KeyExpr | str) -> None:
-        """Undeclare unused keys, which Zenoh would keep."""
-        for key in keys:
-            if isinstance(key, zenoh.KeyExpr):
-                with suppress(zenoh.ZError):
-                    self._session.undeclare(key)
-
-    def _declared(self, key: str) -> zenoh.KeyExpr | str:
-        """Return a key in the form that is fastest for Zenoh.
-
-        Zenoh compares an undeclared key with all declared ones, which takes 0.5 ms where 1,000 robots have liveliness
-        tokens. So keys are declared there, and not in larger worlds, which have no tokens and where declaring would
-        take minutes.
-        """
-        if not self._declares:
-            return key
-        try:
-            declared: zenoh.KeyExpr = self._session.declare_keyexpr(key)
-        except zenoh.ZError:
-            # The session was closed; the next publication reports that, too.
-            return key
-        return declared
+        target = (event.robot, event.action, verb)
+        if target not in self._goal_keys:
+            self._goal_keys[target] = [self.keys.action(*name, verb) for name in self.keys.names(*target[:2])]
+        return self._goal_keys[target]
 
 
 def _patterns(keys: Keys) -> dict[Topic | str, str]:

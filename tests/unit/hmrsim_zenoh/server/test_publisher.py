@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.protocol.outputs import FeedbackSent
-from hmrsim_zenoh.server import rate_limit
-from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
+from hmrsim_zenoh.server import publisher
+from hmrsim_zenoh.server.publisher import FeedbackLimiter
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> object:
     def play(*sent: tuple[float, str, bool]) -> list[bool]:
         thinned, found = FeedbackLimiter(), []
         for time, goal_id, last in sent:
-            monkeypatch.setattr(rate_limit.time, "monotonic", lambda time=time: time)
+            monkeypatch.setattr(publisher.time, "monotonic", lambda time=time: time)
             found.append(thinned.passes(FeedbackSent("wall_e", "wait", goal_id, {}, last)))
         return found
 
